@@ -1,4 +1,4 @@
-//! One robot's mind: listen, perceive, weigh motivations, act, speak. A plain function of its inputs.
+//! The controller of one robot: receive, perceive, select a behavior, act, broadcast. A pure function of its inputs.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -19,60 +19,57 @@ use crate::allocator::{
 use crate::mission::{Action, AgentMission, Moment, Perception, SharedMission};
 use alliance_proto::links::{Heard, Links};
 
-/// A robot-agent without its process.
 #[derive(Clone, Debug)]
 pub struct Agent {
     robot: RobotId,
     incarnation: Incarnation,
-    /// Messages on their way belong to the state that goes back when a step did not count.
+    /// Contains the messages in flight. They are part of the state that a rollback restores.
     links: Links,
     mind: Box<dyn Mind>,
-    /// Of the mind.
+    /// Cached result of [`Mind::weighs_costs`].
     weighs_costs: bool,
-    /// Of the mind.
+    /// Cached result of [`Mind::uses_radio`].
     uses_radio: bool,
     mission: Box<dyn AgentMission>,
     seed: u64,
     step_s: f64,
-    /// Sequence number of the next broadcast.
     next_seq: u64,
 }
 
-/// What all robots of a run know beforehand; there once, however many of them share a process.
+/// Data that all robots of a run share. It exists once per process.
 #[derive(Clone, Debug)]
 pub struct TeamConfig {
     mission: Arc<dyn SharedMission>,
-    /// By rank.
     allocators: Vec<Arc<dyn Prepared>>,
-    /// Tasks given beforehand, by rank.
     assignment: Vec<Arc<[TaskId]>>,
     tasks: Arc<[TaskBrief]>,
 }
 
 impl TeamConfig {
-    /// What the robots of that run know; its mission and their allocators come from the registry.
+    /// Creates the shared data of a run. The registry supplies the mission and the allocators.
     ///
     /// # Errors
-    /// When the registry lacks the mission or an allocator of the run, or its parameters are not such as it takes.
+    /// Fails if the registry lacks the mission or an allocator of the run, or if a parameter is invalid.
     pub fn of(setup: &Setup, registry: &AgentRegistry) -> Result<Self, ConfigError> {
         let scenario = &setup.scenario;
         let mut prepared: BTreeMap<(Option<&str>, &str), Arc<dyn Prepared>> = BTreeMap::new();
         let mut allocators = Vec::with_capacity(scenario.robots.len());
         for robot in &scenario.robots {
-            // A mind that this program does not have is another program's: nobody asks for it here.
-            let mind = robot.mind.as_deref().filter(|it| registry.has_mind(it));
-            let allocator = scenario.allocator_beside_mind(robot);
-            let one = match (prepared.get(&(mind, allocator)), mind) {
+            // A controller that is not in the registry belongs to another program and is not started here.
+            let mind = robot.mind.as_deref().filter(|name| registry.has_mind(name));
+            let allocator_name = scenario.allocator_beside_mind(robot);
+            let allocator_of_robot = match (prepared.get(&(mind, allocator_name)), mind) {
                 (Some(known), _) => Arc::clone(known),
                 (None, Some(mind)) => registry.prepare_mind(mind, setup)?,
-                (None, None) => registry.prepare(allocator, setup)?,
+                (None, None) => registry.prepare(allocator_name, setup)?,
             };
-            allocators.push(Arc::clone(&one));
-            prepared.insert((mind, allocator), one);
+            allocators.push(Arc::clone(&allocator_of_robot));
+            prepared.insert((mind, allocator_name), allocator_of_robot);
         }
         let mission = registry.shared(setup)?;
-        // The work of an assignment grows with the cube of the team, so it is made only for those who look at it.
-        let assignment = if prepared.values().any(|it| it.wants_assignment()) {
+        // The work of an assignment grows with the cube of the team size, so it is computed only for allocators that
+        // use it.
+        let assignment = if prepared.values().any(|one| one.wants_assignment()) {
             assignment::assign(&mission.planned_cost_ms(setup))
         } else {
             Vec::new()
@@ -86,10 +83,10 @@ impl TeamConfig {
     }
 
     fn me(&self, robot: RobotId, incarnation: Incarnation, setup: &Setup) -> Me {
-        let own = &setup.scenario.robots[robot.index()];
-        let values = setup.alliance.robots.get(&own.name);
+        let spec = &setup.scenario.robots[robot.index()];
+        let values = setup.alliance.robots.get(&spec.name);
         let longest = |seconds: fn(&BehaviorParams) -> f64| {
-            let all = values.into_iter().flat_map(|own| own.sets.values());
+            let all = values.into_iter().flat_map(|robot| robot.sets.values());
             SimTime::from_secs_f64(all.map(seconds).fold(0.0, f64::max))
         };
         Me {
@@ -107,17 +104,16 @@ impl TeamConfig {
     }
 }
 
-/// Input, output and scratch buffers of a step. Whoever steps agents keeps one for all of them, so a step does not allocate.
+/// Input, output and scratch buffers of a step. Reuse one workspace for all agents, so that a step does not allocate.
 #[derive(Debug, Default)]
 pub struct Workspace {
-    /// For a step: a place for each broadcast of its manifest, in its order; `None` is one that has not arrived. The step
-    /// empties it.
+    /// Input: one entry per broadcast of the manifest, in its order. `None` marks a broadcast that has not arrived.
+    /// The step empties the list.
     pub arrived: Vec<Option<Arc<Broadcast>>>,
-    /// Of a step: for the world.
     pub report: Report,
-    /// Of a step: for the team; published before the report.
+    /// Output: the broadcasts for the team. They are published before the report.
     pub broadcasts: Vec<Broadcast>,
-    /// Broadcasts that are no longer needed; the step reuses their buffers.
+    /// Used broadcasts, whose buffers the step reuses.
     pub spent: Vec<Broadcast>,
     heard: Heard,
     perception: Perception,
@@ -127,7 +123,6 @@ pub struct Workspace {
 }
 
 impl Agent {
-    /// A new incarnation of a robot: it remembers nothing, and has heard nothing.
     #[must_use]
     pub fn new(robot: RobotId, incarnation: Incarnation, setup: &Setup, team: &TeamConfig) -> Self {
         let prepared = &team.allocators[robot.index()];
@@ -147,7 +142,7 @@ impl Agent {
         }
     }
 
-    /// How long robots need for tasks, as far as this one has learned.
+    /// Returns the learned task durations, by task and robot.
     #[must_use]
     pub fn learned(&self, setup: &Setup) -> RobotTimes {
         let mut all = RobotTimes::new();
@@ -159,15 +154,14 @@ impl Agent {
         all
     }
 
-    /// One step of the robot at this tick.
     pub fn step(&mut self, tick: &TickMessage, space: &mut Workspace) {
         self.perceive(tick, space);
         self.think(tick, space);
         self.act(tick, space);
     }
 
-    /// First part of a step: what it hears and senses. Whoever steps several agents may do each part with all of them: the code of
-    /// a step is larger than a first-level cache.
+    /// Runs the first part of a step: reception and perception. A caller with several agents may run each part for
+    /// all of them, because the code of a step is larger than a first-level cache.
     pub fn perceive(&mut self, tick: &TickMessage, space: &mut Workspace) {
         if self.uses_radio {
             self.links.hear(tick, &mut space.arrived, &mut space.heard);
@@ -177,22 +171,22 @@ impl Agent {
         }
         space.perception.clear();
         self.mission
-            .perceive(&moment(tick), &space.heard.inbox, &mut space.perception);
+            .perceive(&moment_of(tick), &space.heard.inbox, &mut space.perception);
     }
 
-    /// Second part: the allocator chooses which behavior is active.
+    /// Runs the second part of a step: the allocator selects the active behavior.
     pub fn think(&mut self, tick: &TickMessage, space: &mut Workspace) {
         space.choices.clear();
         if self.weighs_costs {
             let applicable = &space.perception.applicable;
             self.mission
-                .choices(&moment(tick), applicable, &mut space.choices);
+                .choices(&moment_of(tick), applicable, &mut space.choices);
             let is_number = |choice: &Choice| {
                 choice.cost_s.is_none_or(f64::is_finite) && choice.reward.is_finite()
             };
             assert!(
                 space.choices.iter().all(is_number),
-                "the mission's mind weighs {:?}",
+                "the mission's controller returned an invalid choice: {:?}",
                 space.choices.iter().find(|choice| !is_number(choice))
             );
         }
@@ -213,27 +207,26 @@ impl Agent {
         space.heard.inbox.clear();
     }
 
-    /// Third part: what it does, says and reports.
+    /// Runs the third part of a step: actions, broadcasts and the report.
     pub fn act(&mut self, tick: &TickMessage, space: &mut Workspace) {
         space.action.clear();
         self.mission
-            .act(&moment(tick), space.outcome.active, &mut space.action);
+            .act(&moment_of(tick), space.outcome.active, &mut space.action);
         let actuation = &space.action.actuation;
         assert!(
             actuation.speed_m_s.is_finite() && actuation.turn_rad_s.is_finite(),
-            "the mission's mind drives at {} m/s and {} rad/s",
+            "the mission's controller returned an invalid speed: {} m/s and {} rad/s",
             actuation.speed_m_s,
             actuation.turn_rad_s
         );
         space.broadcasts.clear();
         if self.uses_radio {
-            self.speak(tick, space);
+            self.write_broadcasts(tick, space);
         }
-        self.tell_world(tick, space);
+        self.write_report(tick, space);
     }
 
-    /// What it says to the team.
-    fn speak(&mut self, tick: &TickMessage, space: &mut Workspace) {
+    fn write_broadcasts(&mut self, tick: &TickMessage, space: &mut Workspace) {
         let Workspace {
             broadcasts,
             spent,
@@ -245,7 +238,7 @@ impl Agent {
             let body = self.heartbeat(announcement, spent);
             broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
         }
-        // To drain a list that is empty, as in most steps, takes longer than to look.
+        // The check is faster than draining an empty list, which is the usual case.
         if !action.bulletins.is_empty() {
             for bulletin in action.bulletins.drain(..) {
                 spent.pop();
@@ -261,8 +254,7 @@ impl Agent {
         }
     }
 
-    /// What it reports to the world.
-    fn tell_world(&self, tick: &TickMessage, space: &mut Workspace) {
+    fn write_report(&self, tick: &TickMessage, space: &mut Workspace) {
         let Workspace {
             report,
             broadcasts,
@@ -284,20 +276,20 @@ impl Agent {
         std::mem::swap(&mut report.receptions, &mut heard.receptions);
         report.notes.clear();
         for notes in [&mut perception.notes, &mut action.notes] {
-            // To append a list that is empty, as in most steps, takes a call of memcpy.
+            // The check is faster than appending an empty list, which is the usual case.
             if !notes.is_empty() {
                 report.notes.append(notes);
             }
         }
-        // Last: a copy of what has just been written field by field would cause a store-forwarding stall.
+        // Written last: copying fields that were just written would cause a store-forwarding stall.
         report.actuation = action.actuation;
     }
 
-    /// A heartbeat, in the memory of an old one.
+    /// Creates a heartbeat and reuses the buffer of a used one.
     fn heartbeat(&self, announcement: &Announcement, spent: &mut Vec<Broadcast>) -> Content {
         let mut lore = Lore::default();
         while let Some(broadcast) = spent.pop() {
-            // Others have no memory that is worth keeping.
+            // The other kinds have no buffer worth reusing.
             if let Content::Heartbeat(heartbeat) = broadcast.body {
                 lore = heartbeat.lore;
                 break;
@@ -331,43 +323,41 @@ impl Agent {
     }
 }
 
-fn moment(tick: &TickMessage) -> Moment<'_> {
+fn moment_of(tick: &TickMessage) -> Moment<'_> {
     Moment {
         now: tick.now,
         readings: &tick.readings,
     }
 }
 
-/// What a broadcast takes on the bus, without what zenoh and TCP add.
+/// Returns the size of a broadcast on the bus, bytes, without the overhead of zenoh and TCP.
 #[must_use]
 pub fn payload_bytes(broadcast: &Broadcast) -> u32 {
-    // One too large to be encoded is not published either.
+    // A broadcast that is too large to encode is not published either.
     encoded_len(broadcast).map_or(0, |bytes| (bytes + SEAL_BYTES) as u32)
 }
 
-/// Steps from one checkpoint of an agent to the next. To copy it takes half as long as a step.
+/// The number of steps between two checkpoints of an agent. A copy takes about half as long as a step.
 const CHECKPOINT_EVERY: usize = 32;
 
-/// An agent whose latest step is tentative until the world says that its report counted (DESIGN §4 "What counts").
+/// An agent whose latest step is tentative until the world confirms that its report counted.
 ///
-/// Steps seldom fail to count, so that nothing is copied for each: from a checkpoint those that counted are made once more.
+/// A rollback is rare. It restores the checkpoint and repeats the steps that counted, so that no step needs a copy.
 #[derive(Clone, Debug)]
 pub struct TentativeAgent {
     agent: Agent,
     checkpoint: Agent,
-    /// The steps since the checkpoint, of which all but the latest counted.
-    since: Vec<Taken>,
+    /// The steps since the checkpoint. All but the latest are known to count.
+    since: Vec<StepInput>,
 }
 
-/// What a step was made from.
 #[derive(Clone, Debug)]
-struct Taken {
+struct StepInput {
     tick: Box<TickMessage>,
     arrived: Vec<Option<Arc<Broadcast>>>,
 }
 
 impl TentativeAgent {
-    /// Wraps an agent that has not stepped yet.
     #[must_use]
     pub fn new(agent: Agent) -> Self {
         Self {
@@ -377,16 +367,16 @@ impl TentativeAgent {
         }
     }
 
-    /// Goes back to the state before the latest step if that step did not count, then makes [`Agent::step`].
+    /// Restores the state before the latest step if that step did not count, then runs [`Agent::step`].
     pub fn step(&mut self, tick: Box<TickMessage>, space: &mut Workspace) {
-        let latest = self.since.last().map(|taken| taken.tick.tick);
+        let latest = self.since.last().map(|input| input.tick.tick);
         if latest.is_some_and(|latest| tick.last_counted.is_none_or(|counted| counted < latest)) {
             self.since.pop();
             self.agent = self.checkpoint.clone();
-            let mut again = Workspace::default();
-            for taken in &self.since {
-                again.arrived.clone_from(&taken.arrived);
-                self.agent.step(&taken.tick, &mut again);
+            let mut scratch = Workspace::default();
+            for input in &self.since {
+                scratch.arrived.clone_from(&input.arrived);
+                self.agent.step(&input.tick, &mut scratch);
             }
         }
         if self.since.len() == CHECKPOINT_EVERY {
@@ -395,6 +385,6 @@ impl TentativeAgent {
         }
         let arrived = space.arrived.clone();
         self.agent.step(&tick, space);
-        self.since.push(Taken { tick, arrived });
+        self.since.push(StepInput { tick, arrived });
     }
 }

@@ -16,50 +16,53 @@ use tokio::time::{Instant, sleep, timeout_at};
 use crate::far::{self, FarArgs};
 use crate::process::{AgentError, End, live};
 
-/// Environment variables that tell a mind which robot of which run it is to be.
+/// The environment variable that names the robot.
 pub const ROBOT: &str = "ALLIANCE_ROBOT";
-/// See [`ROBOT`].
+/// The environment variable that contains the id of the run.
 pub const RUN: &str = "ALLIANCE_RUN";
 
-/// How long an agent waits for the run that was named to appear.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// The time an agent waits for the run that the user named.
+const RUN_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// How long a broken way to the world may take to be mended; who has lived for so long has found it whole.
-const MENDED: Duration = Duration::from_secs(30);
+/// The time after which an agent stops reconnecting to a remote world. A connection that lasted this long counts as
+/// recovered.
+const RECONNECT_LIMIT: Duration = Duration::from_secs(30);
 
-/// How often it looks.
 const LOOK_INTERVAL: Duration = Duration::from_millis(10);
 
-/// Be one robot of a live run.
+/// Run the controller of one robot in a live run.
 #[derive(Args, Clone, Debug)]
 pub struct AgentArgs {
-    /// Robot to be, one of the scenario's [default: ALLIANCE_ROBOT of the environment]
+    /// Robot of the scenario to control [default: ALLIANCE_ROBOT of the environment]
     #[arg(long, value_name = "NAME", value_parser = robot_name)]
     pub robot: Option<String>,
-    /// Run to join, by its id [default: ALLIANCE_RUN of the environment, if that names the robot too; else the newest live run of this
-    /// user]
+    /// Id of the run to join [default: ALLIANCE_RUN of the environment, if ALLIANCE_ROBOT is used too; else the
+    /// newest live run of this user]
     #[arg(long, value_name = "ID", conflicts_with = "connect")]
     pub run: Option<String>,
-    /// How it connects from another host.
     #[command(flatten)]
     pub far: FarArgs,
 }
 
 impl AgentArgs {
-    /// Joins the run and lives until it ends. Says on stderr how it ended.
+    /// Joins the run and controls the robot until the run ends. Prints the reason on stderr and returns the exit
+    /// status.
     ///
-    /// Exit status 0 when the run was over or somebody asked the agent to end, 2 for a mistake in the arguments or keys, 3 when it was
-    /// refused or the bus failed.
+    /// The status is 0 when the run ended or a signal stopped the agent, 2 for invalid arguments or keys, and 3 when
+    /// the world refused the agent or the bus failed.
     #[must_use]
     pub fn run(&self, registry: &AgentRegistry) -> ExitCode {
         ExitCode::from(self.run_as(registry, None))
     }
 
-    /// The same with the registry's mind of that name, whatever the scenario gives to the robot; returns the exit status.
+    /// Runs like [`AgentArgs::run`], with the registry's controller named `mind` instead of the scenario's. Returns
+    /// the exit status.
     #[must_use]
     pub fn run_as(&self, registry: &AgentRegistry, mind: Option<&str>) -> u8 {
         let Some(robot) = self.robot() else {
-            tell!("robot-agent: which robot? State --robot NAME, or {ROBOT} in the environment");
+            tell!(
+                "robot-agent: no robot is given; use --robot NAME, or set {ROBOT} in the environment"
+            );
             return 2;
         };
         let login = match self.far.login(&member::robot(&robot)) {
@@ -75,22 +78,22 @@ impl AgentArgs {
                 0
             }
             Ok(End::Asked) => 0,
-            Ok(End::Superseded) => fail(&robot, "a newer agent has the robot"),
-            Ok(End::WorldGone) => fail(&robot, "the world is gone"),
+            Ok(End::Superseded) => fail(&robot, "a newer agent controls this robot"),
+            Ok(End::WorldGone) => fail(&robot, "the connection to the world is lost"),
             Err(error) => fail(&robot, &format!("{error:#}")),
         }
     }
 
-    /// The robot that is stated, or the one that whoever started this process has named.
+    /// Returns the robot of the command line, else the robot of the environment.
     fn robot(&self) -> Option<String> {
-        let named = || std::env::var(ROBOT).ok().filter(|name| is_name(name));
-        self.robot.clone().or_else(named)
+        let from_environment = || std::env::var(ROBOT).ok().filter(|name| is_name(name));
+        self.robot.clone().or_else(from_environment)
     }
 
-    /// The same of the run; where the robot is stated, so is the run, or it is the newest.
+    /// Returns the run of the command line. The environment counts only if it names the robot, too.
     fn run_id(&self) -> Option<String> {
-        let named = || std::env::var(RUN).ok().filter(|_| self.robot.is_none());
-        self.run.clone().or_else(named)
+        let from_environment = || std::env::var(RUN).ok().filter(|_| self.robot.is_none());
+        self.run.clone().or_else(from_environment)
     }
 
     fn live(
@@ -101,14 +104,15 @@ impl AgentArgs {
         mind: Option<&str>,
     ) -> anyhow::Result<End> {
         let runtime = tokio::runtime::Builder::new_multi_thread()
-            // Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.
+            // Zenoh requires the multi-thread scheduler; one worker is sufficient.
             .worker_threads(1)
             .enable_all()
             .build()?;
         runtime.block_on(self.live_and_again(robot, login, registry, mind))
     }
 
-    /// The way to a world on another host may break: then it is tried again for a while, as a new incarnation.
+    /// Runs the agent, and reconnects to a remote world for a while after a loss. Each connection is a new
+    /// incarnation.
     async fn live_and_again(
         &self,
         robot: &str,
@@ -121,29 +125,28 @@ impl AgentArgs {
             let found = self.find_member(robot, login);
             let member = match lost {
                 None => found.await?,
-                Some(since) => match timeout_at(since + MENDED, found).await {
+                Some(lost_since) => match timeout_at(lost_since + RECONNECT_LIMIT, found).await {
                     Ok(member) => member?,
                     Err(_) => return Ok(End::WorldGone),
                 },
             };
             let began = Instant::now();
-            let lived = live(robot, &member, registry, mind).await;
+            let result = live(robot, &member, registry, mind).await;
             let is_lost = matches!(
-                lived,
+                result,
                 Ok(End::WorldGone) | Err(AgentError::Bus { .. } | AgentError::NoAnswer(_))
             );
-            // After a life that long the way was whole again.
-            lost = lost.filter(|_| began.elapsed() < MENDED);
-            let since = *lost.get_or_insert_with(Instant::now);
-            if !member.is_far || !is_lost || since.elapsed() > MENDED {
-                return Ok(lived?);
+            // A connection that lasted this long had recovered from the earlier loss.
+            lost = lost.filter(|_| began.elapsed() < RECONNECT_LIMIT);
+            let lost_since = *lost.get_or_insert_with(Instant::now);
+            if !member.is_far || !is_lost || lost_since.elapsed() > RECONNECT_LIMIT {
+                return Ok(result?);
             }
-            tracing::warn!(robot, "the world is out of reach; it is tried again");
-            sleep(MENDED / 100).await;
+            tracing::warn!(robot, "the world is unreachable; reconnecting");
+            sleep(RECONNECT_LIMIT / 100).await;
         }
     }
 
-    /// What it needs to take part in the run that it is for.
     async fn find_member(&self, robot: &str, login: Option<&Login>) -> anyhow::Result<Member> {
         match login {
             Some(login) => Ok(Member::far(far::find_run(login).await?, login.clone())),
@@ -151,22 +154,22 @@ impl AgentArgs {
         }
     }
 
-    /// Robots and world may be started in any order: an agent waits for a run for as long as there is none. One that was
-    /// named is about to begin or will never do so.
+    /// Waits for a run if there is none, because robots and world may start in any order. A run that the user named
+    /// must appear within [`RUN_TIMEOUT`].
     async fn find_run(&self) -> Result<Rendezvous, RendezvousError> {
-        let asked = self.run_id();
-        let patience = Instant::now() + PATIENCE;
+        let run = self.run_id();
+        let deadline = Instant::now() + RUN_TIMEOUT;
         let mut waiting = false;
         loop {
-            match Rendezvous::find(asked.as_deref()) {
+            match Rendezvous::find(run.as_deref()) {
                 Err(RendezvousError::None) => {}
-                Err(RendezvousError::Unknown { .. }) if Instant::now() < patience => {}
+                Err(RendezvousError::Unknown { .. }) if Instant::now() < deadline => {}
                 found => return found,
             }
             if !std::mem::replace(&mut waiting, true) {
-                match &asked {
+                match &run {
                     None => tracing::info!("no run is live yet; waiting for one"),
-                    Some(run) => tracing::info!(run, "it is not live yet; waiting for it"),
+                    Some(run) => tracing::info!(run, "the run is not live yet; waiting for it"),
                 }
             }
             sleep(LOOK_INTERVAL).await;
@@ -179,21 +182,21 @@ fn fail(robot: &str, why: &str) -> u8 {
     3
 }
 
-/// Sends the log to stderr: warnings, or what `RUST_LOG` says.
+/// Sends the log to stderr. `RUST_LOG` sets the filter; the default shows warnings.
 pub fn log_to_stderr() {
     let filter =
         tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| LOG_FILTER.into());
     tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)
-        // A line that cannot be written is no reason to write another one, and less to panic.
+        // A failed write must not cause further messages or a panic.
         .log_internal_errors(false)
-        // A log file wants no colors.
+        // A log file must not contain color codes.
         .with_ansi(std::io::stderr().is_terminal())
         .init();
 }
 
-/// What could be no robot's name is refused here: nobody else would say so in words of this command.
+/// Checks the form of the name here, so that the message is in the terms of this command.
 fn robot_name(text: &str) -> Result<String, String> {
     if is_name(text) {
         Ok(text.to_owned())

@@ -1,9 +1,9 @@
-//! What a robot keeps of each teammate: a list by rank, and apart from it the ranks themselves, so that a look for one of
-//! them touches little memory.
+//! Lists of values per teammate, sorted by rank. The ranks are stored apart from the values, so that a search touches
+//! little memory.
 
 use alliance_proto::ids::RobotId;
 
-/// Values by rank, of those that there are.
+/// A sparse list of values, sorted by the rank of their robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ByRank<T> {
     ranks: Vec<RobotId>,
@@ -20,9 +20,9 @@ impl<T> Default for ByRank<T> {
 }
 
 impl<T> ByRank<T> {
-    /// Where the value of a robot is, else where it would be.
+    /// Returns the index of the robot's value, else the index at which to insert it.
     pub fn place(&self, robot: RobotId) -> Result<usize, usize> {
-        // Where all teammates have a value, it is at the rank itself, or one before: the robot has none of its own.
+        // If all teammates have a value, it is at the rank or one before it, because the robot itself has none.
         let rank = robot.index();
         let likely = [rank.wrapping_sub(1), rank].into_iter();
         let mut found = likely.filter(|&place| self.ranks.get(place) == Some(&robot));
@@ -31,26 +31,26 @@ impl<T> ByRank<T> {
             .map_or_else(|| self.ranks.binary_search(&robot), Ok)
     }
 
-    /// The value at a [`ByRank::place`].
+    /// Returns the value at an index from [`ByRank::place`].
     pub fn at(&self, place: usize) -> &T {
         &self.values[place]
     }
 
-    /// The same, to be changed.
+    /// Returns the value at an index from [`ByRank::place`], mutably.
     pub fn at_mut(&mut self, place: usize) -> &mut T {
         &mut self.values[place]
     }
 
-    /// Puts in the first value of a robot, at its [`ByRank::place`].
+    /// Inserts the first value of a robot at the index from [`ByRank::place`].
     pub fn insert(&mut self, place: usize, robot: RobotId, value: T) {
         self.ranks.insert(place, robot);
         self.values.insert(place, value);
     }
 
-    /// The value of a robot; `new` where there is none yet.
+    /// Returns the value of a robot. Inserts `new()` if it has none.
     pub fn get_or_insert_with(&mut self, robot: RobotId, new: impl FnOnce() -> T) -> &mut T {
         let place = match self.place(robot) {
-            Ok(known) => known,
+            Ok(found) => found,
             Err(place) => {
                 self.insert(place, robot, new());
                 place
@@ -59,22 +59,18 @@ impl<T> ByRank<T> {
         &mut self.values[place]
     }
 
-    /// All of them, by rank.
     pub fn iter(&self) -> impl Iterator<Item = (RobotId, &T)> {
         self.ranks.iter().copied().zip(&self.values)
     }
 
-    /// The places of all.
     pub fn places(&self) -> std::ops::Range<usize> {
         0..self.ranks.len()
     }
 
-    /// The robot whose value is at that place, and the value.
     pub fn entry_mut(&mut self, place: usize) -> (RobotId, &mut T) {
         (self.ranks[place], &mut self.values[place])
     }
 
-    /// All values, by rank.
     pub fn values_mut(&mut self) -> impl Iterator<Item = &mut T> {
         self.values.iter_mut()
     }
@@ -89,9 +85,8 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// Against a map.
         #[test]
-        fn it_is_a_map_by_rank(
+        fn list_behaves_like_a_map_by_rank(
             many in any::<bool>(),
             entries in prop::collection::vec((0..20_u16, 0..100_u32), 0..60),
         ) {

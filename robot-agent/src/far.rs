@@ -1,4 +1,4 @@
-//! From another host: how a world is reached over a network, and how its run is found.
+//! Connection from another host: options, and the search for the run.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -16,31 +16,30 @@ use zenoh::Session;
 
 use bus::{ConnectError, open_once};
 
-/// How often a world is looked for that is not there.
 const LOOK_INTERVAL: Duration = Duration::from_millis(200);
 
-/// How long the world is waited for behind a router.
+/// The time to wait for the world behind a router.
 const WORLD_PATIENCE: Duration = Duration::from_secs(10);
 
-/// How a world on another host is reached.
 #[derive(Args, Clone, Debug)]
 pub struct FarArgs {
-    /// Where the world, or a router on the way to it, is reached from other hosts, such as tls/10.0.0.1:7447
+    /// Address of the world, or of a router on the way to it, for other hosts, such as tls/10.0.0.1:7447
     #[arg(long, value_name = "LOCATOR", requires = "keys")]
     pub connect: Option<String>,
-    /// Folder with this member's keys, as `alliance keys` makes them; or -: they come by standard input, as `cluster up --start` gives them
+    /// Folder with this member's keys, written by `alliance keys`; or - to read them from standard input, as `cluster
+    /// up --start` supplies them
     #[arg(long, value_name = "DIR")]
     pub keys: Option<PathBuf>,
-    /// Take a way over the network that is not encrypted; everybody on it can read along
+    /// Use an unencrypted connection; everyone on the network can read it
     #[arg(long)]
     pub unencrypted: bool,
 }
 
 impl FarArgs {
-    /// How the member of that identity connects, and where its keys are; `None` on the world's own machine.
+    /// Returns the login and the key files of the member with that identity; `None` without `--connect`.
     ///
     /// # Errors
-    /// One line that says what is wrong with the locator or the keys.
+    /// Fails with one line if the locator or the keys are invalid.
     pub fn login(&self, identity: &str) -> anyhow::Result<Option<(Login, KeyFiles)>> {
         let (Some(endpoint), Some(keys)) = (&self.connect, &self.keys) else {
             return Ok(None);
@@ -58,13 +57,13 @@ impl FarArgs {
     }
 }
 
-/// The run of the world that is reached so; waits until one is there.
+/// Returns the run of the world at the endpoint. Waits until a world appears there.
 ///
 /// # Errors
-/// When the world, or who is there instead, does not let this member in.
+/// Fails if the endpoint refuses this member.
 pub async fn find_run(login: &Login) -> anyhow::Result<String> {
     let config = session::client(login, true);
-    let mut said = None;
+    let mut reported = None;
     loop {
         let why = match open_once(&config, &login.endpoint) {
             Ok(session) => {
@@ -73,20 +72,20 @@ pub async fn find_run(login: &Login) -> anyhow::Result<String> {
                 if let Some(run) = found.map_err(anyhow::Error::from_boxed)? {
                     return Ok(run);
                 }
-                format!("{}: no world is reached there yet", login.endpoint)
+                format!("{}: no world is reachable there yet", login.endpoint)
             }
             Err(refused @ ConnectError::Refused { .. }) => return Err(refused.into()),
             Err(error) => error.to_string(),
         };
-        if said.as_ref() != Some(&why) {
+        if reported.as_ref() != Some(&why) {
             tracing::info!("{why}; trying again");
-            said = Some(why);
+            reported = Some(why);
         }
         sleep(LOOK_INTERVAL).await;
     }
 }
 
-/// Whether the world of the run shows its token.
+/// Returns whether the liveliness token of the run's world is present.
 pub async fn is_world_there(session: &Session, keys: &Keys) -> bool {
     let Ok(tokens) = session.liveliness().get(keys.alive_world()).await else {
         return false;
@@ -95,7 +94,8 @@ pub async fn is_world_there(session: &Session, keys: &Keys) -> bool {
     first.is_ok_and(|reply| reply.result().is_ok())
 }
 
-/// Waits until it does: a router on the way may be there before it has reached the world. Says whether it came.
+/// Waits for the world's token, because a router may start before it reaches the world. Returns whether the token
+/// appeared.
 pub async fn wait_for_world(session: &Session, keys: &Keys) -> bool {
     let until = Instant::now() + WORLD_PATIENCE;
     while Instant::now() < until {
@@ -107,7 +107,6 @@ pub async fn wait_for_world(session: &Session, keys: &Keys) -> bool {
     false
 }
 
-/// The run whose world shows its token.
 async fn world_of(session: &Session) -> zenoh::Result<Option<String>> {
     let tokens = session.liveliness().get(ALIVE_WORLDS).await?;
     while let Ok(reply) = tokens.recv_async().await {

@@ -1,17 +1,20 @@
-//! The robot-agent: one robot's mind, and the process it lives in.
+//! The robot agent: the controller of one robot, and the process that runs it.
 //!
-//! Pure, from the outside in:
-//! - [`agent`]: one step of the mind. What has arrived in [`radio`] it hears through [`links`](alliance_proto::links); it perceives and acts through its mission, and weighs its
-//!   choices with its allocator.
-//! - [`allocator`]: the seam to the rule that chooses; [`allocators`]: the rules, ALLIANCE among them.
-//! - [`mission`]: the seam to what robots are there for.
+//! Pure modules, from the outside in:
+//! - [`agent`]: one step of the controller. It receives broadcasts from [`radio`] through
+//!   [`links`](alliance_proto::links), perceives and acts through its mission, and selects a behavior with its
+//!   allocator.
+//! - [`allocator`]: the interface of task allocation algorithms; [`allocators`]: the built-in algorithms, ALLIANCE
+//!   among them.
+//! - [`mission`]: the interface of missions on the robots' side.
 //! - [`body`]: driving and obstacle avoidance.
-//! - [`testkit`]: what every allocator must keep, for tests of other crates too.
-//! - [`by_rank`]: lists of what is kept of each teammate.
+//! - [`testkit`]: conformance tests for allocators, also for other crates.
+//! - [`by_rank`]: lists of values per teammate.
 //!
-//! The shell: [`process`] puts an agent on the bus, [`far`] finds a run on another host, [`args`] is its command line.
+//! The shell with side effects: [`process`] connects an agent to the bus, [`far`] finds a run on another host, and
+//! [`args`] is the command line.
 
-// They panic where nothing can be written; `alliance_proto::terminal` does not.
+// The print macros panic on a closed stream; `alliance_proto::terminal` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod agent;

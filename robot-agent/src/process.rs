@@ -1,6 +1,6 @@
-//! The thin shell around an agent: a zenoh session, signals, and the one lock behind which the agent steps.
+//! The process of an agent: a zenoh session, signals, and one lock around the agent.
 //!
-//! Everything happens inside zenoh's callbacks, on its one worker: measured a third faster than handing samples to a task.
+//! Zenoh's callbacks do all work, on its single worker, without a handover to a task.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -31,67 +31,57 @@ use crate::allocator::{AgentRegistry, ConfigError};
 use crate::far;
 use crate::radio::Radio;
 
-/// How long listed broadcasts are waited for before they count as lost. In the star they are there before the tick is; this
-/// wait ends otherwise only when something is badly wrong, and well before the world's stall deadline.
+/// The time to wait for listed broadcasts before they count as lost. It is well below the world's stall deadline.
+/// Broadcasts usually arrive before the tick that lists them.
 const MANIFEST_DEADLINE: Duration = Duration::from_secs(2);
 
-/// How long an agent asks again for a robot that is taken.
+/// The time an agent repeats its request for a robot that is still taken.
 const TAKEN_PATIENCE: Duration = Duration::from_secs(1);
 
-/// How long a session may take to close.
 const CLOSE_DEADLINE: Duration = Duration::from_secs(1);
 
-/// How the agent's incarnation ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// The run is over.
     RunOver(Outcome),
-    /// A newer agent has the robot.
     Superseded,
-    /// Somebody sent SIGTERM or SIGINT.
+    /// The process received SIGTERM or SIGINT.
     Asked,
-    /// The world is no longer there.
+    /// The connection to the world is lost.
     WorldGone,
 }
 
-/// Why an agent could not do its work.
 #[derive(Debug, thiserror::Error)]
 pub enum AgentError {
-    /// The bus failed.
     #[error("bus at {endpoint}: {error}")]
     Bus {
-        /// Locator of the world.
         endpoint: String,
-        /// What zenoh said.
         error: zenoh::Error,
     },
-    /// The world did not answer the request to join.
     #[error("the world at {0} does not answer")]
     NoAnswer(String),
-    /// The world said no.
     #[error("refused")]
     Refused(#[from] Refusal),
-    /// The world's answer could not be read.
+    /// The answer is malformed or incomplete.
     #[error("the world's answer could not be read: {0}")]
     Answer(String),
-    /// This program does not know the mission or the robot's allocator, or not with these parameters.
+    /// The registry lacks the mission or the allocator, or a parameter is invalid.
     #[error(transparent)]
     Unknown(#[from] ConfigError),
-    /// Signals could not be caught, or random numbers not be had.
+    /// Signal handlers or random numbers are not available.
     #[error("system")]
     System(#[from] std::io::Error),
 }
 
-/// Lives as that robot until the run, the world or this agent ends, with the registry's mind of that name, or else the scenario's
-/// allocator.
+/// Controls the robot until the run, the world or this process ends. Uses the registry's controller with that name,
+/// else the scenario's allocator.
 ///
 /// # Errors
-/// Any [`AgentError`]; refused agents end here.
+/// Returns any [`AgentError`], also if the world refuses the agent.
 pub async fn live(
     robot: &str,
     run: &Member,
     registry: &AgentRegistry,
-    mind: Option<&str>,
+    controller: Option<&str>,
 ) -> Result<End, AgentError> {
     let bus_error = |error| AgentError::Bus {
         endpoint: run.login.endpoint.clone(),
@@ -103,10 +93,10 @@ pub async fn live(
     let session = bus::open(&config).await.map_err(bus_error)?;
 
     let (ended, end) = oneshot::channel();
-    let shared = Arc::new(Mutex::new(Mind::Joining { ended: Some(ended) }));
+    let shared = Arc::new(Mutex::new(AgentState::Joining { ended: Some(ended) }));
     let ignored = Arc::new(Mutex::new(Ignored::default()));
 
-    // Whatever is sent to this robot after the handshake finds its subscribers there: they are declared before it.
+    // The subscribers must exist before the handshake, because the world sends messages right after it.
     subscribe(&session, &keys, &secret, robot, &shared, &ignored)
         .await
         .map_err(bus_error)?;
@@ -118,27 +108,27 @@ pub async fn live(
     let publishers = declare_publishers(&session, &keys, robot, &setup)
         .await
         .map_err(bus_error)?;
-    setup.scenario.robots[welcome.robot.index()].mind = mind.map(ToOwned::to_owned);
+    setup.scenario.robots[welcome.robot.index()].mind = controller.map(ToOwned::to_owned);
     let team = TeamConfig::of(&setup, registry)?;
-    let own = &setup.scenario.robots[welcome.robot.index()];
+    let spec = &setup.scenario.robots[welcome.robot.index()];
     panics::this_is(format!(
         "robot-agent {robot} (mission {}, allocator {})",
         setup.catalog.mission.name(),
-        setup.scenario.allocator_of(own),
+        setup.scenario.allocator_of(spec),
     ));
     let agent = Agent::new(welcome.robot, welcome.incarnation, &setup, &team);
-    let voice = Voice::of(run, welcome.robot, welcome.pairs)
-        .ok_or_else(|| AgentError::Answer("it has no keys of pairs".to_owned()))?;
+    let broadcast_keys = BroadcastKeys::new(run, welcome.robot, welcome.pairs)
+        .ok_or_else(|| AgentError::Answer("it contains no pairwise keys".to_owned()))?;
     {
-        let mut mind = lock(&shared);
-        let Mind::Joining { ended } = &mut *mind else {
+        let mut state = lock(&shared);
+        let AgentState::Joining { ended } = &mut *state else {
             return Ok(End::WorldGone);
         };
         let ended = ended.take();
         let robot = welcome.robot;
-        *mind = Mind::Alive(Box::new(Alive {
+        *state = AgentState::Alive(Box::new(Alive {
             secret: secret.clone(),
-            voice,
+            broadcast_keys,
             robot,
             incarnation: welcome.incarnation,
             names: setup
@@ -156,7 +146,7 @@ pub async fn live(
             ended,
         }));
     }
-    // From here on the world counts on this agent; the token goes when the socket does.
+    // From here on the world requires a report for each tick. The token disappears together with the socket.
     let _token = session
         .liveliness()
         .declare_token(secret.stamp(&keys.alive(robot, welcome.incarnation)))
@@ -168,14 +158,14 @@ pub async fn live(
     for (kind, count) in lock(&ignored).counts() {
         tracing::warn!(kind, count, "messages ignored in this incarnation");
     }
-    // Teardown may hang; the process ends whether or not it does.
+    // Closing may hang, so the process ends after a time limit.
     let _ = timeout(CLOSE_DEADLINE, session.close()).await;
     Ok(end)
 }
 
 async fn wait_for_end(
     mut end: oneshot::Receiver<End>,
-    shared: &Mutex<Mind>,
+    shared: &Mutex<AgentState>,
 ) -> Result<End, AgentError> {
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;
@@ -195,17 +185,16 @@ struct Welcomed {
     pairs: Option<Vec<u128>>,
 }
 
-/// What broadcasts are sealed with.
-enum Voice {
-    /// On one machine.
+enum BroadcastKeys {
+    /// A single token for all robots, on one machine.
     Token(Secret),
-    /// Over a network.
+    /// A key per pair of robots, over a network.
     Pairs(Pairs),
 }
 
-impl Voice {
-    /// `None` where neither is known.
-    fn of(run: &Member, robot: RobotId, pairs: Option<Vec<u128>>) -> Option<Self> {
+impl BroadcastKeys {
+    /// Returns `None` if the member has neither kind of key.
+    fn new(run: &Member, robot: RobotId, pairs: Option<Vec<u128>>) -> Option<Self> {
         match (pairs, &run.token) {
             (Some(keys), _) if robot.index() < keys.len() => {
                 Some(Self::Pairs(Pairs::new(robot.index(), keys)))
@@ -230,7 +219,8 @@ impl Voice {
     }
 }
 
-/// A robot whose agent has just died may seem taken until the world has noticed, so that refusal is not believed at once.
+/// Sends the request to join, and repeats it for a while if the robot is taken. The world may not have noticed yet
+/// that the previous agent died.
 async fn join_patiently(
     session: &Session,
     keys: &Keys,
@@ -269,7 +259,7 @@ async fn join(
     let replies = session
         .get(keys.join(robot))
         .payload(payload)
-        // Anybody may answer; only what the world sealed is an answer, and nobody else shall stand before it.
+        // Any member may answer, so all answers are collected. Only an answer that the world sealed counts.
         .target(QueryTarget::All)
         .consolidation(ConsolidationMode::None)
         .await
@@ -291,8 +281,8 @@ async fn join(
         match secret.open(&keys.join_answer(robot, request.nonce), &bytes) {
             Ok(answer) => break answer,
             Err(error) => match secret.open(&keys.join_answer(robot, 0), &bytes) {
-                // A world of another version may not have understood whose request it answers. Such an answer may also be an
-                // old one that somebody puts again, so that any other goes before it.
+                // A world of another version may not understand the nonce of the request. An attacker could replay
+                // such an answer, so a correct answer has precedence.
                 Ok(JoinReply::Refused(refusal @ Refusal::Version { .. })) => {
                     other_version = Some(refusal.into());
                 }
@@ -318,56 +308,55 @@ async fn subscribe(
     keys: &Keys,
     secret: &Secret,
     robot: &str,
-    shared: &Arc<Mutex<Mind>>,
+    shared: &Arc<Mutex<AgentState>>,
     ignored: &Arc<Mutex<Ignored>>,
 ) -> zenoh::Result<()> {
-    let (mind, log) = (Arc::clone(shared), Arc::clone(ignored));
+    let (state, log) = (Arc::clone(shared), Arc::clone(ignored));
     let (opener, key) = (secret.clone(), keys.tick(robot));
     session
         .declare_subscriber(key.clone())
         .callback(move |sample| {
-            let heard = match opener.open(&key, &sample.payload().to_bytes()) {
-                Ok(message) => lock(&mind).hear_world(message),
+            let result = match opener.open(&key, &sample.payload().to_bytes()) {
+                Ok(message) => lock(&state).receive_from_world(message),
                 Err(error) => Err(error.into()),
             };
-            note(&log, "tick", heard);
+            note(&log, "tick", result);
         })
         .background()
         .await?;
 
-    let (mind, log) = (Arc::clone(shared), Arc::clone(ignored));
+    let (state, log) = (Arc::clone(shared), Arc::clone(ignored));
     let team = keys.clone();
     session
         .declare_subscriber(keys.team_all())
-        // A robot does not hear itself: zenoh would call back from inside its own put, while the lock is held.
+        // Excludes the robot's own broadcasts: zenoh would call back from inside its own put, while the lock is held.
         .allowed_origin(Locality::Remote)
         .callback(move |sample| {
             let key = sample.key_expr().as_str();
             let name = team.parse_robot(key).unwrap_or_default();
-            let heard = lock(&mind).hear_teammate(name, key, &sample.payload().to_bytes());
-            note(&log, "team", heard);
+            let result = lock(&state).receive_broadcast(name, key, &sample.payload().to_bytes());
+            note(&log, "team", result);
         })
         .background()
         .await?;
 
-    let mind = Arc::clone(shared);
+    let state = Arc::clone(shared);
     session
         .liveliness()
         .declare_subscriber(keys.alive_world())
         .history(true)
         .callback(move |sample| {
             if sample.kind() == SampleKind::Delete {
-                lock(&mind).end(End::WorldGone);
+                lock(&state).end(End::WorldGone);
             }
         })
         .background()
         .await
 }
 
-/// The agent's publishers, declared once.
 struct Publishers {
     report: Publisher<'static>,
-    /// By [`BroadcastKind`], in the order of its declaration.
+    /// A publisher per [`BroadcastKind`], in the order of its declaration.
     team: Vec<Publisher<'static>>,
 }
 
@@ -377,7 +366,8 @@ async fn declare_publishers(
     robot: &str,
     setup: &Setup,
 ) -> zenoh::Result<Publishers> {
-    // One priority for all of them, and for ticks: so they keep their order, and nobody else's messages delay them.
+    // Reports, broadcasts and ticks have one priority. They keep their order, and messages of other programs do not
+    // delay them.
     let publisher = |key| {
         let declared = session.declare_publisher(key);
         declared.priority(Priority::InteractiveHigh)
@@ -391,38 +381,35 @@ async fn declare_publishers(
     Ok(Publishers { report, team })
 }
 
-/// What the callbacks share.
-enum Mind {
-    /// The handshake is under way.
+enum AgentState {
     Joining { ended: Option<oneshot::Sender<End>> },
-    /// The agent works.
     Alive(Box<Alive>),
 }
 
 struct Alive {
     secret: Secret,
-    voice: Voice,
+    broadcast_keys: BroadcastKeys,
     robot: RobotId,
     incarnation: Incarnation,
-    /// Names of all robots, by rank: a broadcast must come on its sender's key.
+    /// The names of all robots, by rank. A broadcast must arrive on its sender's key.
     names: Vec<String>,
     agent: TentativeAgent,
     radio: Radio,
     space: Workspace,
-    /// Number of the latest tick that the world sent to this incarnation. An older one is put again by somebody; this one is asked again.
+    /// The latest tick that the world sent to this incarnation. An older tick is a replayed message; a copy of the
+    /// latest is a repeated request.
     latest: Option<Tick>,
-    /// A tick whose broadcasts have not all arrived, and until when they are waited for.
+    /// A tick with missing broadcasts, and the deadline for them.
     pending: Option<(Box<TickMessage>, Instant)>,
     publishers: Publishers,
     ended: Option<oneshot::Sender<End>>,
 }
 
-/// A panic ends the process, so a poisoned lock is never seen.
+/// Locks a mutex and ignores poisoning, because a panic ends the process.
 fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Why a message is ignored.
 #[derive(Debug, thiserror::Error)]
 enum Ignore {
     #[error(transparent)]
@@ -431,43 +418,43 @@ enum Ignore {
     Unfit(&'static str),
 }
 
-/// Counts a message that was ignored, and warns about it at a bounded rate.
-fn note(ignored: &Mutex<Ignored>, kind: &'static str, heard: Result<(), Ignore>) {
-    if let Err(why) = heard
+/// Counts an ignored message and logs a warning at a bounded rate.
+fn note(ignored: &Mutex<Ignored>, kind: &'static str, result: Result<(), Ignore>) {
+    if let Err(why) = result
         && let Some(count) = lock(ignored).count(kind, Instant::now().into_std())
     {
         tracing::warn!(kind, count, %why, "message ignored");
     }
 }
 
-impl Mind {
-    fn hear_world(&mut self, message: ToAgent) -> Result<(), Ignore> {
+impl AgentState {
+    fn receive_from_world(&mut self, message: ToAgent) -> Result<(), Ignore> {
         match (message, self) {
-            (ToAgent::End(outcome), mind) => mind.end(End::RunOver(outcome)),
-            (ToAgent::Dismissed(incarnation), Mind::Alive(alive)) => {
+            (ToAgent::End(outcome), state) => state.end(End::RunOver(outcome)),
+            (ToAgent::Dismissed(incarnation), AgentState::Alive(alive)) => {
                 if alive.incarnation == incarnation {
                     alive.end(End::Superseded);
                 }
             }
-            (ToAgent::Tick(tick), Mind::Alive(alive)) => return alive.hear_tick(tick),
-            (ToAgent::Informed(mut tick, truth), Mind::Alive(alive)) => {
+            (ToAgent::Tick(tick), AgentState::Alive(alive)) => return alive.receive_tick(tick),
+            (ToAgent::Informed(mut tick, truth), AgentState::Alive(alive)) => {
                 tick.truth = truth;
-                return alive.hear_tick(tick);
+                return alive.receive_tick(tick);
             }
-            (_, Mind::Joining { .. }) => {}
+            (_, AgentState::Joining { .. }) => {}
         }
         Ok(())
     }
 
-    fn hear_teammate(&mut self, name: &str, key: &str, sealed: &[u8]) -> Result<(), Ignore> {
+    fn receive_broadcast(&mut self, name: &str, key: &str, sealed: &[u8]) -> Result<(), Ignore> {
         match self {
-            Mind::Alive(alive) => alive.hear_teammate(name, key, sealed),
-            Mind::Joining { .. } => Ok(()),
+            AgentState::Alive(alive) => alive.receive_broadcast(name, key, sealed),
+            AgentState::Joining { .. } => Ok(()),
         }
     }
 
     fn give_up_waiting(&mut self) {
-        if let Mind::Alive(alive) = self
+        if let AgentState::Alive(alive) = self
             && let Some((_, until)) = &alive.pending
             && *until <= Instant::now()
             && let Some((tick, _)) = alive.pending.take()
@@ -479,18 +466,18 @@ impl Mind {
 
     fn end(&mut self, end: End) {
         let ended = match self {
-            Mind::Joining { ended } => ended,
-            Mind::Alive(alive) => &mut alive.ended,
+            AgentState::Joining { ended } => ended,
+            AgentState::Alive(alive) => &mut alive.ended,
         };
         if let Some(ended) = ended.take() {
-            // The receiver is gone only when the process is ending anyway.
+            // The receiver is dropped only when the process ends.
             let _ = ended.send(end);
         }
     }
 }
 
 impl Alive {
-    fn hear_tick(&mut self, tick: Box<TickMessage>) -> Result<(), Ignore> {
+    fn receive_tick(&mut self, tick: Box<TickMessage>) -> Result<(), Ignore> {
         if tick.incarnation > self.incarnation {
             self.end(End::Superseded);
             return Ok(());
@@ -499,7 +486,7 @@ impl Alive {
             return Err(Ignore::Unfit("stale"));
         }
         if Some(tick.tick) == self.latest {
-            // The world has had no answer: what came of the step is lost, or on its way.
+            // The world repeats the tick because it has no answer: the report is lost or in flight.
             if self.pending.is_none() {
                 self.publish();
             }
@@ -514,15 +501,15 @@ impl Alive {
         Ok(())
     }
 
-    fn hear_teammate(&mut self, name: &str, key: &str, sealed: &[u8]) -> Result<(), Ignore> {
-        let sender = self.names.iter().position(|each| each == name);
-        let sender = sender.ok_or(Ignore::Unfit("of no teammate"))?;
-        let broadcast = self.voice.open(key, sealed, sender)?;
+    fn receive_broadcast(&mut self, name: &str, key: &str, sealed: &[u8]) -> Result<(), Ignore> {
+        let sender = self.names.iter().position(|known| known == name);
+        let sender = sender.ok_or(Ignore::Unfit("from an unknown sender"))?;
+        let broadcast = self.broadcast_keys.open(key, sealed, sender)?;
         if broadcast.sender.index() != sender {
             return Err(Ignore::Unfit("on another robot's key"));
         }
         if broadcast.sender == self.robot {
-            return Err(Ignore::Unfit("this robot's own"));
+            return Err(Ignore::Unfit("from this robot itself"));
         }
         if !self.radio.receive(broadcast) {
             return Err(Ignore::Unfit("stale"));
@@ -543,11 +530,13 @@ impl Alive {
         self.publish();
     }
 
-    /// What came of the latest step.
     fn publish(&self) {
         for broadcast in &self.space.broadcasts {
             let publisher = &self.publishers.team[broadcast.body.kind() as usize];
-            publish(publisher, self.voice.seal(publisher.key_expr(), broadcast));
+            publish(
+                publisher,
+                self.broadcast_keys.seal(publisher.key_expr(), broadcast),
+            );
         }
         let publisher = &self.publishers.report;
         let report = self.secret.seal(publisher.key_expr(), &self.space.report);
@@ -561,7 +550,7 @@ impl Alive {
     }
 }
 
-/// A message that cannot be sent is a loss like any other: the world or the teammates will see it missing.
+/// Publishes a message. A failure counts as message loss, which the receivers detect.
 fn publish(publisher: &Publisher<'_>, sealed: Result<Vec<u8>, CodecError>) {
     match sealed {
         Ok(bytes) => {

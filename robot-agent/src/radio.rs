@@ -1,7 +1,7 @@
-//! The robot's receiver: broadcasts that have arrived, until the world's manifest lists them, in its order and not in that in
-//! which they came.
+//! The robot's receiver. It stores broadcasts until the world's manifest lists them, and delivers them in the order
+//! of the manifest.
 //!
-//! Anything that no manifest lists is never heard (DESIGN §4), whatever somebody puts on the bus.
+//! A broadcast that no manifest lists is never delivered.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -11,24 +11,21 @@ use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::team::Broadcast;
 use alliance_proto::tick::ManifestEntry;
 
-/// Broadcasts that have arrived and wait for the manifest that lists them. More than any honest team sends in the ticks
-/// that can be under way; what exceeds it is the oldest, or junk.
+/// The largest number of stored broadcasts, more than a correct team sends in the ticks in flight. Beyond it the
+/// oldest are dropped.
 const CAPACITY: usize = 65_536;
 
-/// Identity of a broadcast.
 type Key = (Tick, RobotId, Incarnation, u16);
 
-/// The robot's receiver.
 #[derive(Clone, Debug, Default)]
 pub struct Radio {
     arrived: BTreeMap<Key, Broadcast>,
-    /// Broadcasts of earlier ticks are listed no more.
+    /// The oldest tick that a manifest may still list.
     oldest: Tick,
 }
 
 impl Radio {
-    /// Takes a broadcast from the bus, unless it is too old ever to be listed or is there already: a replayed one changes
-    /// nothing. Says whether it was taken.
+    /// Stores a broadcast from the bus and returns true. Drops it if it is too old to be listed, or a copy.
     pub fn receive(&mut self, broadcast: Broadcast) -> bool {
         if broadcast.tick < self.oldest {
             return false;
@@ -51,13 +48,13 @@ impl Radio {
         }
     }
 
-    /// In a replay: forgets a broadcast that got lost.
+    /// Removes a lost broadcast (in a replay).
     pub fn lose(&mut self, sender: RobotId, tick: Tick, index: u16) {
         self.arrived
             .retain(|key, _| (key.0, key.1, key.3) != (tick, sender, index));
     }
 
-    /// Whether every broadcast of the manifest has arrived.
+    /// Returns whether every broadcast of the manifest has arrived.
     #[must_use]
     pub fn has_all(&self, manifest: &[ManifestEntry]) -> bool {
         manifest
@@ -65,8 +62,8 @@ impl Radio {
             .all(|entry| keys(entry).all(|key| self.arrived.contains_key(&key)))
     }
 
-    /// Moves the broadcasts of the manifest into `collected`, instead of what is there, one place for each in its order; `None`
-    /// is one that has not arrived. Older ones are forgotten.
+    /// Replaces `collected` with the broadcasts of the manifest, in its order. A missing broadcast is `None`. Drops
+    /// older broadcasts.
     pub fn collect(
         &mut self,
         manifest: &[ManifestEntry],
@@ -124,7 +121,6 @@ mod tests {
         }
     }
 
-    /// The sequence numbers of what is collected.
     fn collect(radio: &mut Radio, manifest: &[ManifestEntry]) -> Vec<Option<u64>> {
         let mut collected = vec![None];
         radio.collect(manifest, &mut collected);
@@ -136,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn collects_in_the_order_of_the_manifest_whatever_the_order_of_arrival() {
+    fn broadcasts_are_delivered_in_manifest_order_for_any_arrival_order() {
         let manifest = [entry(0, 4, 2), entry(2, 4, 1)];
         let sent = [
             broadcast(2, 4, 0, 9),
@@ -155,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_manifest_lists_is_never_collected() {
+    fn an_unlisted_broadcast_is_never_delivered() {
         let mut radio = Radio::default();
         radio.receive(broadcast(1, 4, 0, 1));
         radio.receive(broadcast(1, 4, 1, 2));
@@ -164,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn a_listed_broadcast_that_never_came_leaves_its_place_empty() {
+    fn a_missing_broadcast_leaves_its_place_empty() {
         let mut radio = Radio::default();
         radio.receive(broadcast(1, 4, 1, 8));
         assert_eq!(collect(&mut radio, &[entry(1, 4, 2)]), [None, Some(8)]);
@@ -179,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_older_than_all_that_may_be_listed_is_not_kept() {
+    fn a_broadcast_older_than_the_manifest_is_dropped() {
         let mut radio = Radio::default();
         collect(&mut radio, &[entry(1, 4, 0)]);
         assert!(!radio.receive(broadcast(1, 3, 0, 1)));

@@ -1,4 +1,4 @@
-//! What every allocator must keep, as one call from a test of the crate that it lives in (ALLOCATORS.md §1, laws G1 to G4).
+//! Conformance tests for allocators of any crate: the laws G1 to G4 of ALLOCATORS.md.
 //!
 //! ```
 //! use robot_agent::allocator::NoParameters;
@@ -26,64 +26,62 @@ use crate::allocator::{
     Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost, TaskBrief,
 };
 
-/// Random teams that are tried.
 const TEAMS: u64 = 60;
-/// Steps of each.
 const STEPS: u64 = 400;
 
-/// Steps an allocator through random situations and asks for the laws. What other robots say are heartbeats, junk, and what the
-/// allocator itself says in their place.
+/// Runs an allocator through random situations and checks the laws. The broadcasts of teammates are heartbeats, junk,
+/// and messages of the same allocator.
 ///
 /// # Panics
-/// With the law that does not hold, the seed and the step.
+/// Panics with the violated law, the seed and the step.
 pub fn allocator<A: Allocator>(config: &A::Config) {
     minds(|me| Box::new(Framed::<A>::new(me, config)));
 }
 
-/// The same for allocators that have states and heartbeats of their own.
+/// Checks allocators with their own states and heartbeats, like [`allocator`].
 ///
 /// # Panics
-/// As [`allocator`].
+/// Panics like [`allocator`].
 pub fn minds(mut make: impl FnMut(Me) -> Box<dyn Mind>) {
     for seed in 0..TEAMS {
-        let [one, again] = std::array::from_fn(|_| Trial::new(seed, &mut make).run());
+        let [first, second] = std::array::from_fn(|_| Trial::new(seed, &mut make).run());
         assert!(
-            one == again,
+            first == second,
             "seed {seed}: G1, the same inputs give the same decisions"
         );
     }
 }
 
-/// One robot among others, of all of whom the allocator is the same.
+/// A robot in a team with the same allocator for all.
 struct Trial {
     seed: u64,
-    chance: ChaCha8Rng,
+    rng: ChaCha8Rng,
     me: Me,
-    /// The robot's own, which goes back now and then, and three more that must always give the same: one never goes back, one hears
-    /// everything twice, one hears junk from robots that there are not.
+    /// Four copies of the robot's allocator. The first is rolled back now and then. The others must give the same
+    /// outcomes: without rollbacks, with each broadcast twice, and with junk from unknown robots.
     minds: [Box<dyn Mind>; 4],
-    /// A teammate's, whose words are heard.
+    /// A teammate's allocator, which supplies messages.
     other: Box<dyn Mind>,
-    said: Vec<AllocationMessage>,
+    sent: Vec<AllocationMessage>,
     states: Vec<BehaviorState>,
     seq: u64,
 }
 
 impl Trial {
     fn new(seed: u64, make: &mut impl FnMut(Me) -> Box<dyn Mind>) -> Self {
-        let mut chance = ChaCha8Rng::seed_from_u64(seed);
-        let tasks = chance.random_range(1..6_u16);
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let tasks = rng.random_range(1..6_u16);
         let behaviors = (0..tasks).map(|task| OwnBehavior {
             id: BehaviorId(task),
             task: TaskId(task),
-            max_robots: chance.random_range(1..3),
-            priority: chance.random_range(-1..2),
+            max_robots: rng.random_range(1..3),
+            priority: rng.random_range(-1..2),
         });
         let behaviors: Vec<OwnBehavior> = behaviors.collect();
-        let team = chance.random_range(2..5);
-        let brief = |own: &OwnBehavior| TaskBrief {
-            max_robots: own.max_robots,
-            priority: own.priority,
+        let team = rng.random_range(2..5);
+        let brief = |behavior: &OwnBehavior| TaskBrief {
+            max_robots: behavior.max_robots,
+            priority: behavior.priority,
             unit_s: 2.0,
             robots: (0..team as u16).map(RobotId).collect(),
         };
@@ -105,17 +103,16 @@ impl Trial {
         };
         Self {
             seed,
-            chance,
+            rng,
             minds: std::array::from_fn(|_| make(me.clone())),
             other: make(other),
-            said: Vec::new(),
+            sent: Vec::new(),
             states: vec![BehaviorState::Hibernating; me.behaviors.len()],
             seq: 0,
             me,
         }
     }
 
-    /// What came of each step.
     fn run(mut self) -> Vec<Outcome> {
         let mut choices = Vec::new();
         let mut truth = Vec::new();
@@ -123,10 +120,10 @@ impl Trial {
         for tick in 0..STEPS {
             let now = SimTime(50 * tick);
             self.situation(now, &mut choices);
-            let heard = self.heard(now);
+            let heard = self.broadcasts(now);
             let progressed: Vec<TaskId> = self.some_tasks(0.02);
-            let position = self.chance.random_bool(0.9).then_some(Vec2::ONE);
-            let is_laden = self.chance.random_bool(0.1);
+            let position = self.rng.random_bool(0.9).then_some(Vec2::ONE);
+            let is_laden = self.rng.random_bool(0.1);
             let applicable: Vec<bool> = choices.iter().map(|choice| choice.applicable).collect();
             let (seed, step_s, flat) = (self.seed, self.me.step_s, Flat(&choices));
             let input = |heard, robot| Input {
@@ -144,7 +141,7 @@ impl Trial {
             };
             let twice: Vec<Arc<Broadcast>> = heard
                 .iter()
-                .flat_map(|it| [it.clone(), it.clone()])
+                .flat_map(|broadcast| [broadcast.clone(), broadcast.clone()])
                 .collect();
             let mut with_junk = heard.clone();
             with_junk.extend(strangers(&heard, self.me.team));
@@ -154,13 +151,13 @@ impl Trial {
             let at = format!("seed {}, step {tick}", self.seed);
             for ((mind, outcome), list) in self.minds.iter_mut().zip(&mut outcomes).zip(lists) {
                 let step = || mind.step(&input(list, self.me.robot), outcome);
-                if let Err(said) = panics::catch(step) {
-                    panic!("{at}: G3, no message makes it panic: {said}");
+                if let Err(panic) = panics::catch(step) {
+                    panic!("{at}: G3, no message makes it panic: {panic}");
                 }
             }
             assert_eq!(
                 outcomes[0], outcomes[1],
-                "{at}: G1, a clone goes on alike, and a step that does not count leaves no trace"
+                "{at}: G1, clones give equal outcomes, and a step that does not count leaves no trace"
             );
             assert_eq!(
                 outcomes[0], outcomes[2],
@@ -168,32 +165,32 @@ impl Trial {
             );
             assert_eq!(
                 outcomes[0], outcomes[3],
-                "{at}: G1, strangers change nothing"
+                "{at}: G1, broadcasts of robots outside the team change nothing"
             );
 
             let mut other = Outcome::default();
             self.other.step(&input(&[], RobotId(0)), &mut other);
-            self.said.extend(other.say);
+            self.sent.extend(other.say);
             let rows = [
                 (RobotId(0), &other.rows),
                 (self.me.robot, &outcomes[0].rows),
             ];
             let offers = self.offers(&rows);
-            let surplus = self.said.len().saturating_sub(8);
-            self.said.drain(..surplus);
+            let surplus = self.sent.len().saturating_sub(8);
+            self.sent.drain(..surplus);
 
             let [outcome, ..] = &outcomes;
             self.check(&at, outcome, &choices);
             trace.push(outcome.clone());
-            if self.chance.random_bool(0.1) {
-                // A step that does not count, and the clone of before goes on.
+            if self.rng.random_bool(0.1) {
+                // A step that does not count: the copy from before it is restored.
                 let kept = self.minds[0].checkpoint();
-                let mut astray = Outcome::default();
+                let mut discarded = Outcome::default();
                 let later = Input {
                     now: SimTime(now.0 + 1),
                     ..input(&[], self.me.robot)
                 };
-                self.minds[0].step(&later, &mut astray);
+                self.minds[0].step(&later, &mut discarded);
                 self.minds[0] = kept;
             }
             truth = offers;
@@ -201,23 +198,23 @@ impl Trial {
         trace
     }
 
-    /// What the robot could do: mostly as before.
+    /// Sets the choices of the robot. They change seldom.
     fn situation(&mut self, now: SimTime, choices: &mut Vec<Choice>) {
-        if choices.is_empty() || self.chance.random_bool(0.05) {
+        if choices.is_empty() || self.rng.random_bool(0.05) {
             choices.clear();
-            for own in &self.me.behaviors {
+            for behavior in &self.me.behaviors {
                 choices.push(Choice {
-                    behavior: own.id,
-                    task: own.task,
+                    behavior: behavior.id,
+                    task: behavior.task,
                     round: SimTime(now.0 / 8000 * 8000),
-                    applicable: self.chance.random_bool(0.7),
+                    applicable: self.rng.random_bool(0.7),
                     cost_s: self
-                        .chance
+                        .rng
                         .random_bool(0.9)
-                        .then(|| self.chance.random_range(0.0..200.0)),
-                    reward: f64::from(self.chance.random_range(1..4)),
-                    priority: own.priority,
-                    max_robots: own.max_robots,
+                        .then(|| self.rng.random_range(0.0..200.0)),
+                    reward: f64::from(self.rng.random_range(1..4)),
+                    priority: behavior.priority,
+                    max_robots: behavior.max_robots,
                 });
             }
         }
@@ -225,18 +222,18 @@ impl Trial {
 
     fn some_tasks(&mut self, share: f64) -> Vec<TaskId> {
         let all = 0..self.me.tasks as u16;
-        all.filter(|_| self.chance.random_bool(share))
+        all.filter(|_| self.rng.random_bool(share))
             .map(TaskId)
             .collect()
     }
 
-    /// What the world tells of the rows of a step, mostly.
+    /// Returns most of the offers that the world derives from the rows of a step.
     fn offers(&mut self, rows: &[(RobotId, &Vec<AllocationRow>)]) -> Vec<Offer> {
         let rows = rows.iter();
         let rows = rows.flat_map(|&(robot, rows)| rows.iter().map(move |row| (robot, row)));
         let offers = rows.filter(|(_, row)| row.utility > 0.0);
         offers
-            .filter(|_| self.chance.random_bool(0.95))
+            .filter(|_| self.rng.random_bool(0.95))
             .map(|(robot, row)| Offer {
                 robot,
                 behavior: row.behavior,
@@ -246,34 +243,35 @@ impl Trial {
             .collect()
     }
 
-    /// Broadcasts of teammates: sound ones, wild ones, and what the allocator says.
-    fn heard(&mut self, now: SimTime) -> Vec<Arc<Broadcast>> {
-        let count = if self.chance.random_bool(0.2) {
-            self.chance.random_range(1..4)
+    /// Returns random broadcasts of teammates: valid ones, invalid ones, and messages of the allocator.
+    fn broadcasts(&mut self, now: SimTime) -> Vec<Arc<Broadcast>> {
+        let count = if self.rng.random_bool(0.2) {
+            self.rng.random_range(1..4)
         } else {
             0
         };
-        let mut heard: Vec<Arc<Broadcast>> =
+        let mut broadcasts: Vec<Arc<Broadcast>> =
             (0..count).map(|_| Arc::new(self.broadcast(now))).collect();
-        heard.sort_by_key(|it| (it.sender, it.incarnation, it.seq));
-        heard
+        broadcasts
+            .sort_by_key(|broadcast| (broadcast.sender, broadcast.incarnation, broadcast.seq));
+        broadcasts
     }
 
     fn broadcast(&mut self, now: SimTime) -> Broadcast {
         self.seq += 1;
-        let wild = self.chance.random_bool(0.1);
-        let sender = match self.chance.random_range(0..self.me.team as u16) {
+        let wild = self.rng.random_bool(0.1);
+        let sender = match self.rng.random_range(0..self.me.team as u16) {
             1 => RobotId(0),
             other => RobotId(other),
         };
-        let body = if self.chance.random_bool(0.5) {
+        let body = if self.rng.random_bool(0.5) {
             self.heartbeat(now, wild)
         } else {
             Content::Allocation(self.allocation(wild))
         };
         Broadcast {
             sender,
-            incarnation: self.chance.random_range(1..3),
+            incarnation: self.rng.random_range(1..3),
             tick: now.0 / 50,
             index: 0,
             seq: if wild { u64::MAX - self.seq } else { self.seq },
@@ -289,10 +287,10 @@ impl Trial {
             TaskState::Released,
             TaskState::Waiting,
         ];
-        let state = states[self.chance.random_range(0..states.len())];
+        let state = states[self.rng.random_range(0..states.len())];
         let tasks = self.me.tasks as u16 + if wild { 40 } else { 0 };
-        let task = (state != TaskState::Idle).then(|| TaskId(self.chance.random_range(0..tasks)));
-        let back_ms = self.chance.random_range(0..9000);
+        let task = (state != TaskState::Idle).then(|| TaskId(self.rng.random_range(0..tasks)));
+        let back_ms = self.rng.random_range(0..9000);
         Content::Heartbeat(Heartbeat {
             state,
             since: if wild {
@@ -302,42 +300,43 @@ impl Trial {
             },
             set: task.map(|task| BehaviorId(task.0)),
             task,
-            progress: self.chance.random_range(0..9),
+            progress: self.rng.random_range(0..9),
             position: Some(Vec2::splat(if wild { f32::NAN } else { 2.0 })),
             carrying: false,
             lore: Lore::default(),
         })
     }
 
-    /// What the allocator says; if it is wild, with other bytes.
+    /// Returns a message of the allocator. With `wild`, its bytes are random.
     fn allocation(&mut self, wild: bool) -> AllocationMessage {
-        let length = self.chance.random_range(0..40);
-        let junk = (0..length).map(|_| self.chance.random()).collect();
-        if self.said.is_empty() {
+        let length = self.rng.random_range(0..40);
+        let junk = (0..length).map(|_| self.rng.random()).collect();
+        if self.sent.is_empty() {
             return AllocationMessage::Open(OpenMessage {
                 schema: "somebody/else".to_owned(),
                 bytes: junk,
             });
         }
-        let place = self.chance.random_range(0..self.said.len());
-        match self.said[place].clone() {
-            AllocationMessage::Open(said) if wild => AllocationMessage::Open(OpenMessage {
+        let place = self.rng.random_range(0..self.sent.len());
+        match self.sent[place].clone() {
+            AllocationMessage::Open(sent) if wild => AllocationMessage::Open(OpenMessage {
                 bytes: junk,
-                ..said
+                ..sent
             }),
-            said if wild => self.garbled(said),
-            said => said,
+            sent if wild => self.garbled(sent),
+            sent => sent,
         }
     }
 
-    /// The same message with some of its bytes changed, as far as it is one then: other tasks and times, numbers that are none.
+    /// Returns the message with some bytes changed, if they still decode: other tasks and times, numbers that are not
+    /// finite.
     fn garbled(&mut self, message: AllocationMessage) -> AllocationMessage {
         let mut bytes = encode(&message).unwrap_or_default();
-        let from = self.chance.random_range(0..bytes.len().max(1));
-        let length = self.chance.random_range(1..9);
-        let ones = self.chance.random_bool(0.5);
+        let from = self.rng.random_range(0..bytes.len().max(1));
+        let length = self.rng.random_range(1..9);
+        let ones = self.rng.random_bool(0.5);
         for byte in bytes.iter_mut().skip(from).take(length) {
-            *byte = if ones { 0xff } else { self.chance.random() };
+            *byte = if ones { 0xff } else { self.rng.random() };
         }
         decode(&bytes).unwrap_or(message)
     }
@@ -346,7 +345,7 @@ impl Trial {
         if let Some(active) = outcome.active {
             let can = choices
                 .iter()
-                .any(|it| it.behavior == active && it.applicable);
+                .any(|choice| choice.behavior == active && choice.applicable);
             assert!(can, "{at}: G2, the active behavior is applicable");
         }
         for change in &outcome.changes {
@@ -354,12 +353,12 @@ impl Trial {
             assert_eq!(*state, change.from, "{at}: states follow each other");
             *state = change.to;
         }
-        for (own, state) in self.me.behaviors.iter().zip(&self.states) {
-            let is_active = outcome.active == Some(own.id);
+        for (behavior, state) in self.me.behaviors.iter().zip(&self.states) {
+            let is_active = outcome.active == Some(behavior.id);
             assert_eq!(
                 is_active,
                 *state == BehaviorState::Active,
-                "{at}: one active behavior, and told"
+                "{at}: exactly the active behavior is in the state active"
             );
         }
         let most = 1 + self.me.tasks;
@@ -375,9 +374,9 @@ impl Trial {
             );
         }
         for row in &outcome.rows {
-            let mut own = self.me.behaviors.iter();
+            let mut behaviors = self.me.behaviors.iter();
             assert!(
-                own.any(|own| (own.id, own.task) == (row.behavior, row.task)),
+                behaviors.any(|own| (own.id, own.task) == (row.behavior, row.task)),
                 "{at}: rows are about own behaviors and their tasks"
             );
             assert!(
@@ -389,16 +388,15 @@ impl Trial {
     }
 }
 
-/// The same from robots that the team does not have.
 fn strangers(heard: &[Arc<Broadcast>], team: usize) -> impl Iterator<Item = Arc<Broadcast>> {
-    heard.iter().map(move |it| {
-        let mut stranger = it.as_ref().clone();
+    heard.iter().map(move |broadcast| {
+        let mut stranger = broadcast.as_ref().clone();
         stranger.sender = RobotId(team as u16 + 7);
         Arc::new(stranger)
     })
 }
 
-/// Every task costs what it does now, wherever the robot was before.
+/// A route cost that does not depend on the position of the robot.
 struct Flat<'a>(&'a [Choice]);
 
 impl RouteCost for Flat<'_> {

@@ -1,6 +1,6 @@
-//! The Hungarian method, and tasks that are given to robots before the start by it, for allocators that
-//! [want](super::Allocator::wants_assignment) it: by the cost of each task for each robot, repeated with the loads of the rounds before
-//! added, until all tasks are given.
+//! Assignment of tasks before the start, with the Hungarian method, for allocators that
+//! [use](super::Allocator::wants_assignment) it. Each round assigns one task per robot at the least total cost. The
+//! loads of earlier rounds count in the costs of the next one.
 
 use std::sync::Arc;
 
@@ -8,15 +8,15 @@ use alliance_proto::ids::{RobotId, TaskId};
 use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
 
-/// A cost in ms that no sum of real ones reaches: the robot cannot do the task.
+/// The cost of an impossible pair, ms; larger than any sum of real costs.
 const NEVER: i64 = 1 << 40;
 
-/// Gives every task that anybody can do to one robot. `cost_ms` has a row per robot and a column per task, `None` where it cannot do
-/// it. Returns the tasks of each robot, by rank.
+/// Assigns every feasible task to one robot, and returns the tasks of each robot, by rank. `cost_ms` has a row per
+/// robot and a column per task; `None` marks an impossible pair.
 #[must_use]
 pub fn assign(cost_ms: &[Vec<Option<i64>>]) -> Vec<Arc<[TaskId]>> {
     let tasks = cost_ms.first().map_or(0, Vec::len);
-    let mut given: Vec<Vec<TaskId>> = vec![Vec::new(); cost_ms.len()];
+    let mut assigned: Vec<Vec<TaskId>> = vec![Vec::new(); cost_ms.len()];
     let mut load_ms = vec![0; cost_ms.len()];
     let can_be_done = |task: &usize| cost_ms.iter().any(|row| row[*task].is_some());
     let mut left: Vec<usize> = (0..tasks).filter(can_be_done).collect();
@@ -29,20 +29,25 @@ pub fn assign(cost_ms: &[Vec<Option<i64>>]) -> Vec<Arc<[TaskId]>> {
         pairs.retain(|&(robot, task)| cost_ms[robot][left[task]].is_some());
         for &(robot, task) in &pairs {
             load_ms[robot] += cost_ms[robot][left[task]].unwrap_or(NEVER);
-            given[robot].push(TaskId(left[task] as u16));
+            assigned[robot].push(TaskId(left[task] as u16));
         }
-        left.retain(|task| !given.iter().flatten().any(|it| it.index() == *task));
+        left.retain(|task| {
+            !assigned
+                .iter()
+                .flatten()
+                .any(|task_id| task_id.index() == *task)
+        });
     }
-    given.into_iter().map(Arc::from).collect()
+    assigned.into_iter().map(Arc::from).collect()
 }
 
-/// Pairs of rows and columns, as many as there can be, whose total cost is the least.
+/// Returns a maximum number of pairs of rows and columns with the least total cost.
 pub(crate) fn least_cost(
     rows: usize,
     columns: usize,
     cost: &dyn Fn(usize, usize) -> i64,
 ) -> Vec<(usize, usize)> {
-    // The method wants no more rows than columns.
+    // The method requires at most as many rows as columns.
     if rows > columns {
         let pairs = least_cost(columns, rows, &|row, column| cost(column, row));
         return pairs
@@ -55,7 +60,6 @@ pub(crate) fn least_cost(
     columns_of_rows.into_iter().enumerate().collect()
 }
 
-/// The tasks of one robot in such an assignment.
 #[must_use]
 pub fn of(assignment: &[Arc<[TaskId]>], robot: RobotId) -> Arc<[TaskId]> {
     assignment.get(robot.index()).cloned().unwrap_or_default()

@@ -1,4 +1,5 @@
-//! What is done for an allocator around its step: changes of state with their reasons, heartbeats, and the count of progress.
+//! The work around the step of an [`Allocator`]: state changes with their reasons, heartbeats, and the count of
+//! progress.
 
 use alliance_proto::ids::{BehaviorId, TaskId};
 use alliance_proto::team::TaskState;
@@ -8,22 +9,21 @@ use smallvec::{SmallVec, smallvec};
 
 use super::{Allocator, Announcement, Decision, Input, Me, Mind, Outcome, OwnBehavior};
 
-/// An allocator with everything that robots have in common whatever their allocator.
+/// An allocator with the heartbeats and state changes that all robots share.
 #[derive(Clone, Debug)]
 pub struct Framed<A> {
     me: Me,
     allocator: A,
     decision: Decision,
-    /// Since when the active behavior has been active, or the robot idle.
+    /// The time since which the active behavior is active, or the robot idle.
     since: SimTime,
-    /// When it spoke last; `None` before its first step.
+    /// The time of the last heartbeat; `None` before the first step.
     sent: Option<SimTime>,
-    /// Effects so far, by place of the behavior in [`Me::behaviors`].
+    /// The number of effects so far, per behavior, in the order of [`Me::behaviors`].
     progress: SmallVec<[u32; 6]>,
 }
 
 impl<A: Allocator> Framed<A> {
-    /// A robot at the start of an incarnation.
     pub fn new(me: Me, config: &A::Config) -> Self {
         Self {
             allocator: A::new(&me, config),
@@ -35,19 +35,18 @@ impl<A: Allocator> Framed<A> {
         }
     }
 
-    /// The allocator itself.
     #[cfg(test)]
     pub(crate) fn allocator(&self) -> &A {
         &self.allocator
     }
 
-    fn own(&self, behavior: BehaviorId) -> Option<OwnBehavior> {
+    fn own_behavior(&self, behavior: BehaviorId) -> Option<OwnBehavior> {
         let mut own = self.me.behaviors.iter();
         own.find(|own| own.id == behavior).copied()
     }
 
     fn task_of(&self, behavior: Option<BehaviorId>) -> Option<TaskId> {
-        Some(self.own(behavior?)?.task)
+        Some(self.own_behavior(behavior?)?.task)
     }
 
     fn announce(&self, state: TaskState, since: SimTime, behavior: BehaviorId) -> Announcement {
@@ -63,8 +62,13 @@ impl<A: Allocator> Framed<A> {
         }
     }
 
-    /// Heartbeats: at once on a change of state or progress, else every 1/ρ.
-    fn speak(&mut self, before: Option<BehaviorId>, input: &Input<'_>, outcome: &mut Outcome) {
+    /// Adds the heartbeats of a step: at once after a change of state or progress, else every 1/ρ.
+    fn add_heartbeats(
+        &mut self,
+        before: Option<BehaviorId>,
+        input: &Input<'_>,
+        outcome: &mut Outcome,
+    ) {
         let now = input.now;
         let active = self.decision.active;
         let left = before.filter(|_| before != active);
@@ -108,14 +112,14 @@ impl<A: Allocator> Mind for Framed<A> {
 
     fn step(&mut self, input: &Input<'_>, outcome: &mut Outcome) {
         for task in input.progressed {
-            // The count is the task's, be it by this behavior or another.
+            // An effect counts for the task, with any of its behaviors.
             for (own, done) in self.me.behaviors.iter().zip(&mut self.progress) {
                 *done += u32::from(own.task == *task);
             }
         }
         let before = self.decision.active;
         self.decision.reason = None;
-        // Written where the step before of whoever shares the workspace wrote: that is in the cache.
+        // Reuses the buffers of the previous agent in the workspace, which are still in the cache.
         std::mem::swap(&mut outcome.rows, &mut self.decision.rows);
         std::mem::swap(&mut outcome.say, &mut self.decision.say);
         self.decision.say.clear();
@@ -129,7 +133,7 @@ impl<A: Allocator> Mind for Framed<A> {
         if let Some(chosen) = self.decision.active
             && !{ is_applicable }(chosen)
         {
-            // An agent that breaks the rules of the seam would act on what it cannot do: it ends, and its robot with it.
+            // The robot could not execute this choice. The agent ends, and its robot stops.
             panic!(
                 "the allocator chose behavior {}, which is not applicable",
                 chosen.0
@@ -177,7 +181,7 @@ impl<A: Allocator> Mind for Framed<A> {
         if self.sent.is_none() {
             self.since = input.now;
         }
-        self.speak(before, input, outcome);
+        self.add_heartbeats(before, input, outcome);
         outcome.active = active;
         std::mem::swap(&mut outcome.rows, &mut self.decision.rows);
         std::mem::swap(&mut outcome.say, &mut self.decision.say);

@@ -1,4 +1,4 @@
-//! An allocator by name.
+//! Allocators by name.
 
 use std::fmt::Debug;
 use std::marker::PhantomData;
@@ -11,50 +11,50 @@ use serde::de::DeserializeOwned;
 use super::{Allocator, Framed, Me, Mind};
 use crate::mission::AgentMission;
 
-/// An allocator that scenarios can name.
+/// An allocator that a scenario can select by name.
 pub trait Kind: Debug + Send + Sync {
-    /// Its name, as scenarios and `--allocator` state it, what it does in one line, and its parameters.
+    /// Returns the name in scenarios and for `--allocator`, a summary of one line, and the parameters.
     fn spec(&self) -> AllocatorSpec;
 
-    /// Reads the run's parameters for it, once for all robots of a process.
+    /// Reads the parameters of a run, once for all robots of a process.
     ///
     /// # Errors
-    /// When the parameters are not such as it takes.
+    /// Fails if a parameter is invalid.
     fn prepare(&self, setup: &Setup) -> Result<Arc<dyn Prepared>, ConfigError>;
 }
 
 /// An allocator with the parameters of a run.
 pub trait Prepared: Debug + Send + Sync {
-    /// See [`Allocator::wants_assignment`].
+    /// Returns whether the algorithm uses the tasks assigned before the start, see [`Allocator::wants_assignment`].
     fn wants_assignment(&self) -> bool {
         false
     }
 
-    /// A robot's allocator at the start of an incarnation.
+    /// Creates a robot's allocator at the start of an incarnation.
     fn mind(&self, me: Me, setup: &Setup) -> Box<dyn Mind>;
 
-    /// What perceives and acts for the robot in the place of the mission's own mind, if it is more than an allocator.
+    /// Returns a replacement for the mission's controller, which perceives and acts; `None` for a plain allocator.
     fn mission(&self, robot: RobotId, setup: &Setup) -> Option<Box<dyn AgentMission>> {
         let _ = (robot, setup);
         None
     }
 }
 
-/// What a program cannot make of a run: an allocator or a mission that it does not know, or not with these parameters.
+/// A part of a run that the program does not support: an unknown allocator or mission, or an invalid parameter.
 #[derive(Debug, thiserror::Error)]
 #[error("{subject}: {why}")]
 pub struct ConfigError {
-    /// What it is about, as scenarios call it.
+    /// The subject, in the terms of scenarios.
     pub subject: String,
-    /// What is wrong.
+    /// The description of the problem.
     pub why: String,
 }
 
-/// The kind of a type that implements [`Allocator`].
+/// The [`Kind`] of a type that implements [`Allocator`].
 pub struct Typed<A> {
     name: &'static str,
     about: &'static str,
-    of: PhantomData<fn() -> A>,
+    allocator: PhantomData<fn() -> A>,
 }
 
 impl<A> Debug for Typed<A> {
@@ -64,13 +64,13 @@ impl<A> Debug for Typed<A> {
 }
 
 impl<A: Allocator> Typed<A> {
-    /// That type under a name.
+    /// Registers the type under a name, with a summary of one line.
     #[must_use]
     pub fn new(name: &'static str, about: &'static str) -> Self {
         Self {
             name,
             about,
-            of: PhantomData,
+            allocator: PhantomData,
         }
     }
 }
@@ -95,7 +95,7 @@ where
     }
 }
 
-/// `[allocators.NAME]` of the run's scenario.
+/// Reads `[allocators.NAME]` of the run's scenario.
 pub(crate) fn config<C: DeserializeOwned>(setup: &Setup, name: &str) -> Result<C, ConfigError> {
     C::deserialize(setup.scenario.allocator_values(name)).map_err(|error| ConfigError {
         subject: format!("allocators.{name}"),

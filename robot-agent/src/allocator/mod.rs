@@ -1,20 +1,24 @@
-//! The seam between a robot's mind and the rule that chooses its task.
+//! The interface between a robot's controller and its task allocation algorithm.
 //!
-//! A rule is a type that implements [`Allocator`]. In each step it gets an [`Input`], with one [`Choice`] per behavior of the robot,
-//! and writes a [`Decision`]: which behavior is active, what to tell the team, and what the log should show of its reasoning.
-//! Everything else is done for it: heartbeats, state changes with their reasons, the step that goes back because it did not count.
+//! An algorithm is a type that implements [`Allocator`]. In each step it receives an [`Input`] with one [`Choice`]
+//! per behavior of the robot, and writes a [`Decision`]: the active behavior, messages for the team, and rows for the
+//! log. The framework adds heartbeats, state changes with their reasons, and the rollback of steps that did not
+//! count.
 //!
-//! - [`kind`](Kind): an allocator by name, as scenarios state it, with its parameters.
-//! - [`registry`](AgentRegistry): the allocators that a program knows.
-//! - [`assignment`]: tasks that are given before the start.
-//! - `framed`: what is done for an [`Allocator`] around its step.
-//! - [`mod@unit`]: the unit of work under way, and what makes a robot choose anew, for rules that do so on a change alone.
-//! - [`utility`]: the utility that rules which compare costs have in common.
+//! - [`kind`](Kind): an allocator with its name in scenarios and its parameters.
+//! - [`registry`](AgentRegistry): the allocators of a program.
+//! - [`assignment`]: tasks assigned before the start.
+//! - `framed`: the work that the framework does around the step of an [`Allocator`].
+//! - [`mod@unit`]: the unit of work in progress and the events that make a robot select again, for algorithms that
+//!   select only on a change.
+//! - [`utility`]: the utility of a task, for all algorithms that compare costs.
 //!
-//! # What an allocator may rely on, and must keep
-//! - Inputs are all it knows: no clock, no file, no global, no thread. The same inputs give the same decision on every machine.
-//! - Its state is all in the value: a clone is a checkpoint, to which a robot goes back when its step did not count.
-//! - What is sent at tick *t* is heard at *t* + 1 or later, doubled, or never. Messages of other allocators are ignored.
+//! # Guarantees and obligations
+//! - An allocator uses only its inputs: no clock, file, global or thread. Equal inputs give equal decisions on every
+//!   machine.
+//! - The value contains the entire state. A clone is a checkpoint, which the robot restores if a step did not count.
+//! - A message sent at tick *t* arrives at *t* + 1 or later, possibly twice, or never. Messages of other allocators
+//!   are ignored.
 //! - The active behavior is one of the choices that are applicable in that step.
 
 pub mod assignment;
@@ -46,12 +50,12 @@ pub(crate) use kind::config;
 pub use kind::{ConfigError, Kind, Prepared, Typed};
 pub use registry::AgentRegistry;
 
-/// A rule by which one robot chooses its task; pure.
+/// A task allocation algorithm for one robot; a pure function of its inputs.
 ///
 /// ```
 /// use robot_agent::allocator::{Allocator, Decision, Input, Me, NoParameters};
 ///
-/// /// Goes on with what it has begun, and else takes the first task that it can do.
+/// Keeps the active behavior while it is applicable, and else takes the first applicable one.
 /// #[derive(Clone, Debug)]
 /// struct First;
 ///
@@ -73,98 +77,100 @@ pub use registry::AgentRegistry;
 /// robot_agent::testkit::allocator::<First>(&NoParameters {});
 /// ```
 pub trait Allocator: Clone + Debug + Send + 'static {
-    /// Its parameters. Where a [`Typed`] reads them, as `[allocators.NAME]` of a scenario states them, every key has a default, and
-    /// unknown keys are refused.
+    /// Parameters of the algorithm. [`Typed`] reads them from `[allocators.NAME]` of a scenario: every key needs a
+    /// default, and unknown keys are errors.
     type Config: Send + Sync + 'static;
 
-    /// The keys of its parameters, for people and for checks: unit, default, meaning and range of each.
+    /// Returns the parameters with unit, default, meaning and range, for documentation and for checks.
     #[must_use]
     fn parameters() -> Vec<ParameterSpec> {
         Vec::new()
     }
 
-    /// Whether it goes by the tasks that are given to its robot before the start, [`Me::assigned`]: else nobody works them out.
+    /// Returns whether the algorithm uses [`Me::assigned`]. The assignment is computed only if an allocator of the
+    /// team uses it.
     #[must_use]
     fn wants_assignment() -> bool {
         false
     }
 
-    /// Whether its robot is told the [truth](Input::truth): else nobody works it out.
+    /// Returns whether the algorithm uses the [ground truth](Input::truth). It is computed only on request.
     #[must_use]
     fn wants_truth() -> bool {
         false
     }
 
-    /// Whether its robot speaks and listens at all. One that does not sends no heartbeats and nothing of what it knows, and hears
-    /// nothing of what others know.
+    /// Returns whether the robot sends and receives broadcasts. If false, it sends neither heartbeats nor shared
+    /// knowledge, and receives none.
     #[must_use]
     fn uses_radio() -> bool {
         true
     }
 
-    /// A robot at the start of an incarnation: it has heard nothing yet.
+    /// Creates the state of a robot at the start of an incarnation, before any message.
     fn new(me: &Me, config: &Self::Config) -> Self;
 
-    /// One step. `decision` is empty when it comes, but for [`Decision::active`], which is what it was after the step before.
+    /// Runs one step. `decision` is empty except [`Decision::active`], which contains the choice of the previous
+    /// step.
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision);
 }
 
-/// The parameters of an allocator that has none.
+/// The parameters of an allocator without parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NoParameters {}
 
-/// What a robot knows of itself and its team for the whole run.
+/// Facts about a robot and its team that stay the same for the whole run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Me {
-    /// The robot itself.
     pub robot: RobotId,
-    /// Number of its incarnation, from 1; a restart is the next one.
+    /// Number of the incarnation, from 1. A restart is the next one.
     pub incarnation: Incarnation,
-    /// Number of robots of the scenario; their ids are 0 to `team - 1`.
+    /// The number of robots in the scenario. Their ids are 0 to `team - 1`.
     pub team: usize,
-    /// Number of tasks of the scenario.
+    /// The number of tasks in the scenario.
     pub tasks: usize,
-    /// What everybody knows of each task beforehand, by its id; once for all robots of a process.
+    /// The data of each task, by its id, shared by all robots of a process.
     pub briefs: Arc<[TaskBrief]>,
-    /// Its own behaviors, in the order of [`Input::choices`].
+    /// The behaviors of this robot, in the order of [`Input::choices`].
     pub behaviors: Vec<OwnBehavior>,
-    /// Length of a step, s.
+    /// The length of a step, s.
     pub step_s: f64,
-    /// 1/ρ: every robot that uses its radio speaks at least so often, whatever its allocator.
+    /// 1/ρ, the longest time between two heartbeats of a robot that uses its radio.
     pub heartbeat_period: SimTime,
-    /// τ: a teammate that has been silent for so long has ceased.
+    /// τ, the time after which a silent teammate counts as failed.
     pub ceased_after: SimTime,
-    /// The tasks that are given to this robot beforehand; none where no allocator of the team
-    /// [wants](Allocator::wants_assignment) it.
+    /// The tasks assigned to this robot before the start. Empty unless an allocator of the team
+    /// [uses](Allocator::wants_assignment) the assignment.
     pub assigned: Arc<[TaskId]>,
 }
 
-/// What everybody knows of a task beforehand.
+/// Data of a task that all robots have before the start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TaskBrief {
-    /// How many robots may perform it at once.
+    /// The number of robots that may perform it at once.
     pub max_robots: usize,
-    /// Higher goes first.
+    /// The priority; a task of higher priority goes first.
     pub priority: i32,
-    /// Longest unit of its work, from one sign of progress to the next, for any robot that can do it, s: an estimate.
+    /// Estimated duration of the longest unit of work, from one sign of progress to the next, over all robots able to
+    /// do it, s.
     pub unit_s: f64,
-    /// The robots that have a behavior for it, by rank.
+    /// The robots that have a behavior for the task, by rank.
     pub robots: Vec<RobotId>,
 }
 
 impl TaskBrief {
-    /// Those of all tasks, by id.
+    /// Returns the briefs of all tasks, by id.
     #[must_use]
     pub fn all(setup: &Setup) -> Arc<[Self]> {
         let (scenario, catalog) = (&setup.scenario, &setup.catalog);
-        let of = |spec: &TaskSpec| Self {
+        let new = |spec: &TaskSpec| Self {
             max_robots: spec.max_robots as usize,
             priority: spec.priority,
             unit_s: 0.0,
             robots: Vec::new(),
         };
-        let mut all: Vec<Self> = catalog.tasks.iter().map(of).collect();
+        let mut all: Vec<Self> = catalog.tasks.iter().map(new).collect();
         for (robot, rank) in scenario.robots.iter().zip(0..) {
             let body = scenario.body_of(robot);
             for id in catalog.behaviors_of(robot) {
@@ -182,25 +188,24 @@ impl TaskBrief {
     }
 }
 
-/// A behavior that a robot has.
+/// A behavior of a robot, with the data of its task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OwnBehavior {
-    /// Its id.
     pub id: BehaviorId,
-    /// The task that it performs.
     pub task: TaskId,
-    /// How many robots may perform the task at once.
+    /// The number of robots that may perform the task at once.
     pub max_robots: usize,
-    /// Of the task; higher goes first.
+    /// The priority of the task; a higher one goes first.
     pub priority: i32,
 }
 
 impl OwnBehavior {
-    /// Those of a robot, in the order of [`Catalog::behaviors_of`](alliance_proto::scenario::Catalog::behaviors_of).
+    /// Returns the behaviors of a robot, in the order of
+    /// [`Catalog::behaviors_of`](alliance_proto::scenario::Catalog::behaviors_of).
     #[must_use]
     pub fn all_of(robot: RobotId, setup: &Setup) -> Vec<Self> {
-        let (own, catalog) = (&setup.scenario.robots[robot.index()], &setup.catalog);
-        let behaviors = catalog.behaviors_of(own).map(|id| {
+        let (robot, catalog) = (&setup.scenario.robots[robot.index()], &setup.catalog);
+        let behaviors = catalog.behaviors_of(robot).map(|id| {
             let task = catalog.sets[id.index()].task;
             let spec = &catalog.tasks[task.index()];
             Self {
@@ -214,77 +219,81 @@ impl OwnBehavior {
     }
 }
 
-/// What a robot brings to a step.
+/// The inputs of one step.
 #[derive(Clone, Copy)]
 pub struct Input<'a> {
-    /// Time of the step; later than that of the step before.
+    /// The time of the step, later than that of the previous step.
     pub now: SimTime,
-    /// Length of a step, s. A step made late is still one step.
+    /// The length of a step, s. It does not grow if a step is late.
     pub step_s: f64,
-    /// Where the robot believes to be, m; `None` while its position sensor is dead.
+    /// The estimated position of the robot, m; `None` while its position sensor is dead.
     pub position: Option<Vec2>,
-    /// Whether it carries something that its task is about.
+    /// True if the robot carries an object of its task.
     pub is_laden: bool,
-    /// Whether each own behavior can be active in this step (sensory feedback, eq. 2.1), in the order of [`Me::behaviors`].
+    /// Sensory feedback (eq. 2.1) of each behavior: true if it can be active in this step. In the order of
+    /// [`Me::behaviors`].
     pub applicable: &'a [bool],
-    /// The same with costs, rounds and rewards: one per own behavior; empty for a [`Mind`] that does not weigh them.
+    /// A choice per behavior, with cost, round and reward. Empty for a [`Mind`] that does not weigh costs.
     pub choices: &'a [Choice],
-    /// Tasks on which the robot itself achieved an effect on the world since its last step, one entry per effect.
+    /// The tasks on which the robot had an effect on the world since its last step, one entry per effect.
     pub progressed: &'a [TaskId],
-    /// What it hears in this step, by (rank of the sender, incarnation, sequence number).
+    /// The broadcasts received in this step, sorted by sender, incarnation and sequence number.
     pub heard: &'a [Arc<Broadcast>],
-    /// What tasks cost after others, for those who plan sequences.
+    /// The cost of a task after other tasks, for planners of sequences.
     pub route: &'a dyn RouteCost,
-    /// The offers of the step before, by robot, of all that share tasks with it, directly or through others; from the world itself and
-    /// not by radio; empty unless the allocator [asks](Allocator::wants_truth) for them. An offer is a row of [`Decision::rows`] with a utility above 0, of a robot of such an
-    /// allocator that can work, on a task that is due in truth.
+    /// The offers of the previous step, from the world and not by radio, sorted by robot. Contains all robots that
+    /// share tasks with this one, directly or through others. Empty unless the allocator
+    /// [requests](Allocator::wants_truth) it. An offer is a row of [`Decision::rows`] with a utility above 0, from a
+    /// working robot, for a task that is really due.
     pub truth: &'a [Offer],
-    /// Random numbers of this step.
+    /// The random numbers of this step.
     pub draws: Draws,
 }
 
-/// What a behavior of the robot has to offer in a step.
+/// The value of one behavior of the robot in one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
-    /// The behavior.
     pub behavior: BehaviorId,
-    /// The task that it performs.
+    /// The task that the behavior performs.
     pub task: TaskId,
-    /// Since when the task has been due again, as far as the robot knows, ms; what was said about an older round is void.
+    /// The time from which the task is due in the robot's view, ms. Messages about an earlier round are
+    /// void.
     pub round: SimTime,
-    /// Whether the behavior can be active in this step (sensory feedback, eq. 2.1).
+    /// Sensory feedback (eq. 2.1): true if the behavior can be active in this step.
     pub applicable: bool,
-    /// Estimated time of one unit of its work, s, from what the robot itself knows; `None` if it cannot tell.
+    /// The estimated duration of one unit of work, s, from the robot's own knowledge; `None` without an estimate.
     pub cost_s: Option<f64>,
-    /// What a unit is worth, in the mission's own measure.
+    /// The reward of one unit, in a measure of the mission.
     pub reward: f64,
-    /// Of the task; higher goes first.
+    /// The priority of the task; a higher one goes first.
     pub priority: i32,
-    /// How many robots may perform the task at once.
+    /// The number of robots that may perform the task at once.
     pub max_robots: usize,
 }
 
-/// Cost of a task after others.
+/// Estimates the cost of a task after other tasks.
 pub trait RouteCost {
-    /// Estimated time of a unit of `task` for a robot that has just done a unit of each of `after`, s. `None` if it cannot tell.
+    /// Returns the estimated duration of a unit of `task` after one unit of each task of `after`, s; `None` without
+    /// an estimate.
     fn seconds(&self, after: &[TaskId], task: TaskId) -> Option<f64>;
 }
 
-/// What comes of a step.
+/// The result of a step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Decision {
-    /// The behavior that the robot shall carry out. It must be one of the choices that are applicable.
+    /// The behavior to execute. It must be applicable.
     pub active: Option<BehaviorId>,
-    /// Why that has changed, if it has; `None`: [`Reason::Chosen`], or [`Reason::NotApplicable`] where that is so.
+    /// The reason for a change of [`Decision::active`]. `None` stands for [`Reason::Chosen`], or
+    /// [`Reason::NotApplicable`] where it fits.
     pub reason: Option<Reason>,
-    /// What to tell the team: at most one message more than the robot has tasks.
+    /// Messages for the team, at most one more than the robot has tasks.
     pub say: Vec<AllocationMessage>,
-    /// What the log shows of the reasoning: a row at most per own behavior (allocation.csv).
+    /// Rows for the log (allocation.csv), at most one per behavior of the robot.
     pub rows: Vec<AllocationRow>,
 }
 
-/// Random numbers of one step of one robot's allocator: numbered by seed, robot and tick, so that a step that is made twice draws
-/// the same, and none shifts another's.
+/// The random numbers of one step of one robot's allocator. They depend only on seed, robot and tick: a repeated step
+/// draws the same numbers, and no robot affects another.
 #[derive(Clone, Copy, Debug)]
 pub struct Draws {
     seed: u64,
@@ -293,16 +302,16 @@ pub struct Draws {
 }
 
 impl Draws {
-    /// Words of a step's block.
+    /// The length of the block of one step, in words of the stream.
     const WORDS: u128 = 1 << 12;
 
-    /// Those of that robot in that tick.
+    /// Returns the random numbers of that robot in that tick.
     #[must_use]
     pub fn of(seed: u64, robot: RobotId, tick: u64) -> Self {
         Self { seed, robot, tick }
     }
 
-    /// The stream of this step, from its first number on; at most 4,096 words of it may be used.
+    /// Returns the random stream of this step. A step may use at most 4,096 words of it.
     #[must_use]
     pub fn stream(&self) -> ChaCha8Rng {
         let mut stream = rng::robot_stream(self.seed, Purpose::Allocation, self.robot);
@@ -311,61 +320,62 @@ impl Draws {
     }
 }
 
-/// The part of a heartbeat that comes from the allocator.
+/// The content of a heartbeat that the allocator supplies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Announcement {
-    /// What the robot does about the task.
+    /// The state of the robot's work on the task.
     pub state: TaskState,
-    /// Since when.
+    /// The start time of that state.
     pub since: SimTime,
-    /// The behavior; `None` when idle.
+    /// The behavior; `None` for an idle robot.
     pub behavior: Option<BehaviorId>,
-    /// Its task; `None` when idle.
+    /// The task; `None` for an idle robot.
     pub task: Option<TaskId>,
-    /// Effects that the robot has achieved on the task so far; 0 when idle.
+    /// The effects on the task so far; 0 for an idle robot.
     pub progress: u32,
 }
 
-/// Everything that comes of a step, heartbeats and log included.
+/// The complete result of a step, with heartbeats and log rows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// The active behavior.
     pub active: Option<BehaviorId>,
-    /// Rows of motivations.csv: one per own behavior, of allocators that have motivations.
+    /// Rows of motivations.csv, one per behavior, from allocators that have motivations.
     pub motivations: Vec<Motivation>,
-    /// Rows of allocation.csv, of all others.
+    /// Rows of allocation.csv, from all other allocators.
     pub rows: Vec<AllocationRow>,
-    /// Changes of state, in the order in which they happened.
+    /// State changes, in the order of their occurrence.
     pub changes: Vec<StateChange>,
-    /// Each becomes one heartbeat of this step, in this order.
+    /// The heartbeats of this step, one per entry, in this order.
     pub announcements: Vec<Announcement>,
-    /// What the allocator says beside heartbeats.
+    /// Messages of the allocator beside heartbeats.
     pub say: Vec<AllocationMessage>,
 }
 
-/// An allocator at work, whatever its type. [`Framed`] makes one of an [`Allocator`]; ALLIANCE, which has states and heartbeats of its
-/// own, is one by itself.
+/// A running allocator of any type. [`Framed`] creates it from an [`Allocator`]. ALLIANCE implements it directly,
+/// because it has its own states and heartbeats.
 pub trait Mind: Debug + Send {
-    /// A checkpoint.
+    /// Returns a copy of the state.
     fn checkpoint(&self) -> Box<dyn Mind>;
 
-    /// Whether it looks at [`Input::choices`]: where nobody does they are not worked out. It says the same at all times.
+    /// Returns whether the allocator uses [`Input::choices`]. They are computed only if it does. The result must not
+    /// change.
     fn weighs_costs(&self) -> bool {
         true
     }
 
-    /// See [`Allocator::uses_radio`]. It says the same at all times.
+    /// Returns whether the robot sends and receives broadcasts, see [`Allocator::uses_radio`]. The result must not
+    /// change.
     fn uses_radio(&self) -> bool {
         true
     }
 
-    /// How long robots need for tasks, as far as it has learned, by task and robot: what a later run can begin with, in its
+    /// Returns the learned durations, by task and robot. A later run can start with them, in its
     /// [`Profile`](alliance_proto::scenario::Profile).
     fn learned(&self) -> Vec<(TaskId, RobotId, KnownTimes)> {
         Vec::new()
     }
 
-    /// One step.
+    /// Runs one step and writes its result to `outcome`.
     fn step(&mut self, input: &Input<'_>, outcome: &mut Outcome);
 }
 

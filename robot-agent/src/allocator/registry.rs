@@ -1,4 +1,4 @@
-//! The allocators and the missions' robot sides that a program knows.
+//! The allocators and missions of a program.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ use crate::allocators::random::Random;
 use crate::allocators::threshold::Threshold;
 use crate::mission::{MissionMind, SharedMission};
 
-/// The allocators and the missions' robot sides that a program knows, by name.
+/// The allocators, controllers and missions of a program, by name.
 #[derive(Clone, Debug)]
 pub struct AgentRegistry {
     kinds: Vec<Arc<dyn Kind>>,
@@ -29,7 +29,7 @@ pub struct AgentRegistry {
 }
 
 impl AgentRegistry {
-    /// The allocators that come with the simulator, and no mission.
+    /// Creates a registry with the built-in allocators and no mission.
     #[must_use]
     pub fn built_in() -> Self {
         Self {
@@ -39,56 +39,56 @@ impl AgentRegistry {
         }
         .allocator::<Nearest>(
             "nearest",
-            "the applicable task of highest utility, whatever the others do",
+            "the applicable task of the highest utility, regardless of teammates",
         )
         .allocator::<NearestSilent>(
             "nearest-silent",
-            "the same with the radio off: nothing is said and nothing heard, not even what is known of the mission",
+            "like nearest, with the radio off: no messages, not even shared knowledge of the mission",
         )
         .allocator::<FirstCome>(
             "first-come",
-            "the best task that nobody is heard to execute; kept until a unit of it is done",
+            "the best task that no teammate reports to execute; kept until one unit is done",
         )
         .allocator::<Random>(
             "random",
-            "any applicable task, drawn anew from time to time",
+            "a random applicable task, drawn again at intervals",
         )
         .allocator::<Fixed>(
             "static",
-            "the tasks that an assignment before the start gave to the robot",
+            "the tasks assigned to the robot before the start",
         )
         .allocator::<Oracle>(
             "oracle",
-            "a reference: the best assignment in each step, from the truth that no robot knows",
+            "a reference: the best assignment in each step, from ground truth that robots do not have",
         )
         .allocator::<Ble>(
             "ble",
-            "broadcast of local eligibility: the best pairs of robots and tasks, decided anew by all at once",
+            "broadcast of local eligibility: in each step every robot computes the best pairs of robots and tasks",
         )
         .allocator::<Murdoch>(
             "murdoch",
-            "auctions: the best bid of those who are free gets a contract, renewed as long as it answers",
+            "auctions: the best bid of the free robots wins a contract, renewed while the winner answers",
         )
         .allocator::<Cbaa>(
             "cbaa",
-            "bids for one task at a time, and agrees by consensus",
+            "bids for one task at a time, with consensus on the winners",
         )
         .allocator::<Cbba>(
             "cbba",
-            "bids for a bundle of tasks, and agrees by consensus",
+            "bids for a bundle of tasks, with consensus on the winners",
         )
-        .allocator::<Acbba>("acbba", "as cbba, but only what has changed is said")
+        .allocator::<Acbba>("acbba", "like cbba, but sends only changes")
         .allocator::<Grape>(
             "grape",
-            "moves to the coalition of most use to it, until nobody wants to move",
+            "each robot moves to the coalition of the highest utility, until no robot moves",
         )
         .allocator::<Threshold>(
             "threshold",
-            "draws tasks, the more readily the longer they are due and the more it has done of them",
+            "draws tasks; longer due times and more practice raise the probability",
         )
     }
 
-    /// With one more, or another one under that name.
+    /// Adds an allocator type under a name, and replaces an allocator of the same name.
     #[must_use]
     pub fn allocator<A: Allocator>(self, name: &'static str, about: &'static str) -> Self
     where
@@ -97,7 +97,7 @@ impl AgentRegistry {
         self.kind(Arc::new(Typed::<A>::new(name, about)))
     }
 
-    /// The same of one that is no type of its own, such as a rule in another language.
+    /// Adds an allocator that is not a Rust type, such as one in another language.
     #[must_use]
     pub fn kind(mut self, kind: Arc<dyn Kind>) -> Self {
         let name = kind.spec().name;
@@ -106,8 +106,9 @@ impl AgentRegistry {
         self
     }
 
-    /// With a mind that scenarios otherwise take for a [program of its own](alliance_proto::scenario::Robot::mind), or another one under
-    /// that name. It is no allocator that a scenario could choose.
+    /// Adds a controller that a scenario can give to a robot in place of an [external
+    /// program](alliance_proto::scenario::Robot::mind), and replaces one of the same name. A scenario cannot select
+    /// it as an allocator.
     #[must_use]
     pub fn mind(mut self, kind: Arc<dyn Kind>) -> Self {
         let name = kind.spec().name;
@@ -116,13 +117,13 @@ impl AgentRegistry {
         self
     }
 
-    /// Whether it has the mind of that name.
+    /// Returns whether the registry has a controller of that name.
     #[must_use]
     pub fn has_mind(&self, name: &str) -> bool {
         self.minds.iter().any(|known| known.spec().name == name)
     }
 
-    /// With one more mission, or another one under that name.
+    /// Adds a mission, and replaces one of the same name.
     #[must_use]
     pub fn mission(mut self, mind: MissionMind) -> Self {
         self.missions.retain(|known| known.data != mind.data);
@@ -130,7 +131,7 @@ impl AgentRegistry {
         self
     }
 
-    /// What scenarios may say of them: all, in the order in which they were added.
+    /// Returns the vocabulary of scenarios: all missions and allocators, in the order of their addition.
     #[must_use]
     pub fn vocabulary(&self) -> Vocabulary {
         Vocabulary {
@@ -139,10 +140,10 @@ impl AgentRegistry {
         }
     }
 
-    /// The mind of that name, for a run.
+    /// Creates the controller of that name for a run.
     ///
     /// # Errors
-    /// When there is none, or it does not fit to the run.
+    /// Fails if the name is unknown, or the controller does not support the run.
     pub fn prepare_mind(
         &self,
         name: &str,
@@ -150,16 +151,16 @@ impl AgentRegistry {
     ) -> Result<Arc<dyn Prepared>, ConfigError> {
         let kind = self.minds.iter().find(|kind| kind.spec().name == name);
         let unknown = || ConfigError {
-            subject: format!("mind '{name}'"),
-            why: "this program does not have it".to_owned(),
+            subject: format!("controller '{name}'"),
+            why: "this program does not contain it".to_owned(),
         };
         kind.ok_or_else(unknown)?.prepare(setup)
     }
 
-    /// The allocator of that name, with the parameters of a run.
+    /// Creates the allocator of that name with the parameters of a run.
     ///
     /// # Errors
-    /// When there is none, or the parameters are not such as it takes.
+    /// Fails if the name is unknown or a parameter is invalid.
     pub fn prepare(&self, name: &str, setup: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
         let kind = self.kinds.iter().find(|kind| kind.spec().name == name);
         let unknown = || {
@@ -167,7 +168,7 @@ impl AgentRegistry {
                 .vocabulary()
                 .allocators
                 .iter()
-                .map(|it| it.name)
+                .map(|allocator| allocator.name)
                 .collect();
             ConfigError {
                 subject: format!("allocators.{name}"),
@@ -177,15 +178,19 @@ impl AgentRegistry {
         kind.ok_or_else(unknown)?.prepare(setup)
     }
 
-    /// What the robots of a run have in common for its mission.
+    /// Creates the data that the robots of a run share for its mission.
     ///
     /// # Errors
-    /// When there is no robot side of it.
+    /// Fails if the registry lacks the robots' side of the mission.
     pub fn shared(&self, setup: &Setup) -> Result<Arc<dyn SharedMission>, ConfigError> {
         let mission = setup.catalog.mission;
         let mind = self.missions.iter().find(|known| known.data == mission);
         let mind = mind.ok_or_else(|| {
-            let names: Vec<_> = self.missions.iter().map(|it| it.data.name()).collect();
+            let names: Vec<_> = self
+                .missions
+                .iter()
+                .map(|known| known.data.name())
+                .collect();
             ConfigError {
                 subject: format!("mission {}", mission.name()),
                 why: format!("there is no such mission; there are {}", names.join(", ")),

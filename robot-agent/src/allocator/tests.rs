@@ -1,4 +1,4 @@
-//! The laws for all, and those of the baselines (ALLOCATORS.md §7).
+//! Tests of the laws for all allocators (ALLOCATORS.md §7) and of the baselines.
 
 use alliance_proto::testkit::default_setup;
 use std::sync::Arc;
@@ -26,7 +26,7 @@ use crate::allocators::random::{self, Random};
 use crate::testkit;
 
 #[test]
-fn every_baseline_keeps_the_laws() {
+fn every_baseline_satisfies_the_laws() {
     testkit::allocator::<Nearest>(&Default::default());
     testkit::allocator::<NearestSilent>(&Default::default());
     testkit::allocator::<FirstCome>(&Default::default());
@@ -34,10 +34,10 @@ fn every_baseline_keeps_the_laws() {
     testkit::allocator::<Random>(&random::Config { redraw_s: 2.0 });
 }
 
-/// A rule that keeps what is not applicable is found.
+/// An allocator that keeps a behavior that is not applicable.
 #[test]
 #[should_panic(expected = "not applicable")]
-fn a_rule_that_breaks_a_law_is_found() {
+fn the_testkit_finds_a_choice_that_is_not_applicable() {
     #[derive(Clone, Debug)]
     struct Stubborn(BehaviorId);
     impl Allocator for Stubborn {
@@ -52,10 +52,10 @@ fn a_rule_that_breaks_a_law_is_found() {
     testkit::allocator::<Stubborn>(&());
 }
 
-/// Memory of a message count, which a second copy changes.
+/// An allocator that counts messages, so that a copy has an effect.
 #[test]
 #[should_panic(expected = "a second copy changes nothing")]
-fn a_rule_that_counts_copies_is_found() {
+fn the_testkit_finds_an_effect_of_copies() {
     #[derive(Clone, Debug)]
     struct Counts(usize);
     impl Allocator for Counts {
@@ -74,20 +74,20 @@ fn a_rule_that_counts_copies_is_found() {
     testkit::allocator::<Counts>(&());
 }
 
-/// Two rules that remember what is not in their clones.
+/// An allocator with state outside its value.
 #[test]
 #[should_panic(expected = "G1, the same inputs give the same decisions")]
-fn a_rule_with_a_static_is_found() {
+fn the_testkit_finds_state_in_a_static() {
     static SEEN: AtomicU32 = AtomicU32::new(0);
     #[derive(Clone, Debug)]
-    struct Remembers;
-    impl Allocator for Remembers {
+    struct UsesStatic;
+    impl Allocator for UsesStatic {
         type Config = ();
         fn new(_: &Me, (): &()) -> Self {
             Self
         }
         fn step(&mut self, input: &Input<'_>, decision: &mut super::Decision) {
-            // What somebody has seen once, everybody knows for ever.
+            // All instances share the largest step so far.
             SEEN.fetch_max((input.now.0 / 50) as u32, Relaxed);
             let mut applicable = input.choices.iter().filter(|choice| choice.applicable);
             decision.active = (SEEN.load(Relaxed) > 300)
@@ -95,12 +95,12 @@ fn a_rule_with_a_static_is_found() {
                 .flatten();
         }
     }
-    testkit::allocator::<Remembers>(&());
+    testkit::allocator::<UsesStatic>(&());
 }
 
 #[test]
 #[should_panic(expected = "a step that does not count leaves no trace")]
-fn a_rule_whose_clones_share_a_cell_is_found() {
+fn the_testkit_finds_state_that_clones_share() {
     #[derive(Clone, Debug)]
     struct Shares(Arc<AtomicU32>);
     impl Allocator for Shares {
@@ -119,10 +119,10 @@ fn a_rule_whose_clones_share_a_cell_is_found() {
     testkit::allocator::<Shares>(&());
 }
 
-/// It reads what it takes for its own without looking.
+/// An allocator that does not validate messages under its own schema.
 #[test]
 #[should_panic(expected = "G3, no message makes it panic")]
-fn a_rule_that_trusts_words_is_found() {
+fn the_testkit_finds_a_panic_on_a_malformed_message() {
     #[derive(Clone, Debug)]
     struct Trusts;
     impl Allocator for Trusts {
@@ -131,11 +131,11 @@ fn a_rule_that_trusts_words_is_found() {
             Self
         }
         fn step(&mut self, input: &Input<'_>, decision: &mut super::Decision) {
-            for heard in input.heard {
-                if let Content::Allocation(AllocationMessage::Open(message)) = &heard.body
+            for broadcast in input.heard {
+                if let Content::Allocation(AllocationMessage::Open(message)) = &broadcast.body
                     && message.schema == "trusts"
                 {
-                    assert_eq!(message.bytes.len(), 3, "my own words");
+                    assert_eq!(message.bytes.len(), 3, "the length of an own message");
                 }
             }
             let message = OpenMessage {
@@ -186,7 +186,7 @@ fn me(robot: u16, tasks: u16) -> Me {
 }
 
 fn choices(costs: &[f64]) -> Vec<Choice> {
-    let of = |(task, &cost_s): (usize, &f64)| Choice {
+    let choice = |(task, &cost_s): (usize, &f64)| Choice {
         behavior: BehaviorId(task as u16),
         task: TaskId(task as u16),
         round: SimTime::ZERO,
@@ -196,7 +196,7 @@ fn choices(costs: &[f64]) -> Vec<Choice> {
         priority: 0,
         max_robots: 1,
     };
-    costs.iter().enumerate().map(of).collect()
+    costs.iter().enumerate().map(choice).collect()
 }
 
 fn step(
@@ -250,15 +250,15 @@ fn executes(sender: u16, seq: u64, since_ms: u64, task: Option<u16>) -> Arc<Broa
     })
 }
 
-/// u = r·λ^cost: at 0.98 a second, 10 s cost 18.3 % of the reward.
+/// u = r·λ^cost: with λ = 0.98/s, a cost of 10 s takes 18.3 % of the reward.
 #[test]
-fn utility_against_numbers_by_hand() {
+fn utility_matches_hand_calculation() {
     assert!((libm::pow(DISCOUNT_PER_S, 10.0) - 0.817_07).abs() < 1e-5);
     let mut nearest = Framed::<Nearest>::new(me(0, 2), &Default::default());
     let outcome = step(&mut nearest, 0, &choices(&[10.0, 20.0]), &[], &[]);
     assert_eq!(outcome.active, Some(BehaviorId(0)));
     assert!((outcome.rows[0].utility - 0.817_07).abs() < 1e-5);
-    // What is under way has its whole reward for a minute, however far it has become; then it is weighed like the rest.
+    // A unit in progress keeps its full reward for a minute at any distance; afterwards the cost counts.
     let far = choices(&[90.0, 20.0]);
     assert_eq!(
         step(&mut nearest, 1, &far, &[], &[]).active,
@@ -274,30 +274,34 @@ fn utility_against_numbers_by_hand() {
     assert_eq!(outcome.changes[1].reason, Reason::Chosen);
 }
 
-/// Heartbeats of every allocator: at once on a change, then every 1/ρ.
+/// Every allocator sends a heartbeat at once after a change, then every 1/ρ.
 #[test]
-fn heartbeats_come_at_once_and_then_each_period() {
+fn heartbeats_follow_changes_at_once_and_then_each_period() {
     let mut nearest = Framed::<Nearest>::new(me(0, 2), &Default::default());
-    let spoke: Vec<u64> = (0..45)
+    let sent_at: Vec<u64> = (0..45)
         .filter(|&tick| {
             let mut now = choices(&[10.0, 20.0]);
             now[0].applicable = tick < 7;
             let progressed = [TaskId(1)];
             let progressed = if tick == 30 { &progressed[..] } else { &[] };
-            let said = step(&mut nearest, tick, &now, &[], progressed).announcements;
-            let states: Vec<_> = said.iter().map(|it| it.state).collect();
+            let announcements = step(&mut nearest, tick, &now, &[], progressed).announcements;
+            let states: Vec<_> = announcements
+                .iter()
+                .map(|announcement| announcement.state)
+                .collect();
             match tick {
                 7 => assert_eq!(states, [TaskState::Released, TaskState::Executing]),
-                30 => assert_eq!(said[0].progress, 1),
+                30 => assert_eq!(announcements[0].progress, 1),
                 _ => {}
             }
-            !said.is_empty()
+            !announcements.is_empty()
         })
         .collect();
-    assert_eq!(spoke, [0, 7, 27, 30]);
+    assert_eq!(sent_at, [0, 7, 27, 30]);
 }
 
-/// Lossless: whoever clashes, one executor is left two steps later, and it is the one that began earlier, else the lower rank.
+/// Without message loss, one executor is left two steps after a conflict: the one that began earlier, else the lower
+/// rank.
 #[test]
 fn first_come_leaves_one_executor() {
     let mut low = Framed::<FirstCome>::new(me(0, 2), &Default::default());
@@ -317,7 +321,7 @@ fn first_come_leaves_one_executor() {
     assert_eq!(outcome.active, Some(BehaviorId(1)));
     assert_eq!(outcome.changes[0].reason, Reason::Outbid);
 
-    // The lower one falls silent: its task is free after τ, to the step.
+    // The robot of lower rank falls silent: its task is free after τ, exact to the step.
     let first_only = choices(&[10.0]);
     let mut idle = Framed::<FirstCome>::new(me(2, 1), &Default::default());
     assert_eq!(
@@ -335,17 +339,17 @@ fn first_come_leaves_one_executor() {
     let outcome = step(&mut idle, 101, &first_only, &[], &[]);
     assert_eq!(outcome.active, Some(BehaviorId(0)));
     assert_eq!(outcome.changes[0].reason, Reason::Claimed);
-    // An older word that comes late takes nothing back, and a newer one frees the task at once.
+    // A late older heartbeat has no effect, and a newer one frees the task at once.
     let mut late = Framed::<FirstCome>::new(me(2, 1), &Default::default());
-    let words = [executes(0, 5, 0, None), executes(0, 4, 0, Some(0))];
+    let heartbeats = [executes(0, 5, 0, None), executes(0, 4, 0, Some(0))];
     assert_eq!(
-        step(&mut late, 1, &first_only, &words, &[]).active,
+        step(&mut late, 1, &first_only, &heartbeats, &[]).active,
         Some(BehaviorId(0))
     );
 }
 
 #[test]
-fn a_static_robot_touches_nothing_else() {
+fn a_static_robot_performs_only_its_assigned_tasks() {
     let mut fixed = Framed::<Fixed>::new(me(0, 3), &Default::default());
     let all = choices(&[1.0, 50.0, 1.0]);
     assert_eq!(
@@ -357,7 +361,7 @@ fn a_static_robot_touches_nothing_else() {
     assert_eq!(step(&mut fixed, 1, &without, &[], &[]).active, None);
 }
 
-/// Over 10,000 draws each of three tasks has a third: χ² below the 99.9 % point of two degrees of freedom, 13.8.
+/// In 10,000 draws each of three tasks gets a third: χ² is below 13.8, the 99.9 % point for two degrees of freedom.
 #[test]
 fn random_draws_evenly() {
     let config = random::Config { redraw_s: 0.05 };
@@ -370,19 +374,19 @@ fn random_draws_evenly() {
     let expected = 10_000.0 / 3.0;
     let chi_squared: f64 = counts
         .iter()
-        .map(|it| (it - expected).powi(2) / expected)
+        .map(|count| (count - expected).powi(2) / expected)
         .sum();
     assert!(chi_squared < 13.8, "{counts:?}");
 }
 
-/// What others say changes no draw.
+/// Received broadcasts do not affect the draws.
 #[test]
-fn random_draws_the_same_whatever_is_heard() {
-    let draws = |says: &dyn Fn(u64) -> Vec<Arc<Broadcast>>| -> Vec<_> {
+fn received_broadcasts_do_not_change_random_draws() {
+    let draws = |received: &dyn Fn(u64) -> Vec<Arc<Broadcast>>| -> Vec<_> {
         let config = random::Config { redraw_s: 0.05 };
         let mut random = Framed::<Random>::new(me(0, 3), &config);
         let three = choices(&[1.0, 2.0, 3.0]);
-        let active = |tick| step(&mut random, tick, &three, &says(tick), &[]).active;
+        let active = |tick| step(&mut random, tick, &three, &received(tick), &[]).active;
         (0..1_000).map(active).collect()
     };
     let alone = draws(&|_| Vec::new());
@@ -391,17 +395,17 @@ fn random_draws_the_same_whatever_is_heard() {
 }
 
 proptest! {
-    /// The first round of the assignment is the cheapest of all: against every permutation.
+    /// The first round has the least cost of all permutations.
     #[test]
-    fn static_assignment_is_the_cheapest(
+    fn static_assignment_has_the_least_cost(
         costs in prop::collection::vec(prop::collection::vec(1..1000_i64, 4), 4),
     ) {
         let rows: Vec<Vec<Option<i64>>> = costs
             .iter()
             .map(|row| row.iter().copied().map(Some).collect())
             .collect();
-        let given = assignment::assign(&rows);
-        let total: i64 = given.iter().zip(&costs).map(|(tasks, row)| row[tasks[0].index()]).sum();
+        let assigned = assignment::assign(&rows);
+        let total: i64 = assigned.iter().zip(&costs).map(|(tasks, row)| row[tasks[0].index()]).sum();
         let mut least = i64::MAX;
         for code in 0..256_usize {
             let tasks = [code & 3, code >> 2 & 3, code >> 4 & 3, code >> 6 & 3];
@@ -413,18 +417,18 @@ proptest! {
         prop_assert_eq!(total, least);
     }
 
-    /// Whatever the shape, every task that anybody can do is given once, to one who can.
+    /// Every feasible task is assigned once, to a robot able to do it, for any numbers of robots and tasks.
     #[test]
-    fn static_assignment_gives_every_task_once(
+    fn static_assignment_assigns_every_feasible_task_once(
         costs in (1..5_usize, 1..9_usize).prop_flat_map(|(robots, tasks)| {
             let cell = prop::option::weighted(0.7, 1..1000_i64);
             prop::collection::vec(prop::collection::vec(cell, tasks), robots)
         }),
     ) {
-        let given = assignment::assign(&costs);
+        let assigned = assignment::assign(&costs);
         for task in 0..costs[0].len() {
             let owners: Vec<usize> = (0..costs.len())
-                .filter(|&robot| given[robot].contains(&TaskId(task as u16)))
+                .filter(|&robot| assigned[robot].contains(&TaskId(task as u16)))
                 .collect();
             let can_be_done = costs.iter().any(|row| row[task].is_some());
             prop_assert_eq!(owners.len(), usize::from(can_be_done));
@@ -434,7 +438,7 @@ proptest! {
 }
 
 #[test]
-fn an_unknown_allocator_and_a_wrong_key_are_one_line() {
+fn an_unknown_allocator_gives_a_message_of_one_line() {
     let mut setup = default_setup(1);
     setup.scenario.allocator = Some("telepathy".to_owned());
     let error = TeamConfig::of(&setup, &AgentRegistry::built_in()).unwrap_err();

@@ -1,8 +1,8 @@
-//! The unit of work that a robot is at: when it has begun in earnest, and what makes the robot choose anew.
+//! The unit of work in progress, and the events that make the robot select again.
 //!
-//! A bid grows by the bonus of what is under way only once the work has begun in earnest: the robot is laden, or has achieved something,
-//! or has been at it for τ. Sooner two robots that have not heard of each other would both claim the bonus for the same task, and their
-//! ranks would decide between them instead of their bids.
+//! A bid gets the bonus of work in progress only once the unit has begun: the robot is laden, has had an effect, or
+//! has been active for τ. With an earlier bonus, two robots could both claim it for one task before they receive each
+//! other's bids. Their ranks would then decide instead of their bids.
 
 use alliance_proto::ids::BehaviorId;
 use alliance_proto::time::SimTime;
@@ -11,37 +11,35 @@ use smallvec::SmallVec;
 use super::utility::{COMMIT, UnderWay};
 use super::{Input, Me};
 
-/// What a robot's bids depend on, but for where it is.
+/// The state that a robot's bids depend on, except its position.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Situation {
-    /// Of each choice: whether it is applicable and its cost known, and its round.
+    /// Per choice: whether it is applicable with a known cost, and its round.
     choices: SmallVec<[(bool, SimTime); 6]>,
     is_laden: bool,
     has_begun: bool,
     has_lapsed: bool,
 }
 
-/// What a robot is at.
 #[derive(Clone, Debug, Default)]
 pub struct Unit {
     under_way: UnderWay,
-    /// When it became active.
+    /// The time at which the active behavior became active.
     activated: SimTime,
-    /// As it was in the step before.
     before: Situation,
     now: Situation,
-    /// Whether a unit was done in this step.
+    /// True if a unit ended in this step.
     is_done: bool,
 }
 
 impl Unit {
-    /// At the beginning of a step. Whether the robot must choose anew.
+    /// Updates the state at the start of a step. Returns whether the robot must select again.
     pub fn look(&mut self, me: &Me, input: &Input<'_>, active: Option<BehaviorId>) -> bool {
         self.under_way.note_progress(me, input);
-        let mut own = me.behaviors.iter();
+        let mut behaviors = me.behaviors.iter();
         let task = active
-            .and_then(|active| own.find(|own| own.id == active))
-            .map(|own| own.task);
+            .and_then(|active| behaviors.find(|behavior| behavior.id == active))
+            .map(|behavior| behavior.task);
         self.is_done = task.is_some_and(|task| input.progressed.contains(&task));
         let age = |since| input.now.since(since);
         std::mem::swap(&mut self.before, &mut self.now);
@@ -60,12 +58,12 @@ impl Unit {
         self.is_done || self.now != self.before
     }
 
-    /// Whether the robot is in the midst of a unit, which it had better finish.
+    /// Returns whether the robot should finish its current unit before it selects again.
     pub fn goes_on(&self) -> bool {
         self.now.has_begun && !self.now.has_lapsed && !self.is_done
     }
 
-    /// What is under way, if that has begun in earnest.
+    /// Returns the unit in progress, if it has begun; else an empty value.
     pub fn begun(&self) -> UnderWay {
         if self.now.has_begun {
             self.under_way
@@ -74,12 +72,11 @@ impl Unit {
         }
     }
 
-    /// What is under way.
     pub fn under_way(&self) -> &UnderWay {
         &self.under_way
     }
 
-    /// At the end of a step, with what is active from now on.
+    /// Updates the state at the end of a step, with the active behavior of the next one.
     pub fn note_active(
         &mut self,
         before: Option<BehaviorId>,

@@ -1,8 +1,8 @@
-//! Utility, as all rules that compare costs measure it (ALLOCATORS.md §1).
+//! The utility of a task, for all algorithms that compare costs (ALLOCATORS.md §1).
 //!
-//! u = r·λ^cost, λ = 0.98/s; u = r while a unit is under way, since activation or the last progress, for at most
-//! [`COMMIT`]; 2r while carrying. So what has been begun is finished, and a claim that leads to nothing loses its bonus. λ and
-//! the commitment are the same for all allocators and never tuned for one of them.
+//! u = r·λ^cost, with λ = 0.98/s. While a unit is in progress, u = r for at most [`COMMIT`] since activation or the
+//! last progress, and u = 2r while the robot carries an object. A robot thus finishes its work, and a claim without
+//! progress loses its bonus. All allocators use the same λ and the same commitment.
 
 use std::cmp::Ordering;
 
@@ -12,18 +12,18 @@ use alliance_proto::time::SimTime;
 
 use super::{Choice, Decision, Input, Me};
 
-/// λ, per second of cost.
+/// λ, the discount per second of cost.
 pub const DISCOUNT_PER_S: f64 = 0.98;
 
-/// How long a unit that is under way keeps its bonus without progress.
+/// The time a unit in progress keeps its bonus without progress.
 pub const COMMIT: SimTime = SimTime(60_000);
 
-/// What a robot is at, for the bonus of what has been begun.
+/// The behavior in progress and the time of its last progress, for the bonus in its utility.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct UnderWay(Option<(BehaviorId, SimTime)>);
 
 impl UnderWay {
-    /// Takes note of the progress of a step; at its beginning.
+    /// Records the progress of a step, at its start.
     pub fn note_progress(&mut self, me: &Me, input: &Input<'_>) {
         if let Some((behavior, since)) = &mut self.0
             && let Some(own) = me.behaviors.iter().find(|own| own.id == *behavior)
@@ -33,20 +33,20 @@ impl UnderWay {
         }
     }
 
-    /// Takes note of what is active after a step.
+    /// Records the active behavior after a step.
     pub fn note_active(&mut self, active: Option<BehaviorId>, now: SimTime) {
         if self.0.map(|(behavior, _)| behavior) != active {
             self.0 = active.map(|behavior| (behavior, now));
         }
     }
 
-    /// Since when it has been at it without progress; `None` if it is at nothing.
+    /// Returns the time of the last progress or of the activation; `None` for an idle robot.
     #[must_use]
     pub fn since(&self) -> Option<SimTime> {
         self.0.map(|(_, since)| since)
     }
 
-    /// Utility of a choice; `None` if it is not applicable or its cost not known.
+    /// Returns the utility of a choice; `None` if it is not applicable or has no known cost.
     #[must_use]
     pub fn utility(&self, choice: &Choice, input: &Input<'_>) -> Option<f64> {
         if !choice.applicable {
@@ -67,22 +67,18 @@ impl UnderWay {
     }
 }
 
-/// A claim to a task by its worth, in the one order that all rules have: larger priority, larger utility, lower rank, lower task.
-/// [`Ordering::Greater`] is the better one; none is equal to another robot's or another task's.
+/// A bid for a task. The total order is the same in all algorithms: larger priority, larger utility, lower rank,
+/// lower task. [`Ordering::Greater`] is the better bid. Bids of different robots or tasks are never equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bid {
-    /// Priority of the task.
     pub priority: i32,
-    /// Utility.
     pub utility: f64,
-    /// Whose bid it is.
     pub robot: RobotId,
-    /// For which task.
     pub task: TaskId,
 }
 
 impl Bid {
-    /// Which of two bids goes first.
+    /// Compares two bids; [`Ordering::Greater`] if this bid is better.
     #[must_use]
     pub fn order(&self, other: &Self) -> Ordering {
         self.priority
@@ -93,7 +89,7 @@ impl Bid {
     }
 }
 
-/// The best applicable choice, by priority, utility and task.
+/// Returns the best applicable choice that `may` permits, by priority, utility and task, with its utility.
 #[must_use]
 pub fn best<'a>(
     under_way: &UnderWay,
@@ -112,7 +108,7 @@ pub fn best<'a>(
             robot,
             task: choice.task,
         };
-        // Of two behaviors for one task with the same utility the first stays.
+        // Among equal bids of two behaviors for one task, the first stays.
         let is_better = best
             .as_ref()
             .is_none_or(|(_, other)| bid.order(other) == Ordering::Greater);
@@ -124,7 +120,8 @@ pub fn best<'a>(
 }
 
 impl UnderWay {
-    /// Writes a row per applicable choice: its utility, who has the task according to `holder`, and whether the robot is at it.
+    /// Writes one row per applicable choice, with its utility and its state. `holder` returns the robot that holds a
+    /// task.
     pub fn log(
         &self,
         me: &Me,

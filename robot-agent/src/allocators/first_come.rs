@@ -1,6 +1,5 @@
-//! `first-come`: a robot keeps what it has until a unit of it is done; else it takes the best task with a place left that no
-//! heartbeat within τ claims. Where more are heard on a task than may be, the larger claims stay: those begun earlier, of the same
-//! time those of the lower rank.
+//! The `first-come` allocator. A robot keeps its task for one unit. It then takes the best task with a free place,
+//! given the claims received within τ. Of too many claims the earlier ones win; ties go to the lower rank.
 
 use std::collections::BTreeMap;
 
@@ -12,30 +11,28 @@ use alliance_proto::time::SimTime;
 use crate::allocator::utility::{UnderWay, best};
 use crate::allocator::{Allocator, Decision, Input, Me, NoParameters};
 
-/// One robot's choice.
 #[derive(Clone, Debug)]
 pub struct FirstCome {
     me: Me,
     under_way: UnderWay,
-    /// Since when it has had its task.
+    /// The time at which the robot claimed its task.
     since: SimTime,
-    /// The latest word of each teammate.
-    claims: BTreeMap<RobotId, Claim>,
+    claims: BTreeMap<RobotId, LatestClaim>,
 }
 
-/// What a teammate said last.
+/// The content of a teammate's latest heartbeat.
 #[derive(Clone, Copy, Debug)]
-struct Claim {
-    word: (Incarnation, u64),
-    heard: SimTime,
+struct LatestClaim {
+    stamp: (Incarnation, u64),
+    received: SimTime,
     since: SimTime,
     task: Option<TaskId>,
 }
 
 impl FirstCome {
-    fn hear(&mut self, input: &Input<'_>) {
+    fn receive(&mut self, input: &Input<'_>) {
         for broadcast in input.heard {
-            let (sender, word) = (broadcast.sender, (broadcast.incarnation, broadcast.seq));
+            let (sender, stamp) = (broadcast.sender, (broadcast.incarnation, broadcast.seq));
             if sender == self.me.robot || sender.index() >= self.me.team {
                 continue;
             }
@@ -45,14 +42,14 @@ impl FirstCome {
             if self
                 .claims
                 .get(&sender)
-                .is_some_and(|known| known.word >= word)
+                .is_some_and(|known| known.stamp >= stamp)
             {
                 continue;
             }
             let executes = heartbeat.state == TaskState::Executing;
-            let claim = Claim {
-                word,
-                heard: input.now,
+            let claim = LatestClaim {
+                stamp,
+                received: input.now,
                 since: heartbeat.since,
                 task: heartbeat.task.filter(|_| executes),
             };
@@ -60,10 +57,10 @@ impl FirstCome {
         }
     }
 
-    /// Who is heard within τ to execute the task: since when, and who.
+    /// Returns the claim time and the id of each teammate whose claim to the task was received within τ.
     fn executing(&self, task: TaskId, now: SimTime) -> impl Iterator<Item = (SimTime, RobotId)> {
         let within = self.claims.iter().filter(move |(_, claim)| {
-            claim.task == Some(task) && now.since(claim.heard) < self.me.ceased_after
+            claim.task == Some(task) && now.since(claim.received) < self.me.ceased_after
         });
         within.map(|(&robot, claim)| (claim.since, robot))
     }
@@ -83,7 +80,7 @@ impl Allocator for FirstCome {
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         self.under_way.note_progress(&self.me, input);
-        self.hear(input);
+        self.receive(input);
         let now = input.now;
         let held = decision.active.and_then(|active| {
             let mut choices = input.choices.iter();

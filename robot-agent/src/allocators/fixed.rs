@@ -1,10 +1,9 @@
-//! `static`: an assignment made before the start and never changed. A robot carries out its own tasks, by priority and utility, and
-//! touches no other, even if its owner has died.
+//! The `static` allocator: an assignment that never changes. A robot executes its assigned tasks by priority and
+//! utility, and never those of a crashed teammate.
 
 use crate::allocator::utility::{UnderWay, best};
 use crate::allocator::{Allocator, Decision, Input, Me, NoParameters};
 
-/// One robot's part.
 #[derive(Clone, Debug)]
 pub struct Fixed {
     me: Me,
@@ -27,12 +26,12 @@ impl Allocator for Fixed {
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         self.under_way.note_progress(&self.me, input);
-        let own = |task| self.me.assigned.contains(&task);
+        let is_assigned = |task| self.me.assigned.contains(&task);
         let chosen = best(&self.under_way, self.me.robot, input, |choice| {
-            own(choice.task)
+            is_assigned(choice.task)
         });
         decision.active = chosen.map(|(choice, _)| choice.behavior);
-        let holder = |task| own(task).then_some(self.me.robot);
+        let holder = |task| is_assigned(task).then_some(self.me.robot);
         self.under_way.log(&self.me, input, decision, holder);
         self.under_way.note_active(decision.active, input.now);
     }

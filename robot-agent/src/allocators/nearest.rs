@@ -1,10 +1,9 @@
-//! `nearest`: the applicable task of highest utility, whatever the others do. It reads no claims; what teammates know of the
-//! mission reaches it all the same, through its mission. `nearest-silent`: the same with the radio off, so that it does not.
+//! The `nearest` allocator: the applicable task of highest utility, independent of claims. Mission knowledge still
+//! arrives in heartbeats; `nearest-silent` switches the radio off.
 
 use crate::allocator::utility::{UnderWay, best};
 use crate::allocator::{Allocator, Decision, Input, Me, NoParameters};
 
-/// One robot's choice.
 #[derive(Clone, Debug)]
 pub struct Nearest {
     me: Me,
@@ -30,7 +29,7 @@ impl Allocator for Nearest {
     }
 }
 
-/// One robot's choice, of which nobody hears, and which hears of nobody.
+/// The `nearest` allocator without sending or receiving.
 #[derive(Clone, Debug)]
 pub struct NearestSilent(Nearest);
 

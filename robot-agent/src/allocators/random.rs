@@ -1,5 +1,5 @@
-//! `random`: any applicable task with the same probability, drawn when the robot is free and every `redraw_s`. It reads nothing of
-//! what others say, and its draws depend on no message.
+//! The `random` allocator: one applicable task, drawn when the robot is free and every `redraw_s`. The draws do not
+//! depend on messages.
 
 use alliance_proto::scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use alliance_proto::telemetry::Reason;
@@ -10,7 +10,6 @@ use serde::Deserialize;
 use crate::allocator::utility::UnderWay;
 use crate::allocator::{Allocator, Decision, Input, Me};
 
-/// One robot's choice.
 #[derive(Clone, Debug)]
 pub struct Random {
     me: Me,
@@ -18,11 +17,10 @@ pub struct Random {
     drawn: SimTime,
 }
 
-/// `[allocators.random]`.
+/// The parameters in `[allocators.random]`.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
-    /// Time after which a robot draws again, s.
     pub redraw_s: f64,
 }
 
@@ -40,7 +38,7 @@ impl Allocator for Random {
             key: "redraw_s",
             unit: "s",
             default: ParameterDefault::Number(Config::default().redraw_s),
-            about: "time after which a robot draws again",
+            about: "time between two draws",
             range: ParameterRange::Above(0.0, 1e9),
         }]
     }
@@ -55,15 +53,15 @@ impl Allocator for Random {
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         let applicable = || input.choices.iter().filter(|choice| choice.applicable);
-        let goes_on = decision
+        let continues = decision
             .active
             .is_some_and(|active| applicable().any(|choice| choice.behavior == active));
-        if !goes_on || input.now.since(self.drawn) >= self.redraw {
+        if !continues || input.now.since(self.drawn) >= self.redraw {
             let count = applicable().count();
             decision.active = None;
             if count > 0 {
-                let place = input.draws.stream().random_range(0..count);
-                decision.active = applicable().nth(place).map(|choice| choice.behavior);
+                let index = input.draws.stream().random_range(0..count);
+                decision.active = applicable().nth(index).map(|choice| choice.behavior);
                 decision.reason = Some(Reason::Drawn);
                 self.drawn = input.now;
             }

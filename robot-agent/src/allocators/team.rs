@@ -1,5 +1,5 @@
-//! A small team for tests of rules: minds of the seam in lockstep, tasks that take as long as they cost, words that get lost, deaths
-//! and restarts. What is said in a step is heard in the next one.
+//! A small team for allocator tests. All controllers step together. Tests control message loss, crashes and restarts. A
+//! message sent in one step is received in the next.
 
 use std::sync::Arc;
 
@@ -15,29 +15,26 @@ use crate::allocator::{
     Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost, TaskBrief,
 };
 
-/// Length of a step.
 pub const STEP: SimTime = SimTime(50);
 
-/// 1/ρ and τ of the heartbeats.
+/// 1/ρ of the heartbeats.
 pub const PERIOD: SimTime = SimTime(1000);
 pub const TAU: SimTime = SimTime(5000);
 
-/// What a team has to do.
 #[derive(Clone, Debug)]
 pub struct Situation {
     pub tasks: Vec<Task>,
-    /// Seconds of a unit, by robot and task; `None` where a robot lacks the behavior.
+    /// The time for a unit, s, by robot and task; `None` if the robot lacks the behavior.
     pub cost_s: Vec<Vec<Option<f64>>>,
 }
 
-/// A task of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Task {
     pub max_robots: usize,
     pub priority: i32,
     pub reward: f64,
     pub round: SimTime,
-    /// Units of work that are left; `None`: it never ends.
+    /// The remaining units of work; `None` for a task without an end.
     pub units: Option<u32>,
 }
 
@@ -54,7 +51,7 @@ impl Default for Task {
 }
 
 impl Situation {
-    /// Exclusive tasks of the same worth, without an end.
+    /// Creates exclusive tasks without an end.
     pub fn of(cost_s: &[&[f64]]) -> Self {
         Self {
             tasks: vec![Task::default(); cost_s[0].len()],
@@ -65,7 +62,7 @@ impl Situation {
         }
     }
 
-    /// Any of up to so many robots and tasks, that never end.
+    /// Generates up to `robots` robots and `tasks` tasks that never end.
     pub fn any(robots: usize, tasks: usize) -> impl Strategy<Value = Self> {
         (1..=robots, 1..=tasks).prop_flat_map(|(robots, tasks)| {
             let task = (1..3_usize, 0..2, 1..4).prop_map(|(max_robots, priority, reward)| Task {
@@ -74,8 +71,10 @@ impl Situation {
                 reward: f64::from(reward),
                 ..Task::default()
             });
-            let cost_s =
-                prop::option::weighted(0.8, (0..400_u32).prop_map(|it| f64::from(it) / 4.0));
+            let cost_s = prop::option::weighted(
+                0.8,
+                (0..400_u32).prop_map(|quarters| f64::from(quarters) / 4.0),
+            );
             let cost_s = prop::collection::vec(prop::collection::vec(cost_s, tasks), robots);
             let tasks = prop::collection::vec(task, tasks);
             (tasks, cost_s).prop_map(|(tasks, cost_s)| Self { tasks, cost_s })
@@ -83,25 +82,23 @@ impl Situation {
     }
 }
 
-/// Robots at work on a situation, which may be changed between steps.
+/// A team of robots. Tests may change the situation between steps.
 pub struct Team<A: Allocator> {
     pub situation: Situation,
     pub robots: Vec<Robot<A>>,
     config: A::Config,
     tick: u64,
-    /// What was said in the latest step.
     pub air: Vec<Arc<Broadcast>>,
 }
 
-/// One of them.
 pub struct Robot<A> {
-    /// `None` while it is dead.
-    mind: Option<Framed<A>>,
+    /// The controller; `None` while the robot is crashed.
+    controller: Option<Framed<A>>,
     pub incarnation: Incarnation,
     seq: u64,
-    /// What it does; of the dead nothing.
+    /// The task that the robot executes; `None` while it is crashed.
     pub active: Option<TaskId>,
-    /// Whether it works: one that does not goes on telling what it does.
+    /// True if the robot makes progress. A robot that does not still reports its task.
     pub works: bool,
     worked_s: f64,
     progressed: Vec<TaskId>,
@@ -109,7 +106,6 @@ pub struct Robot<A> {
 }
 
 impl<A: Allocator> Team<A> {
-    /// All alive, before the first step.
     pub fn new(situation: Situation, config: A::Config) -> Self {
         let robots = situation.cost_s.len();
         let mut team = Self {
@@ -120,9 +116,9 @@ impl<A: Allocator> Team<A> {
             air: Vec::new(),
         };
         for rank in 0..robots {
-            let mind = Framed::new(team.me(rank, 1), &team.config);
+            let controller = Framed::new(team.me(rank, 1), &team.config);
             team.robots.push(Robot {
-                mind: Some(mind),
+                controller: Some(controller),
                 incarnation: 1,
                 seq: 0,
                 active: None,
@@ -159,7 +155,6 @@ impl<A: Allocator> Team<A> {
         }
     }
 
-    /// What everybody knows of the tasks.
     pub fn briefs(&self) -> Arc<[TaskBrief]> {
         let brief = |(task, id): (&Task, u16)| {
             let ranks = 0..self.situation.cost_s.len();
@@ -177,46 +172,43 @@ impl<A: Allocator> Team<A> {
         self.situation.tasks.iter().zip(0..).map(brief).collect()
     }
 
-    /// A living robot's allocator.
     pub fn allocator(&self, rank: usize) -> &A {
-        let mind = self.robots[rank].mind.as_ref();
-        mind.expect("it is alive").allocator()
+        let controller = self.robots[rank].controller.as_ref();
+        controller.expect("the robot is running").allocator()
     }
 
     fn cost_s(&self, rank: usize, task: TaskId) -> Option<f64> {
         self.situation.cost_s[rank][task.index()]
     }
 
-    /// Time of the next step.
     pub fn now(&self) -> SimTime {
         SimTime(self.tick * STEP.0)
     }
 
-    /// One step in which everybody hears everybody.
+    /// Makes one step in which each broadcast reaches all robots.
     pub fn step(&mut self) {
         self.step_with(|_, _| true);
     }
 
-    /// So many of them.
     pub fn run(&mut self, steps: u64) {
         for _ in 0..steps {
             self.step();
         }
     }
 
-    /// One step; `passes` says whether a broadcast is heard by a robot.
+    /// Makes one step; `passes` returns whether a robot receives a broadcast.
     pub fn step_with(&mut self, mut passes: impl FnMut(&Broadcast, RobotId) -> bool) {
         let (now, tick) = (self.now(), self.tick);
-        let truth = self.truth();
-        let mut said = Vec::new();
+        let truth = self.ground_truth();
+        let mut outgoing = Vec::new();
         for rank in 0..self.robots.len() {
             let me = RobotId(rank as u16);
-            let mut heard = self.air.clone();
-            heard.retain(|it| it.sender != me && passes(it, me));
+            let mut received = self.air.clone();
+            received.retain(|broadcast| broadcast.sender != me && passes(broadcast, me));
             let choices = self.choices(rank);
-            let applicable: Vec<bool> = choices.iter().map(|it| it.applicable).collect();
+            let applicable: Vec<bool> = choices.iter().map(|choice| choice.applicable).collect();
             let robot = &mut self.robots[rank];
-            let Some(mind) = &mut robot.mind else {
+            let Some(controller) = &mut robot.controller else {
                 continue;
             };
             let input = Input {
@@ -227,27 +219,27 @@ impl<A: Allocator> Team<A> {
                 applicable: &applicable,
                 choices: &choices,
                 progressed: &std::mem::take(&mut robot.progressed),
-                heard: &heard,
-                route: &Apart(&choices),
+                heard: &received,
+                route: &FixedCosts(&choices),
                 truth: &truth,
                 draws: Draws::of(7, me, tick),
             };
-            mind.step(&input, &mut robot.outcome);
+            controller.step(&input, &mut robot.outcome);
             let active = robot.outcome.active.map(|behavior| TaskId(behavior.0));
             if active != robot.active {
                 (robot.active, robot.worked_s) = (active, 0.0);
             }
-            said.extend(robot.broadcasts(me, tick).map(Arc::new));
+            outgoing.extend(robot.broadcasts(me, tick).map(Arc::new));
         }
-        self.air = said;
+        self.air = outgoing;
         self.tick += 1;
         self.work();
     }
 
-    /// What those who can work offered in the step before.
-    fn truth(&self) -> Vec<Offer> {
+    /// Returns the offers that working robots made in the previous step.
+    fn ground_truth(&self) -> Vec<Offer> {
         let robots = self.robots.iter().zip(0..);
-        let able = robots.filter(|(robot, _)| robot.mind.is_some() && robot.works);
+        let able = robots.filter(|(robot, _)| robot.controller.is_some() && robot.works);
         let offers = able.flat_map(|(robot, rank)| {
             let rows = robot.outcome.rows.iter();
             rows.map(move |row| Offer {
@@ -279,7 +271,7 @@ impl<A: Allocator> Team<A> {
             .collect()
     }
 
-    /// What is active gets on; a unit is done when it has taken what it costs.
+    /// Adds one step of work to each active task. A unit is done after its cost in time.
     fn work(&mut self) {
         for rank in 0..self.robots.len() {
             let robot = &self.robots[rank];
@@ -300,7 +292,7 @@ impl<A: Allocator> Team<A> {
         }
     }
 
-    /// Says something in a robot's name, to be heard in the next step.
+    /// Sends a message in a robot's name, for delivery in the next step.
     pub fn forge(&mut self, rank: usize, message: AllocationMessage) {
         let robot = &mut self.robots[rank];
         let seq = robot.seq;
@@ -316,25 +308,23 @@ impl<A: Allocator> Team<A> {
         }));
     }
 
-    /// Its process is killed: what it said in the latest step is still heard.
+    /// Crashes a robot. Its broadcasts of the latest step are still delivered.
     pub fn kill(&mut self, rank: usize) {
         let robot = &mut self.robots[rank];
-        robot.mind = None;
+        robot.controller = None;
         robot.active = None;
         robot.progressed.clear();
     }
 
-    /// It begins a new incarnation, without memory.
     pub fn restart(&mut self, rank: usize) {
         self.kill(rank);
         let incarnation = self.robots[rank].incarnation + 1;
-        let mind = Framed::new(self.me(rank, incarnation), &self.config);
+        let controller = Framed::new(self.me(rank, incarnation), &self.config);
         let robot = &mut self.robots[rank];
-        (robot.mind, robot.incarnation, robot.seq) = (Some(mind), incarnation, 0);
+        (robot.controller, robot.incarnation, robot.seq) = (Some(controller), incarnation, 0);
         robot.outcome = Outcome::default();
     }
 
-    /// Who is at a task.
     pub fn executors(&self, task: usize) -> Vec<usize> {
         let task = Some(TaskId(task as u16));
         let ranks = 0..self.robots.len();
@@ -343,7 +333,6 @@ impl<A: Allocator> Team<A> {
             .collect()
     }
 
-    /// Whether nothing is left to do.
     pub fn is_done(&self) -> bool {
         self.situation
             .tasks
@@ -355,21 +344,21 @@ impl<A: Allocator> Team<A> {
 impl<A> Robot<A> {
     fn broadcasts(&mut self, sender: RobotId, tick: u64) -> impl Iterator<Item = Broadcast> {
         let sent = SimTime(tick * STEP.0);
-        let heartbeats = self.outcome.announcements.iter().map(|it| {
+        let heartbeats = self.outcome.announcements.iter().map(|announcement| {
             Content::Heartbeat(Heartbeat {
-                state: it.state,
-                since: it.since,
-                set: it.behavior,
-                task: it.task,
-                progress: it.progress,
+                state: announcement.state,
+                since: announcement.since,
+                set: announcement.behavior,
+                task: announcement.task,
+                progress: announcement.progress,
                 position: None,
                 carrying: false,
                 lore: Lore::default(),
             })
         });
-        let words = self.outcome.say.drain(..).map(Content::Allocation);
+        let messages = self.outcome.say.drain(..).map(Content::Allocation);
         let (incarnation, first) = (self.incarnation, self.seq);
-        let bodies: Vec<Content> = heartbeats.chain(words).collect();
+        let bodies: Vec<Content> = heartbeats.chain(messages).collect();
         self.seq += bodies.len() as u64;
         bodies
             .into_iter()
@@ -386,18 +375,18 @@ impl<A> Robot<A> {
     }
 }
 
-/// What allocators said in the latest step.
+/// Returns the allocator messages among the broadcasts, with their senders.
 pub fn words(air: &[Arc<Broadcast>]) -> impl Iterator<Item = (RobotId, &AllocationMessage)> {
-    air.iter().filter_map(|it| match &it.body {
-        Content::Allocation(message) => Some((it.sender, message)),
+    air.iter().filter_map(|broadcast| match &broadcast.body {
+        Content::Allocation(message) => Some((broadcast.sender, message)),
         _ => None,
     })
 }
 
-/// Every task costs what it does now, wherever the robot was before.
-struct Apart<'a>(&'a [Choice]);
+/// Route costs that do not depend on the previous task.
+struct FixedCosts<'a>(&'a [Choice]);
 
-impl RouteCost for Apart<'_> {
+impl RouteCost for FixedCosts<'_> {
     fn seconds(&self, _: &[TaskId], task: TaskId) -> Option<f64> {
         self.0.iter().find(|choice| choice.task == task)?.cost_s
     }

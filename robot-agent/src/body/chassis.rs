@@ -1,26 +1,22 @@
-//! What the drive can do within one step.
+//! The motion that the drive can make within one step.
 
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Robot, Scenario};
 
-/// Beyond this angle the robot turns on the spot: its sensors look along the old heading, so that it would move blindly.
+/// The largest bearing at which the robot moves, rad. Beyond it the robot turns on the spot, because its sensors
+/// point along the old heading.
 pub const FACING_RAD: f32 = 0.18;
 
-/// A disc that turns on the spot and moves only forward, at a fixed step length.
+/// A disc that turns on the spot and moves only forward, with a fixed step length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chassis {
-    /// Radius, m.
     pub radius_m: f32,
-    /// Top speed, m/s.
     pub speed_m_s: f32,
-    /// Top turn rate, rad/s.
     pub turn_rad_s: f32,
-    /// Length of a step, s.
     pub step_s: f32,
 }
 
 impl Chassis {
-    /// A robot of the scenario.
     #[must_use]
     pub fn of(scenario: &Scenario, robot: &Robot) -> Self {
         let body = scenario.body_of(robot);
@@ -32,8 +28,8 @@ impl Chassis {
         }
     }
 
-    /// Turns toward `bearing` (robot's frame, rad) and moves up to `way` m, but not before it faces that way. Ends exactly
-    /// on the bearing and never beyond the way, however long the step.
+    /// Returns the actuation that turns toward `bearing` (robot's frame, rad), and moves up to `way` m once the robot
+    /// faces it. The step ends exactly on the bearing and never beyond `way`, for any step length.
     #[must_use]
     pub fn drive(&self, bearing: f32, way: f32) -> Actuation {
         let turn = (bearing / self.step_s).clamp(-self.turn_rad_s, self.turn_rad_s);

@@ -1,8 +1,8 @@
 //! Following the outline of an obstacle (thesis §4.2.1, Fig. 4.5 and 4.6), with a memory.
 //!
-//! The robot aligns with the side that it hit and goes along it until the side beams are free, then turns round the
-//! corner. Unlike the thesis' rule it leaves the outline only where it is nearer to its goal than where it met it: this is
-//! what keeps it from going round several obstacles for ever.
+//! The robot aligns with the surface that it met and drives along it until the side beams are free, then turns around
+//! the corner. Unlike in the thesis, it leaves the outline only nearer to its goal than where the detour began. This
+//! prevents endless circling around several obstacles.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -14,75 +14,71 @@ use super::goal::{Goal, length};
 use super::surroundings::{Side, Surroundings};
 use super::{Chassis, wrap};
 
-/// Distance kept from the outline, m.
+/// The distance to keep from the outline, m.
 pub const CLEARANCE_M: f32 = 0.08;
-/// What is at most this much farther than the clearance is reached: rounding must not keep the robot waiting for it.
+/// The tolerance of the clearance, m. Without it rounding could keep the robot from reaching it.
 const CLOSE_M: f32 = 0.01;
-/// How much nearer to the goal a detour must have come before it may end, m.
+/// The least gain toward the goal before a detour may end, m.
 const GAIN_M: f32 = 0.05;
-/// How far the robot goes on after a change of course, m. Turning exactly at a corner would graze it.
+/// The distance to drive after a change of course, m. A turn exactly at a corner would graze it.
 const A_LITTLE_M: f32 = 0.05;
-/// Steering back to the clearance, rad per m.
 const STEER_RAD_PER_M: f32 = 1.5;
-/// Largest such correction, rad; below [`FACING_RAD`], so that it never stops the robot.
+/// The largest steering correction, rad. It is below [`FACING_RAD`], so that it never stops the robot.
 const STEER_MAX_RAD: f32 = 0.15;
 
-/// A goal at most this far on the obstacle's side of the heading counts as straight ahead, rad.
+/// The largest angle of a goal on the obstacle's side that counts as straight ahead, rad.
 const PARALLEL_RAD: f32 = 0.05;
 
-/// With a heading this exact the side beams see what they should, rad.
+/// The largest heading error at which the side beams are reliable, rad.
 const ALIGNED_RAD: f32 = 0.03;
 
-/// Contact with the outline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Contact {
-    /// It was ahead: the robot aligns with it here, and goes on a little before it looks to the side. Near a corner the side
-    /// beams see another face than the one that matters, and the robot must not turn to and fro between the two.
+    /// The surface was ahead. The robot aligns with it here, and drives on a little before it uses the side beams.
+    /// Near a corner they meet another face, and the robot would turn to and fro.
     Aligned(Vec2),
-    /// A side beam touches it.
+    /// A side beam meets the outline.
     Touching,
-    /// All beams are free since this place: the robot passes the corner.
+    /// A place since which all beams are free: the robot passes the corner.
     Passing(Vec2),
-    /// It has turned round the corner at this place and goes on until it touches the next side.
+    /// The robot turned around the corner at this place and drives on to the next face.
     Turned(Vec2),
 }
 
-/// What becomes of a detour.
+/// The next action of a detour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Course {
-    /// It goes on.
     Follow(Actuation),
-    /// The way to the goal is free.
     Leave,
-    /// There is nothing to follow any more: it was a robot that moved on, or an obstacle that was removed.
+    /// The obstacle disappeared: a robot that moved on, or an object that was removed.
     Lost,
-    /// The whole outline has been followed, or what could be reached of it: no way.
+    /// The reachable outline was followed without a way to the goal.
     Closed,
 }
 
-/// A detour round one obstacle, or several that touch.
+/// A detour around one obstacle, or several that touch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detour {
     side: Side,
-    /// Heading along the outline, rad in the world's frame.
+    /// The heading along the outline, rad in the world's frame.
     along: f32,
     contact: Contact,
-    /// What was left of the way where the obstacle was met, m.
+    /// The remaining distance to the goal where the detour began, m.
     met: f32,
-    /// Where the present sense of travel began.
+    /// The place where the present direction of travel began.
     start: Vec2,
-    /// Whether the robot has been far from there.
+    /// True once the robot has been away from `start`.
     away: bool,
-    /// Whether the border has already turned it back once.
+    /// True once the border has turned the robot back.
     turned_back: bool,
-    /// How far it turned since it last moved, rad: beyond a full turn it is boxed in.
+    /// The angle turned since the last move, rad. Beyond one and a half turns the robot is boxed in.
     turned: f32,
     last_heading: f32,
     last_position: Vec2,
 }
 
 impl Detour {
-    /// Begins where a surface with that outward normal (rad in the world's frame) is ahead.
+    /// Creates a detour along the surface ahead with that outward normal, rad in the world's frame.
     #[must_use]
     pub fn new(side: Side, normal: f32, met: f32, around: &Surroundings) -> Self {
         Self {
@@ -99,25 +95,22 @@ impl Detour {
         }
     }
 
-    /// The side on which the obstacle is.
     #[must_use]
     pub fn side(&self) -> Side {
         self.side
     }
 
-    /// What was left of the way where the obstacle was met, m.
     #[must_use]
     pub fn met(&self) -> f32 {
         self.met
     }
 
-    /// Whether the robot faces along the outline, so that what is ahead is in the detour's way.
+    /// Returns whether the robot faces along the outline, so that an object ahead blocks the detour.
     #[must_use]
     pub fn faces_along(&self, around: &Surroundings) -> bool {
         wrap(self.along - around.pose.heading_rad).abs() <= FACING_RAD
     }
 
-    /// One step along the outline.
     #[must_use]
     pub fn step(&mut self, chassis: &Chassis, goal: &Goal, around: &Surroundings) -> Course {
         let position = around.pose.position;
@@ -134,7 +127,7 @@ impl Detour {
         }
         let way = around.free_ahead() - CLEARANCE_M;
         let way = match self.contact {
-            // Not far beyond the corner in one long step.
+            // In a long step the robot must not pass far beyond the corner.
             Contact::Aligned(_) | Contact::Passing(_) => way.min(A_LITTLE_M),
             _ => way,
         };
@@ -142,7 +135,7 @@ impl Detour {
         Course::Follow(chassis.drive(bearing, way.max(0.0)))
     }
 
-    /// Nearer to the goal than where the obstacle was met, and nothing of it lies between.
+    /// Returns whether the robot is nearer to the goal than at the start, with a free way to it.
     fn may_leave(&self, goal: &Goal, around: &Surroundings) -> bool {
         let position = around.pose.position;
         let outward = -self.side.sign() * wrap(goal.direction(position) - around.pose.heading_rad);
@@ -153,7 +146,7 @@ impl Detour {
         clear && goal.remaining(position) < self.met - GAIN_M
     }
 
-    /// Sets the heading by what the beams say.
+    /// Sets the heading from the beams. Returns the end of the detour, if any.
     fn sense(&mut self, chassis: &Chassis, around: &Surroundings) -> Option<Course> {
         let heading = around.pose.heading_rad;
         let position = around.pose.position;
@@ -203,14 +196,14 @@ impl Detour {
         None
     }
 
-    /// The course along a surface that was hit, back to the clearance (rad in the world's frame).
+    /// Returns the course along a surface, back toward the clearance, rad in the world's frame.
     fn beside(&self, heading: f32, hit: &Hit) -> f32 {
         let off = (hit.distance_m - CLEARANCE_M) * STEER_RAD_PER_M;
         let correction = off.clamp(-STEER_MAX_RAD, STEER_MAX_RAD);
         wrap(self.side.along(heading + hit.normal_rad) + self.side.sign() * correction)
     }
 
-    /// The border blocks this side: try the other one.
+    /// Tries the other side, because the border blocks this one.
     fn turn_back(&mut self, position: Vec2) {
         self.side = self.side.other();
         self.along = wrap(self.along + PI);
@@ -231,7 +224,7 @@ impl Detour {
         self.turned > 3.0 * PI
     }
 
-    /// Whether the robot is back where it began.
+    /// Returns whether the robot is back at the start of the detour.
     fn has_closed(&mut self, chassis: &Chassis, position: Vec2) -> bool {
         let distance = length(position - self.start);
         self.away |= distance > 2.0 * chassis.radius_m;
@@ -239,13 +232,13 @@ impl Detour {
     }
 }
 
-/// Whether a robot that changed its course at `since` has gone on for a little.
+/// Returns whether the robot has driven on after a change of course at `since`.
 fn has_moved(since: Vec2, position: Vec2) -> bool {
     length(position - since) >= A_LITTLE_M - CLOSE_M
 }
 
 impl Surroundings {
-    /// What is straight ahead within the clearance.
+    /// Returns the object straight ahead within the clearance.
     #[inline]
     #[must_use]
     pub fn blocked_by(&self) -> Option<Hit> {

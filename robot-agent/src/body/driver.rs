@@ -1,4 +1,4 @@
-//! To one place after another: all that a mission needs whose robots know where they have to go, and give way to nobody.
+//! Driving to one place after another, for missions whose robots have known destinations and yield to no teammate.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::readings::{Actuation, Readings};
@@ -9,7 +9,6 @@ use glam::Vec2;
 use super::goal::length;
 use super::{Chassis, Goal, Navigator, Surroundings};
 
-/// What a robot drives with, and where it is on its way.
 #[derive(Clone, Debug)]
 pub struct Driver {
     chassis: Chassis,
@@ -17,7 +16,6 @@ pub struct Driver {
 }
 
 impl Driver {
-    /// A robot that has not moved yet.
     #[must_use]
     pub fn of(robot: RobotId, setup: &Setup) -> Self {
         let scenario = &setup.scenario;
@@ -27,8 +25,8 @@ impl Driver {
         }
     }
 
-    /// One step on the way to within `within` m of a place, m, round whatever is in the way. A robot that does not know where it is,
-    /// or is there, stands still.
+    /// Returns the actuation toward within `within` m of `at`, around obstacles. A robot that is there, or has no
+    /// position, stands still.
     #[must_use]
     pub fn drive_to(
         &mut self,
@@ -44,7 +42,7 @@ impl Driver {
         })
     }
 
-    /// How long it takes straight from one place to another, at top speed and without a turn, s.
+    /// Returns the travel time in a straight line at top speed, without turns, s.
     #[must_use]
     pub fn seconds(&self, from: Vec2, to: Vec2) -> f64 {
         f64::from(length(to - from) / self.chassis.speed_m_s)

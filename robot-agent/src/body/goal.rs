@@ -1,25 +1,23 @@
-//! Where a robot wants to get.
+//! The goal of a robot's motion, and vector lengths.
 
 use std::ops::Range;
 
 use glam::Vec2;
 
-/// Where a robot wants to get.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Goal {
-    /// Within that distance of a point, m.
+    /// A point to approach.
     Place {
-        /// The point, m.
         at: Vec2,
-        /// How near is near enough, m.
+        /// The distance at which the goal is reached, m.
         within: f32,
     },
-    /// On and on in a direction, a unit vector.
+    /// A direction to keep without end, as a unit vector.
     Direction(Vec2),
 }
 
 impl Goal {
-    /// What is left of the way, m. For a direction only differences mean something; it never ends.
+    /// Returns the remaining distance, m. For a direction only differences of the result have a meaning.
     #[inline]
     #[must_use]
     pub fn remaining(&self, position: Vec2) -> f32 {
@@ -29,15 +27,15 @@ impl Goal {
         }
     }
 
-    /// Whether nothing is left of the way.
+    /// Returns whether the robot is at the goal. A direction is never reached.
     #[inline]
     #[must_use]
     pub fn is_reached(&self, position: Vec2) -> bool {
         matches!(self, Self::Place { .. }) && self.remaining(position) <= 0.0
     }
 
-    /// How far the robot goes straight ahead to arrive, m: a little too far, for rounding would keep it short of the goal for
-    /// ever.
+    /// Returns the distance to drive straight ahead, m. It is slightly too large, because rounding could stop the
+    /// robot short of the goal.
     #[inline]
     #[must_use]
     pub fn way(&self, position: Vec2) -> f32 {
@@ -48,7 +46,7 @@ impl Goal {
         }
     }
 
-    /// Direction from `position`, rad counter-clockwise from x.
+    /// Returns the direction from `position`, rad counter-clockwise from x.
     #[must_use]
     pub fn direction(&self, position: Vec2) -> f32 {
         let offset = match *self {
@@ -58,11 +56,11 @@ impl Goal {
         libm::atan2f(offset.y, offset.x)
     }
 
-    /// Whether a detour that was begun for `other` still serves this goal.
+    /// Returns whether a detour that began for `other` also serves this goal.
     #[inline]
     #[must_use]
     pub fn continues(&self, other: &Self) -> bool {
-        /// Sensed items shift a little as the robot moves; a new goal is farther than that.
+        /// The largest shift of one goal, m. A sensed object shifts a little as the robot moves.
         const SAME_M: f32 = 0.25;
         match (self, other) {
             (Self::Place { at, .. }, Self::Place { at: before, .. }) => {
@@ -74,11 +72,11 @@ impl Goal {
     }
 }
 
-/// Length of a vector, with the same bits on every platform: those of [`libm::hypotf`].
+/// Returns the length of a vector, with the bits of [`libm::hypotf`] on every platform.
 #[inline]
 #[must_use]
 pub fn length(vector: Vec2) -> f32 {
-    // Squares of such numbers neither overflow nor vanish, so that they need not be scaled.
+    // Squares of numbers in this range neither overflow nor vanish, so no scaling is necessary.
     const USUAL: Range<f32> = 1e-15..1e15;
     if USUAL.contains(&vector.abs().max_element()) {
         let (x, y) = (f64::from(vector.x), f64::from(vector.y));
@@ -88,15 +86,15 @@ pub fn length(vector: Vec2) -> f32 {
     }
 }
 
-/// Whether a vector is shorter than that: the same as `length(vector) < limit_m`, mostly without a root.
+/// Returns `length(vector) < limit_m`, in most cases without a square root.
 #[inline]
 #[must_use]
 pub fn is_shorter(vector: Vec2, limit_m: f32) -> bool {
-    // No vector is shorter than its longer coordinate, rounded or not.
+    // The length is never below the longer coordinate, rounded or not.
     vector.abs().max_element() < limit_m && length(vector) < limit_m
 }
 
-/// Whether a vector is no longer than that: the same as `length(vector) <= limit_m`, mostly without a root.
+/// Returns `length(vector) <= limit_m`, in most cases without a square root.
 #[inline]
 #[must_use]
 pub fn is_within(vector: Vec2, limit_m: f32) -> bool {

@@ -1,11 +1,11 @@
-//! The robot's body control: reaching a goal in spite of what is in the way (thesis §4.2.1). Pure.
+//! Body control: driving to a goal around obstacles (Parker's thesis §4.2.1). Pure functions of readings and state.
 //!
-//! - [`chassis`]: what the drive can do within a step.
+//! - [`chassis`]: the motion that the drive can make in one step.
 //! - [`goal`]: a place to reach, or a direction to keep.
-//! - [`surroundings`]: what is sensed of what is in the way.
-//! - [`navigator`]: straight to the goal, giving way to teammates, and round whatever blocks the way.
-//! - [`driver`]: all of that for a robot that goes to one place after another.
-//! - `detour`: following the outline of an obstacle, with the memory that keeps it from circling for ever.
+//! - [`surroundings`]: the readings of the avoidance sensors.
+//! - [`navigator`]: straight to the goal, yielding to teammates, and around obstacles.
+//! - [`driver`]: all of this for a robot that visits one place after another.
+//! - `detour`: following the outline of an obstacle, with the memory that prevents endless circling.
 
 pub mod chassis;
 mod detour;
@@ -22,11 +22,10 @@ pub use surroundings::{Side, Surroundings};
 
 use std::f32::consts::{PI, TAU};
 
-/// The same angle in [-π, π], rad.
 #[inline]
 #[must_use]
 pub fn wrap(angle: f32) -> f32 {
-    // The remainder of such an angle is the angle itself.
+    // In this range the remainder equals the angle.
     if angle.abs() <= PI {
         angle
     } else {

@@ -1,4 +1,4 @@
-//! Straight to the goal, giving way to teammates, and round whatever blocks the way.
+//! Navigation straight to the goal, yielding to teammates, and around obstacles.
 
 use alliance_proto::readings::Actuation;
 use alliance_proto::time::SimTime;
@@ -10,78 +10,68 @@ use super::goal::{Goal, length};
 use super::surroundings::{Side, Surroundings};
 use super::{Chassis, wrap};
 
-/// How long a robot waits for a teammate of lower rank to clear its way.
+/// The longest time to wait for a teammate of lower rank that blocks the way.
 const YIELD: SimTime = SimTime(4_000);
-/// How long it stands still after a way proved to be closed: others may move meanwhile.
+/// The time to stand still after a way proved to be blocked. Other robots may move meanwhile.
 const REST: SimTime = SimTime(2_000);
-/// Without having come nearer to the goal for so long, it takes the way to be closed.
+/// The time without approach to the goal after which the way counts as blocked.
 const PATIENCE: SimTime = SimTime(60_000);
-/// How much nearer counts as nearer, m.
 const NEARER_M: f32 = 0.1;
-/// An obstacle met so soon after the last one was left is taken to be the same, m.
+/// The distance from the last obstacle within which a new one counts as the same, m.
 const SAME_OBSTACLE_M: f32 = 1.0;
-/// Before the border the robot turns to its goal as exactly as this, rad.
+/// The largest bearing of a robot that has reached the border, rad.
 const SQUARE_RAD: f32 = 0.05;
-/// A surface that leads toward the goal by less than this on either side prefers none: the rule of the road decides (cosine).
+/// The least preference for a side (cosine). Below it, the rule of the road decides.
 const UNDECIDED: f32 = 0.2;
 
-/// A teammate that has the right of way, as last heard of.
+/// The last known position of a teammate that has the right of way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Teammate {
-    /// Where it was, m.
     pub position: Vec2,
-    /// When it said so.
     pub heard: SimTime,
 }
 
-/// How the robot gets on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// On its way.
     Going,
-    /// At the goal; it stands still.
     Arrived,
-    /// No way was found. It says so once, stands still for a while and then tries again.
+    /// No way was found. Reported once; the robot stands still for a while and then tries again.
     Blocked,
 }
 
-/// One step of body control.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drive {
-    /// What the body shall do.
     pub actuation: Actuation,
-    /// How it gets on.
     pub status: Status,
-    /// Whether a detour began in this step, and on which side the obstacle is.
+    /// The side of the obstacle, in the step in which a detour begins.
     pub detour: Option<Side>,
 }
 
-/// What the robot remembers of the obstacle it left last.
+/// The last obstacle, after the robot left it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Left {
+struct LastObstacle {
     at: Vec2,
     side: Side,
     met: f32,
 }
 
-/// The way to one goal after another.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Navigator {
     goal: Option<Goal>,
     detour: Option<Detour>,
-    left: Option<Left>,
-    /// Least that was left of the way, m, and when.
+    last_obstacle: Option<LastObstacle>,
+    /// The least remaining distance so far, m, and its time.
     best: Option<(f32, SimTime)>,
-    /// Gives way since then.
+    /// The time since when the robot yields.
     yielding: Option<SimTime>,
     resting_until: Option<SimTime>,
-    /// Side tried when the surface does not prefer one; changes each time a way proves to be closed.
+    /// The preferred side when the surface has none. It changes each time a way proves to be blocked.
     contrary: bool,
 }
 
 impl Navigator {
-    /// One step toward the goal. `right_of_way` are the teammates to give way to; who they are is asked only when something
-    /// is in the way.
+    /// Computes one step toward the goal. `right_of_way` contains the teammates to yield to; it is read only if the
+    /// way is blocked.
     #[must_use]
     pub fn drive(
         &mut self,
@@ -107,7 +97,7 @@ impl Navigator {
         if self.is_out_of_patience(goal.remaining(position), now) {
             return self.rest(now);
         }
-        if self.gives_way(chassis, &goal, around, right_of_way, now) {
+        if self.yields(chassis, &goal, around, right_of_way, now) {
             return stand(Status::Going);
         }
         if let Some(detour) = &mut self.detour {
@@ -115,7 +105,7 @@ impl Navigator {
                 Course::Follow(actuation) => return going(actuation),
                 Course::Closed => return self.rest(now),
                 Course::Leave => {
-                    self.left = Some(Left {
+                    self.last_obstacle = Some(LastObstacle {
                         at: position,
                         side: detour.side(),
                         met: detour.met(),
@@ -142,7 +132,7 @@ impl Navigator {
             .filter(|hit| bearing.abs() <= FACING_RAD && hit.distance_m < goal.way(position));
         let Some(hit) = blocked else {
             let (way, free) = (goal.way(position), around.free_ahead());
-            // A goal before the obstacle may lie within the clearance from it.
+            // The goal may lie within the clearance of the obstacle.
             let way = if way <= free {
                 way
             } else {
@@ -151,7 +141,7 @@ impl Navigator {
             return going(chassis.drive(bearing, way));
         };
         if around.is_border_ahead() {
-            // Whoever searches for this border has found it when the robot faces it.
+            // A search for the border ends when the robot faces it.
             if bearing.abs() > SQUARE_RAD {
                 return going(chassis.drive(bearing, 0.0));
             }
@@ -159,11 +149,11 @@ impl Navigator {
         }
         let normal = around.pose.heading_rad + hit.normal_rad;
         let remaining = goal.remaining(position);
-        let again = self
-            .left
-            .filter(|left| length(position - left.at) < SAME_OBSTACLE_M);
-        let (side, met) = match again {
-            Some(left) => (left.side, left.met.min(remaining)),
+        let same_obstacle = self
+            .last_obstacle
+            .filter(|last| length(position - last.at) < SAME_OBSTACLE_M);
+        let (side, met) = match same_obstacle {
+            Some(last) => (last.side, last.met.min(remaining)),
             None => (self.choose_side(goal, around, normal), remaining),
         };
         let mut detour = Detour::new(side, normal, met, around);
@@ -179,11 +169,11 @@ impl Navigator {
         }
     }
 
-    /// The side on which the way round looks shorter; where none does, keep right as on a road: two robots that meet
-    /// then pass each other.
+    /// Returns the side on which to keep the obstacle, for the shorter way around. Without a preference the robot keeps
+    /// right, as on a road.
     fn choose_side(&self, goal: &Goal, around: &Surroundings, normal: f32) -> Side {
         let direction = goal.direction(around.pose.position);
-        // How far going along the surface with it to the left leads toward the goal.
+        // The cosine between the goal and the course with the surface to the left.
         let toward = libm::cosf(wrap(Side::Left.along(normal) - direction));
         let [left, _, right] = around.proximity.ahead;
         let side = if toward.abs() > UNDECIDED {
@@ -200,8 +190,8 @@ impl Navigator {
         if self.contrary { side.other() } else { side }
     }
 
-    /// Whether a teammate that has the right of way is in the way, for a limited time.
-    fn gives_way(
+    /// Returns whether a teammate with the right of way blocks the way, for a limited time.
+    fn yields(
         &mut self,
         chassis: &Chassis,
         goal: &Goal,
@@ -248,7 +238,7 @@ impl Navigator {
         }
     }
 
-    /// Stands still for a while; the next attempt goes round on the other side.
+    /// Stands still for a while. The next attempt uses the other side.
     fn rest(&mut self, now: SimTime) -> Drive {
         *self = Self {
             goal: self.goal,

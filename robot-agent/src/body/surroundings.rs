@@ -1,4 +1,4 @@
-//! What the body control senses, and on which side.
+//! Sensor readings for body control, and the sides of a robot.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -6,20 +6,16 @@ use alliance_proto::readings::{Hit, Pose, Proximity, Readings};
 
 use super::wrap;
 
-/// Beams that differ by less than this see one flat side, m.
+/// The largest difference between beams that meet one flat surface, m.
 const FLAT_M: f32 = 0.02;
 
-/// On which side of the robot the obstacle is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// To the left.
     Left,
-    /// To the right.
     Right,
 }
 
 impl Side {
-    /// The other side.
     #[must_use]
     pub fn other(self) -> Self {
         match self {
@@ -28,7 +24,6 @@ impl Side {
         }
     }
 
-    /// As written to the log.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -37,7 +32,7 @@ impl Side {
         }
     }
 
-    /// +1 for the left, the sense of angles.
+    /// Returns +1 for the left, the sense of angles, and -1 for the right.
     #[must_use]
     pub fn sign(self) -> f32 {
         match self {
@@ -46,26 +41,24 @@ impl Side {
         }
     }
 
-    /// The heading that has a surface with this outward normal on this side, both rad in one frame.
+    /// Returns the heading along a surface with that outward normal, with the surface on this side. Both angles are
+    /// in one frame, rad.
     #[must_use]
     pub fn along(self, normal: f32) -> f32 {
         wrap(normal + self.sign() * FRAC_PI_2)
     }
 }
 
-/// What the body control senses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surroundings {
-    /// Where the robot is.
     pub pose: Pose,
-    /// What is solid around it.
     pub proximity: Proximity,
-    /// Distance to the border straight ahead where it is in range, m.
+    /// The distance to the border straight ahead, m; `None` beyond the sensor's range.
     pub border_ahead: Option<f32>,
 }
 
 impl Surroundings {
-    /// What the readings say; `None` without a position. A dead avoidance sensor sees nothing.
+    /// Extracts the readings; `None` without a position. A dead avoidance sensor reports no obstacle.
     #[inline]
     #[must_use]
     pub fn of(readings: &Readings) -> Option<Self> {
@@ -76,13 +69,13 @@ impl Surroundings {
         })
     }
 
-    /// Free way straight ahead, m; infinite beyond the sensor's range.
+    /// Returns the free distance straight ahead, m; infinite beyond the sensor's range.
     #[must_use]
     pub fn free_ahead(&self) -> f32 {
         self.proximity.ahead[1].map_or(f32::INFINITY, |hit| hit.distance_m)
     }
 
-    /// Free way to the nearest of all things sensed, m; infinite where nothing is.
+    /// Returns the distance to the nearest sensed object, m; infinite without one.
     #[must_use]
     pub fn nearest_m(&self) -> f32 {
         let Proximity { ahead, left, right } = &self.proximity;
@@ -90,14 +83,13 @@ impl Surroundings {
         hits.map(|hit| hit.distance_m).fold(f32::INFINITY, f32::min)
     }
 
-    /// Whether the nearest thing ahead is the border.
     #[must_use]
     pub fn is_border_ahead(&self) -> bool {
         self.border_ahead
             .is_some_and(|border| border <= self.free_ahead() + FLAT_M)
     }
 
-    /// The beams to one side: front, center, rear.
+    /// Returns the beams of one side: front, center, rear.
     #[must_use]
     pub fn beside(&self, side: Side) -> &[Option<Hit>; 3] {
         match side {
@@ -106,7 +98,7 @@ impl Surroundings {
         }
     }
 
-    /// Whether what is ahead may be a disc: a flat side would show at the same distance in an outer beam.
+    /// Returns whether the object ahead may be a disc. A flat surface has the same distance in an outer beam.
     pub(super) fn may_be_robot(&self, hit: &Hit) -> bool {
         let [left, _, right] = self.proximity.ahead;
         ![left, right]

@@ -1,4 +1,4 @@
-//! Body control against made-up surroundings. Whole ways round real obstacles are driven in the closed-loop tests.
+//! Body control with synthetic surroundings. The closed-loop tests cover entire ways around real obstacles.
 
 use alliance_proto::testkit::default_scenario;
 use std::f32::consts::{FRAC_PI_2, PI};
@@ -19,7 +19,7 @@ fn chassis() -> Chassis {
     Chassis::of(&scenario, &scenario.robots[0])
 }
 
-/// At the origin, looking along x, nothing around.
+/// At the origin, heading along x, without obstacles.
 fn in_the_open() -> Surroundings {
     Surroundings {
         pose: Pose::default(),
@@ -35,21 +35,21 @@ fn hit(distance_m: f32, normal_rad: f32) -> Option<Hit> {
     })
 }
 
-/// A flat wall straight ahead at the clearance.
+/// A flat wall straight ahead, at the clearance.
 fn before_a_wall() -> Surroundings {
     let mut around = in_the_open();
     around.proximity.ahead = [hit(CLEARANCE_M, PI); 3];
     around
 }
 
-/// A disc straight ahead at the clearance: only the wide beam meets it.
+/// A disc straight ahead at the clearance, which only the middle beam meets.
 fn before_a_disc() -> Surroundings {
     let mut around = in_the_open();
     around.proximity.ahead = [None, hit(CLEARANCE_M, PI), None];
     around
 }
 
-/// A wall to the left, as far as the clearance from the body.
+/// A wall to the left, at the clearance from the hull.
 fn beside_a_wall(at: Vec2, heading_rad: f32) -> Surroundings {
     let mut around = in_the_open();
     around.pose = Pose {
@@ -80,7 +80,7 @@ fn a_free_way_is_driven_straight_at_top_speed() {
 }
 
 #[test]
-fn it_turns_on_the_spot_before_it_goes() {
+fn the_robot_turns_on_the_spot_before_it_drives() {
     let behind = Goal::Direction(Vec2::NEG_X);
     let drive = drive(&mut Navigator::default(), behind, &in_the_open(), 0);
     assert_eq!(drive.actuation.speed_m_s, 0.0);
@@ -88,7 +88,7 @@ fn it_turns_on_the_spot_before_it_goes() {
 }
 
 #[test]
-fn it_stands_still_at_the_goal() {
+fn the_robot_stands_still_at_the_goal() {
     let here = Goal::Place {
         at: Vec2::new(0.05, 0.0),
         within: 0.1,
@@ -99,26 +99,26 @@ fn it_stands_still_at_the_goal() {
 }
 
 #[test]
-fn what_is_beyond_the_goal_is_not_in_the_way() {
+fn an_object_beyond_the_goal_does_not_block_the_way() {
     let near = Goal::Place {
         at: Vec2::new(0.1, 0.0),
         within: 0.05,
     };
     let drive = drive(&mut Navigator::default(), near, &before_a_wall(), 0);
     assert_eq!(drive.detour, None);
-    // Though it lies within the clearance.
+    // The wall lies within the clearance.
     assert_eq!(drive.actuation.speed_m_s, chassis().speed_m_s);
 }
 
 #[test]
-fn where_no_side_is_better_it_keeps_right() {
+fn the_robot_keeps_right_if_no_side_is_better() {
     let drive = drive(&mut Navigator::default(), far_ahead(), &before_a_wall(), 0);
     assert_eq!(drive.detour, Some(Side::Left));
     assert!(drive.actuation.turn_rad_s < 0.0);
 }
 
 #[test]
-fn it_turns_to_its_goal_before_it_rests_at_the_border() {
+fn the_robot_faces_its_goal_before_it_rests_at_the_border() {
     let mut around = before_a_wall();
     around.border_ahead = Some(CLEARANCE_M);
     around.pose.heading_rad = 0.157;
@@ -134,12 +134,12 @@ fn it_turns_to_its_goal_before_it_rests_at_the_border() {
 }
 
 #[test]
-fn it_takes_the_side_that_leads_toward_the_goal() {
+fn a_detour_takes_the_side_that_leads_toward_the_goal() {
     for (normal, side) in [(PI - 0.5, Side::Right), (PI + 0.5, Side::Left)] {
         let mut around = before_a_wall();
         around.proximity.ahead = [hit(CLEARANCE_M, normal); 3];
         let drive = drive(&mut Navigator::default(), far_ahead(), &around, 0);
-        // The surface faces to the right of the robot for the smaller angle, and so leads on to its left.
+        // With the smaller angle the surface faces to the robot's right, and so leads to its left.
         let leads_on = side.along(normal).cos();
         assert!(leads_on > 0.0, "{normal}");
         assert_eq!(drive.detour, Some(side), "{normal}");
@@ -147,7 +147,7 @@ fn it_takes_the_side_that_leads_toward_the_goal() {
 }
 
 #[test]
-fn the_border_ahead_is_no_obstacle_to_go_round() {
+fn the_border_ahead_starts_no_detour() {
     let mut around = before_a_wall();
     around.border_ahead = Some(CLEARANCE_M);
     let mut navigator = Navigator::default();
@@ -155,7 +155,7 @@ fn the_border_ahead_is_no_obstacle_to_go_round() {
         drive(&mut navigator, far_ahead(), &around, 0).status,
         Status::Blocked
     );
-    // It says so once, and rests.
+    // The status is reported once; then the robot rests.
     let rest = drive(&mut navigator, far_ahead(), &around, 1_000);
     assert_eq!(
         (rest.status, rest.actuation),
@@ -168,7 +168,7 @@ fn the_border_ahead_is_no_obstacle_to_go_round() {
 }
 
 #[test]
-fn a_teammate_of_lower_rank_is_given_way_to_for_a_while() {
+fn the_robot_yields_to_a_teammate_for_a_limited_time() {
     let mut navigator = Navigator::default();
     let near = Teammate {
         position: Vec2::new(0.5, 0.0),
@@ -201,7 +201,7 @@ fn a_wall_is_not_taken_for_a_teammate() {
     assert!(drive.detour.is_some());
 }
 
-/// Meets a wall at x = 0.28 and turns right, so that it is to its left.
+/// A robot that met a wall at x = 0.28 and turned right, with the wall to its left.
 fn on_a_detour() -> Navigator {
     let mut navigator = Navigator::default();
     let start = drive(&mut navigator, far_ahead(), &before_a_wall(), 0);
@@ -210,7 +210,7 @@ fn on_a_detour() -> Navigator {
 }
 
 #[test]
-fn it_follows_a_wall_at_the_clearance() {
+fn the_robot_follows_a_wall_at_the_clearance() {
     let mut navigator = on_a_detour();
     let around = beside_a_wall(Vec2::new(0.0, -0.5), -FRAC_PI_2);
     let drive = drive(&mut navigator, far_ahead(), &around, 1_000);
@@ -219,7 +219,7 @@ fn it_follows_a_wall_at_the_clearance() {
 }
 
 #[test]
-fn it_steers_back_to_the_clearance() {
+fn the_robot_steers_back_to_the_clearance() {
     for (off, toward_wall) in [(0.1, 1.0), (-0.05, -1.0)] {
         let mut navigator = on_a_detour();
         let mut around = beside_a_wall(Vec2::new(0.0, -0.5), -FRAC_PI_2);
@@ -230,7 +230,7 @@ fn it_steers_back_to_the_clearance() {
     }
 }
 
-/// Southward along the wall to its left and past its corner; the actuations of the last two steps.
+/// Drives south along the wall and past its corner. Returns the actuations of the last two steps.
 fn round_the_corner(navigator: &mut Navigator) -> [Actuation; 2] {
     let mut south = |y: f32, wall: bool, now_ms| {
         let mut around = beside_a_wall(Vec2::new(0.0, y), -FRAC_PI_2);
@@ -244,31 +244,31 @@ fn round_the_corner(navigator: &mut Navigator) -> [Actuation; 2] {
 }
 
 #[test]
-fn it_turns_round_a_corner_a_little_after_it() {
+fn the_robot_turns_around_a_corner_a_little_after_it() {
     let [passing, turning] = round_the_corner(&mut on_a_detour());
     assert_eq!(passing.turn_rad_s, 0.0);
     assert!(passing.speed_m_s > 0.0);
-    // Not nearer to the goal than where the wall was met: round the corner, with the wall still to the left.
+    // The robot is not nearer to the goal, so it turns around the corner, with the wall still to its left.
     assert_eq!(turning.speed_m_s, 0.0);
     assert!(turning.turn_rad_s > 0.0);
 }
 
 #[test]
-fn it_leaves_the_wall_only_where_it_is_nearer_to_the_goal() {
-    // Eastward with the wall to the left, and the goal straight ahead.
+fn the_robot_leaves_the_wall_only_nearer_to_the_goal() {
+    // Heading east, with the wall to the left and the goal straight ahead.
     for (x, leaves) in [(-1.0, false), (1.0, true)] {
         let mut navigator = on_a_detour();
         round_the_corner(&mut navigator);
         let mut along = beside_a_wall(Vec2::new(x, 0.0), 0.0);
         along.proximity.left = [hit(CLEARANCE_M + 0.1, -FRAC_PI_2); 3];
         let course = drive(&mut navigator, far_ahead(), &along, 1_200).actuation;
-        // Going straight at the goal it does not care for the wall; on the detour it steers toward it.
+        // Off the detour the robot ignores the wall; on the detour it steers toward it.
         assert_eq!(course.turn_rad_s == 0.0, leaves, "{x}: {course:?}");
     }
 }
 
 #[test]
-fn boxed_in_it_gives_up_for_a_while() {
+fn a_robot_boxed_in_gives_up_for_a_while() {
     let mut navigator = Navigator::default();
     let mut heading = 0.0;
     let mut blocked = false;
@@ -294,7 +294,7 @@ fn a_new_goal_ends_a_detour() {
 }
 
 #[test]
-fn a_goal_that_shifts_a_little_is_the_same() {
+fn a_goal_that_shifts_a_little_counts_as_the_same() {
     let place = |x| Goal::Place {
         at: Vec2::new(x, 0.0),
         within: 0.1,
@@ -308,7 +308,7 @@ fn a_goal_that_shifts_a_little_is_the_same() {
 
 proptest! {
     #[test]
-    fn a_step_stays_within_the_limits_and_never_overshoots(
+    fn a_step_stays_within_the_limits_without_overshoot(
         bearing in -PI..PI,
         way in 0.0f32..10.0,
         step_ms in 1u64..=500,

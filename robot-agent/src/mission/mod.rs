@@ -1,16 +1,19 @@
-//! The seam between a robot's mind and what it is there for: one robot's part of a mission.
+//! The interface between a robot's controller and its mission: the part of a mission on one robot.
 //!
-//! An [`AgentMission`] makes of what the robot senses and hears what it could do, and of the behavior that its allocator has chosen what
-//! it does. Everything else is done for it: links, heartbeats, the allocator, and the step that goes back because it did not count.
-//! A [`MissionMind`] is what makes it, under the mission's name; a program knows those of its
-//! [`AgentRegistry`](crate::allocator::AgentRegistry). A mission with types of its own is shorter as a [`TypedMind`], behind [`Typed`].
+//! An [`AgentMission`] derives the applicable behaviors from readings and received broadcasts, and executes the
+//! behavior that the allocator selected. The framework adds links, heartbeats, the allocator, and the rollback of
+//! steps that did not count. A [`MissionMind`] creates the robot's part under the mission's name, and an
+//! [`AgentRegistry`](crate::allocator::AgentRegistry) contains those of a program. A mission with its own message
+//! types is shorter as a [`TypedMind`], wrapped in [`Typed`].
 //!
-//! # What a mission may rely on, and must keep
-//! - A step is [`AgentMission::perceive`], then [`AgentMission::choices`] if the allocator weighs costs, then [`AgentMission::act`], all
-//!   of the same [`Moment`].
-//! - Inputs are all it knows: no clock, no file, no global, no thread. The same inputs give the same step on every machine.
-//! - Its state is all in the value: a copy is a checkpoint, to which a robot goes back when its step did not count.
-//! - What is sent at tick *t* is heard at *t* + 1 or later, doubled, or never. Lore and bulletins of another mission are ignored.
+//! # Guarantees and obligations
+//! - A step calls [`AgentMission::perceive`], then [`AgentMission::choices`] if the allocator weighs costs, then
+//!   [`AgentMission::act`], all with the same [`Moment`].
+//! - A mission uses only its inputs: no clock, file, global or thread. Equal inputs give equal steps on every
+//!   machine.
+//! - The value contains the entire state. A copy is a checkpoint, which the robot restores if a step did not count.
+//! - A message sent at tick *t* arrives at *t* + 1 or later, possibly twice, or never. Shared knowledge and bulletins
+//!   of another mission are ignored.
 
 pub mod prelude;
 #[cfg(test)]
@@ -34,17 +37,16 @@ use crate::allocator::{Choice, RouteCost};
 
 pub use typed::{Heard, Typed, TypedMind, TypedMoment, bulletin};
 
-/// The robots' side of a mission, as it is known before a run.
+/// The robots' part of a mission, independent of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct MissionMind {
-    /// The mission.
     pub data: Mission,
-    /// What all robots of a run have in common; made once for all those of a process. The scenario is valid.
+    /// Creates the data that all robots of a run share, once per process. The scenario is valid.
     pub shared: fn(&Setup) -> Arc<dyn SharedMission>,
 }
 
 impl MissionMind {
-    /// That of a [`TypedMind`], whose robots have nothing in common that would be worth making once.
+    /// Registers a [`TypedMind`] whose robots share no data.
     #[must_use]
     pub const fn of<M: TypedMind>(data: Mission) -> Self {
         Self {
@@ -54,13 +56,13 @@ impl MissionMind {
     }
 }
 
-/// What all robots of a run have in common.
+/// The data that all robots of a run share.
 pub trait SharedMission: Debug + Send + Sync {
-    /// A robot at the start of an incarnation: it has sensed and heard nothing yet.
+    /// Creates the controller of a robot at the start of an incarnation.
     fn mind(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission>;
 
-    /// Cost of a unit of each task for each robot as it stands before the start, ms, for assignments made beforehand: a row per robot, a
-    /// column per task, `None` where it has no behavior for it. All cost the same where the mission does not say otherwise.
+    /// Returns the cost of one unit of each task for each robot before the start, ms, for the assignment. A row per
+    /// robot and a column per task; `None` without a behavior for the task. By default all costs are equal.
     fn planned_cost_ms(&self, setup: &Setup) -> Vec<Vec<Option<i64>>> {
         let catalog = &setup.catalog;
         let robots = setup.scenario.robots.iter();
@@ -75,9 +77,11 @@ pub trait SharedMission: Debug + Send + Sync {
     }
 }
 
-/// One robot's mind for a mission; pure. Most are shorter as a [`TypedMind`]; there is an example. Its [`RouteCost`] is that of its state after [`AgentMission::perceive`].
+/// The controller of one robot for a mission; a pure function of its inputs. [`TypedMind`] is shorter for most
+/// missions and contains an example. [`RouteCost`] refers to the state after [`AgentMission::perceive`].
 pub trait AgentMission: RouteCost + Debug + Send {
-    /// First part of a step: joins what the robot senses and hears to what it knows. `perception` is empty when it comes.
+    /// Runs the first part of a step: merges readings and broadcasts into the state. `perception` is empty at the
+    /// start.
     fn perceive(
         &mut self,
         moment: &Moment<'_>,
@@ -85,23 +89,24 @@ pub trait AgentMission: RouteCost + Debug + Send {
         perception: &mut Perception,
     );
 
-    /// Adds a choice per own behavior, in the order of `Catalog::behaviors_of`; `applicable` is what the step has perceived.
+    /// Adds one choice per behavior, in the order of `Catalog::behaviors_of`. `applicable` is the result of the
+    /// perception.
     fn choices(&self, moment: &Moment<'_>, applicable: &[bool], choices: &mut Vec<Choice>);
 
-    /// Last part of a step: what the active behavior wants. `action` is empty when it comes.
+    /// Runs the last part of a step: computes the action of the active behavior. `action` is empty at the start.
     fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut Action);
 
-    /// Writes what the robot knows, for its heartbeat, to `lore`, where there is what some robot knew at some time: its memory is used
-    /// again. After [`AgentMission::act`].
+    /// Writes the shared knowledge for the heartbeat, after [`AgentMission::act`]. `lore` contains an old value whose
+    /// memory can be reused.
     fn lore(&self, lore: &mut Lore);
 
-    /// Where the robot believes to be, m; `None` while it cannot tell.
+    /// Returns the estimated position of the robot, m; `None` without an estimate.
     fn position(&self) -> Option<Vec2>;
 
-    /// Whether it carries something that its task is about.
+    /// Returns whether the robot carries an object of its task.
     fn is_laden(&self) -> bool;
 
-    /// A checkpoint.
+    /// Returns a copy of the state.
     fn checkpoint(&self) -> Box<dyn AgentMission>;
 }
 
@@ -111,23 +116,23 @@ impl Clone for Box<dyn AgentMission> {
     }
 }
 
-/// What a step is made from, beside what is heard.
+/// The inputs of a step beside broadcasts.
 #[derive(Clone, Copy, Debug)]
 pub struct Moment<'a> {
-    /// Time of the step; later than that of the step before.
+    /// The time of the step. Strictly increasing.
     pub now: SimTime,
-    /// What the robot senses.
+    /// The sensor readings of the robot.
     pub readings: &'a Readings,
 }
 
-/// Result of [`AgentMission::perceive`].
+/// The result of [`AgentMission::perceive`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Perception {
-    /// sensory_feedback (eq. 2.1) of each of the robot's behaviors, in the order of `Catalog::behaviors_of`.
+    /// Sensory feedback (eq. 2.1) of each behavior, in the order of `Catalog::behaviors_of`.
     pub applicable: Vec<bool>,
-    /// The tasks on which the robot had an effect on the world since the last step, one entry each.
+    /// The tasks on which the robot had an effect since the last step, one entry per effect.
     pub progressed: Vec<TaskId>,
-    /// For the log.
+    /// Notes for the log.
     pub notes: Vec<Note>,
 }
 
@@ -139,14 +144,14 @@ impl Perception {
     }
 }
 
-/// Result of [`AgentMission::act`].
+/// The result of [`AgentMission::act`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Action {
-    /// What the body shall do.
+    /// The command to the body.
     pub actuation: Actuation,
-    /// What to broadcast beside heartbeats.
+    /// Broadcasts to send in addition to heartbeats.
     pub bulletins: Vec<Bulletin>,
-    /// For the log.
+    /// Notes for the log.
     pub notes: Vec<Note>,
 }
 

@@ -1,4 +1,4 @@
-//! What the signatures of a mission's mind are written with.
+//! The types in the signatures of a mission's controller.
 
 pub use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 pub use alliance_proto::readings::{Actuation, Readings};

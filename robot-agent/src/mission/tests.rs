@@ -1,4 +1,5 @@
-//! A mission of somebody else: places to be touched once, each a task. It shows what the robots' side of one takes.
+//! A mission outside the built-in ones, as an example of the robots' part. Each place is a task: a robot touches it
+//! once.
 
 use alliance_proto::codec;
 use alliance_proto::mission::{Bytes, Deed, Payload, Sensed};
@@ -14,20 +15,20 @@ use crate::allocator::AgentRegistry;
 
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
-/// Task of the behavior that grows impatient first.
+/// The task of the behavior that grows impatient first.
 const FASTEST: u16 = 3;
 
-/// With the drill's tasks and behaviors.
+/// Uses the drill's tasks and behaviors.
 const VISIT: MissionMind = MissionMind::of::<Visit>(DRILL);
 
 #[derive(Clone, Debug)]
 struct Visit {
     own: Vec<(BehaviorId, TaskId)>,
-    /// In ascending order.
+    /// The touched places, in ascending order.
     touched: Vec<u16>,
 }
 
-/// The place that the robot is at.
+/// The place at which the robot is.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct At(Option<u16>);
 
@@ -63,11 +64,11 @@ impl TypedMind for Visit {
         heard: &[Heard<'_, Self>],
         perception: &mut Perception,
     ) {
-        for heard in heard {
-            for place in heard.lore.iter().flatten() {
+        for broadcast in heard {
+            for place in broadcast.lore.iter().flatten() {
                 self.learn(*place);
             }
-            if let Some(Touch(place)) = heard.bulletin {
+            if let Some(Touch(place)) = broadcast.bulletin {
                 self.learn(place);
             }
         }
@@ -109,8 +110,8 @@ impl TypedMind for Visit {
             set,
             progress: 1,
         };
-        let told = bulletin(BulletinKind::Second, Some(about), &Touch(task.0));
-        action.bulletins.push(told);
+        let touched = bulletin(BulletinKind::Second, Some(about), &Touch(task.0));
+        action.bulletins.push(touched);
         Some(Touch(task.0))
     }
 
@@ -134,7 +135,7 @@ fn agent(robot: RobotId, setup: &Setup) -> Agent {
     Agent::new(robot, 1, setup, &TeamConfig::of(setup, &registry).unwrap())
 }
 
-/// A tick in which the robot is at a place.
+/// Creates a tick with the robot at a place.
 fn message(tick: u64, at: Option<u16>) -> TickMessage {
     TickMessage {
         incarnation: 1,
@@ -151,7 +152,7 @@ fn message(tick: u64, at: Option<u16>) -> TickMessage {
     }
 }
 
-/// What an agent says in its next tick at which it hears those, with nothing lost.
+/// Runs one step of an agent that receives these broadcasts, without loss.
 fn step(agent: &mut Agent, mut message: TickMessage, heard: &[Broadcast]) -> Workspace {
     message.manifest = vec![ManifestEntry {
         sender: BLUE,
@@ -168,71 +169,78 @@ fn step(agent: &mut Agent, mut message: TickMessage, heard: &[Broadcast]) -> Wor
 }
 
 fn lore(space: &Workspace) -> Vec<u16> {
-    let mut lore = space.broadcasts.iter().filter_map(|it| match &it.body {
-        Content::Heartbeat(heartbeat) => match &heartbeat.lore {
-            Lore::Open(bytes) => Some(codec::decode(bytes).unwrap()),
+    let mut lore = space
+        .broadcasts
+        .iter()
+        .filter_map(|broadcast| match &broadcast.body {
+            Content::Heartbeat(heartbeat) => match &heartbeat.lore {
+                Lore::Open(bytes) => Some(codec::decode(bytes).unwrap()),
+                _ => None,
+            },
             _ => None,
-        },
-        _ => None,
-    });
+        });
     lore.next().unwrap()
 }
 
 #[test]
-fn a_mission_of_somebody_else_senses_acts_and_tells_in_its_own_types() {
+fn an_external_mission_senses_acts_and_broadcasts_in_its_own_types() {
     let setup = setup("nearest");
     let mut blue = agent(BLUE, &setup);
     let mut gold = agent(GOLD, &setup);
-    let said = step(&mut blue, message(0, Some(0)), &[]);
-    let Deed::Open(deed) = said.report.actuation.deed else {
-        panic!("{:?}", said.report);
+    let sent = step(&mut blue, message(0, Some(0)), &[]);
+    let Deed::Open(deed) = sent.report.actuation.deed else {
+        panic!("{:?}", sent.report);
     };
     assert_eq!(deed.decode::<Touch>().unwrap(), Touch(0));
-    assert_eq!(lore(&said), [0]);
-    let told = said.broadcasts.iter().find_map(|it| match &it.body {
-        Content::Bulletin(bulletin) => Some(bulletin),
-        _ => None,
-    });
-    let told = told.unwrap();
-    assert_eq!(told.kind, BulletinKind::Second);
-    let Payload::Open(bytes) = &told.payload else {
-        panic!("{told:?}");
+    assert_eq!(lore(&sent), [0]);
+    let bulletin = sent
+        .broadcasts
+        .iter()
+        .find_map(|broadcast| match &broadcast.body {
+            Content::Bulletin(bulletin) => Some(bulletin),
+            _ => None,
+        });
+    let bulletin = bulletin.unwrap();
+    assert_eq!(bulletin.kind, BulletinKind::Second);
+    let Payload::Open(bytes) = &bulletin.payload else {
+        panic!("{bulletin:?}");
     };
     assert_eq!(codec::decode::<Touch>(bytes).unwrap(), Touch(0));
 
-    // Its teammate learns it from either, and leaves that place alone.
-    let is_lore = |it: &Broadcast| matches!(it.body, Content::Heartbeat(_));
-    let (lores, bulletins): (Vec<_>, Vec<_>) = said.broadcasts.into_iter().partition(is_lore);
+    // A teammate learns the place from either message and does not visit it.
+    let is_lore = |broadcast: &Broadcast| matches!(broadcast.body, Content::Heartbeat(_));
+    let (lores, bulletins): (Vec<_>, Vec<_>) = sent.broadcasts.into_iter().partition(is_lore);
     let mut other = agent(GOLD, &setup);
     assert_eq!(lore(&step(&mut gold, message(1, None), &lores)), [0]);
     let heard = step(&mut other, message(1, None), &bulletins);
     assert_eq!(lore(&heard), [0]);
-    let of = |id: BehaviorId| setup.catalog.sets[id.index()].task;
-    assert_ne!(heard.report.active.map(of), Some(TaskId(0)));
+    let task_of = |id: BehaviorId| setup.catalog.sets[id.index()].task;
+    assert_ne!(heard.report.active.map(task_of), Some(TaskId(0)));
 }
 
 #[test]
-fn its_bulletins_count_for_alliance_as_messages_about_their_task() {
+fn alliance_treats_bulletins_as_messages_about_their_task() {
     let setup = setup("alliance");
     let mut blue = agent(BLUE, &setup);
     let mut tick = 0;
     let update = loop {
-        let said = step(&mut blue, message(tick, Some(FASTEST)), &[]);
-        let told = said.broadcasts.into_iter();
-        let mut told = told.filter(|it| matches!(it.body, Content::Bulletin(_)));
-        if let Some(update) = told.next() {
+        let sent = step(&mut blue, message(tick, Some(FASTEST)), &[]);
+        let bulletins = sent.broadcasts.into_iter();
+        let mut bulletins =
+            bulletins.filter(|broadcast| matches!(broadcast.body, Content::Bulletin(_)));
+        if let Some(update) = bulletins.next() {
             break update;
         }
         tick += 1;
         assert!(tick < 1000, "blue never becomes active");
     };
-    // An impatient teammate starts anew: its motivation is reset by the first message about the task.
+    // The first message about a task resets the motivation of an impatient teammate.
     let mut gold = agent(GOLD, &setup);
     step(&mut gold, message(tick, None), &[]);
     let Content::Bulletin(bulletin) = &update.body else {
-        unreachable!("it was looked for");
+        unreachable!("the loop ends only with a bulletin");
     };
-    // Of the place itself it has learned too; a task that is left shows the reset alone.
+    // The message also informs about the touched place. A bulletin about another task shows the reset alone.
     let mut about_another = update.clone();
     about_another.body = Content::Bulletin(Bulletin {
         about: bulletin.about.map(|about| About {
@@ -249,17 +257,17 @@ fn its_bulletins_count_for_alliance_as_messages_about_their_task() {
     assert!(reset.is_some(), "{:?}", heard.report.motivations);
 }
 
-/// The briefing, as it comes over the bus, is what a mind is made of.
+/// The briefing from the bus is sufficient to create a controller.
 #[test]
-fn a_mind_knows_what_it_and_its_teammates_can() {
+fn the_briefing_contains_the_abilities_of_all_robots() {
     let sent = serde_json::to_string(&unlike_robots().briefing()).unwrap();
     let file: SetupFile = serde_json::from_str(&sent).unwrap();
     let setup = file.read(&vocabulary()).unwrap();
     setup.check().unwrap();
     let able = |robot: RobotId| {
-        let own = &setup.scenario.robots[robot.index()];
-        let push_m_s = setup.scenario.body_of(own).push_m_s;
-        (push_m_s, own.has_device("horn"), own.skill("lift"))
+        let spec = &setup.scenario.robots[robot.index()];
+        let push_m_s = setup.scenario.body_of(spec).push_m_s;
+        (push_m_s, spec.has_device("horn"), spec.skill("lift"))
     };
     assert_eq!(able(BLUE), (0.3, true, Some(2.0)));
     assert_eq!(able(GOLD), (0.1, false, Some(0.0)));

@@ -1,4 +1,4 @@
-//! A mission's mind in types of its own, for missions that have no typed place on the bus.
+//! A mission's controller with its own types, for missions that have no typed messages on the bus.
 
 use std::fmt::Debug;
 use std::marker::PhantomData;
@@ -19,10 +19,10 @@ use smallvec::SmallVec;
 use super::{Action, AgentMission, Moment, Perception, SharedMission};
 use crate::allocator::{Choice, OwnBehavior, RouteCost};
 
-/// Hearing so many at once does not allocate.
+/// The number of broadcasts in one step that need no allocation.
 const AT_ONCE: usize = 8;
 
-/// An [`AgentMission`] in types of its own: see there what each method is for. [`Typed`] makes it one.
+/// An [`AgentMission`] with its own types, which documents each method. [`Typed`] adapts it.
 ///
 /// ```
 /// use alliance_proto::testkit::{DRILL, default_setup};
@@ -31,7 +31,7 @@ const AT_ONCE: usize = 8;
 /// use robot_agent::mission::prelude::*;
 /// use serde::{Deserialize, Serialize};
 ///
-/// /// Rings a bell whenever it has nothing better to do than its task; heartbeats say how often it has.
+/// Rings a bell ten times for its task. Heartbeats contain the count.
 /// #[derive(Clone, Debug)]
 /// struct Ringer {
 ///     rung: u32,
@@ -70,7 +70,7 @@ const AT_ONCE: usize = 8;
 ///     }
 /// }
 ///
-/// // With the words of the drill, a mission for tests.
+/// The drill is a mission for tests, which supplies the tasks and behaviors.
 /// let registry = AgentRegistry::built_in().mission(MissionMind::of::<Ringer>(DRILL));
 /// let setup = default_setup(1);
 /// let team = TeamConfig::of(&setup.briefing(), &registry)?;
@@ -78,22 +78,23 @@ const AT_ONCE: usize = 8;
 /// # Ok::<(), robot_agent::allocator::ConfigError>(())
 /// ```
 pub trait TypedMind: Clone + Debug + Send + 'static {
-    /// What its devices tell, as the mission's world side has it.
+    /// The readings of the mission's devices, as the world's part of the mission encodes them.
     type Sensed: DeserializeOwned + Default + Clone + Debug + Send;
 
-    /// What a robot does beside driving: [`DEED_MAX`](alliance_proto::mission::DEED_MAX) bytes on the bus at most.
+    /// The action of a robot beside driving, at most [`DEED_MAX`](alliance_proto::mission::DEED_MAX) bytes on the
+    /// bus.
     type Deed: Serialize;
 
-    /// What heartbeats repeat: [`LORE_MAX`] bytes on the bus at most.
+    /// The shared knowledge that every heartbeat repeats, at most [`LORE_MAX`] bytes on the bus.
     type Lore: Serialize + DeserializeOwned;
 
-    /// What is told at once: [`LORE_MAX`] bytes on the bus at most.
+    /// The content of an immediate broadcast, at most [`LORE_MAX`] bytes on the bus.
     type Bulletin: Serialize + DeserializeOwned;
 
-    /// A robot at the start of an incarnation: it has sensed and heard nothing yet.
+    /// Creates the controller of a robot at the start of an incarnation.
     fn new(robot: RobotId, setup: &Setup) -> Self;
 
-    /// See [`AgentMission::perceive`].
+    /// Merges readings and broadcasts into the state, see [`AgentMission::perceive`].
     fn perceive(
         &mut self,
         moment: &TypedMoment<'_, Self>,
@@ -101,35 +102,35 @@ pub trait TypedMind: Clone + Debug + Send + 'static {
         perception: &mut Perception,
     );
 
-    /// See [`AgentMission::choices`]. As it stands here, a unit of each task is worth the same, costs what
-    /// [`seconds`](TypedMind::seconds) says, and is due since [`round`](TypedMind::round).
+    /// Adds one choice per behavior, see [`AgentMission::choices`]. By default all units have the same reward, the
+    /// cost is [`seconds`](TypedMind::seconds), and the round is [`round`](TypedMind::round).
     fn choices(
         &self,
         moment: &TypedMoment<'_, Self>,
         applicable: &[bool],
         choices: &mut Vec<Choice>,
     ) {
-        for (own, &applicable) in moment.own.iter().zip(applicable) {
+        for (behavior, &applicable) in moment.own.iter().zip(applicable) {
             choices.push(Choice {
-                behavior: own.id,
-                task: own.task,
-                round: self.round(moment, own.task),
+                behavior: behavior.id,
+                task: behavior.task,
+                round: self.round(moment, behavior.task),
                 applicable,
-                cost_s: self.seconds(self.position(moment.position), &[], own.task),
+                cost_s: self.seconds(self.position(moment.position), &[], behavior.task),
                 reward: 1.0,
-                priority: own.priority,
-                max_robots: own.max_robots,
+                priority: behavior.priority,
+                max_robots: behavior.max_robots,
             });
         }
     }
 
-    /// See [`Choice::round`]. Where it is not said, a task is never due again.
+    /// Returns the start of the task's current round, see [`Choice::round`]. By default a task is due only once.
     fn round(&self, moment: &TypedMoment<'_, Self>, task: TaskId) -> SimTime {
         let _ = (moment, task);
         SimTime::ZERO
     }
 
-    /// See [`AgentMission::act`]. What is returned is the deed; bulletins are made by [`bulletin`].
+    /// Computes the action of the active behavior, see [`AgentMission::act`]. [`bulletin`] creates bulletins.
     fn act(
         &mut self,
         moment: &TypedMoment<'_, Self>,
@@ -137,62 +138,60 @@ pub trait TypedMind: Clone + Debug + Send + 'static {
         action: &mut Action,
     ) -> Option<Self::Deed>;
 
-    /// See [`AgentMission::lore`].
+    /// Returns the shared knowledge for the heartbeat, see [`AgentMission::lore`].
     fn lore(&self) -> Self::Lore;
 
-    /// See [`AgentMission::position`]. Where its position sensor says, where it is not said.
+    /// Returns the estimated position, see [`AgentMission::position`]. By default the reading of the position sensor.
     fn position(&self, sensed: Option<Vec2>) -> Option<Vec2> {
         sensed
     }
 
-    /// See [`AgentMission::is_laden`].
+    /// Returns whether the robot carries an object of its task, see [`AgentMission::is_laden`].
     fn is_laden(&self) -> bool {
         false
     }
 
-    /// See [`RouteCost::seconds`]. `from` is where the robot is.
+    /// Returns the cost of a task from the robot's position `_from`, see [`RouteCost::seconds`].
     fn seconds(&self, _from: Option<Vec2>, _after: &[TaskId], _task: TaskId) -> Option<f64> {
         None
     }
 }
 
-/// What a step is made from, beside what is heard.
+/// The inputs of a step beside broadcasts.
 #[derive(Debug)]
 pub struct TypedMoment<'a, M: TypedMind> {
-    /// Time of the step.
     pub now: SimTime,
-    /// What the robot senses.
     pub readings: &'a Readings,
-    /// Where its position sensor says that it is, m.
+    /// The reading of the position sensor, m.
     pub position: Option<Vec2>,
-    /// What the mission's devices tell; the default if they tell nothing.
+    /// The readings of the mission's devices; the default without readings.
     pub sensed: &'a M::Sensed,
     /// The robot's behaviors, in the order of `Catalog::behaviors_of`.
     pub own: &'a [OwnBehavior],
 }
 
 impl<M: TypedMind> TypedMoment<'_, M> {
-    /// The task of the behavior that is active, if one is.
+    /// Returns the task of the active behavior.
     #[must_use]
     pub fn task_of(&self, active: Option<BehaviorId>) -> Option<TaskId> {
-        let own = self.own.iter().find(|own| Some(own.id) == active);
-        own.map(|own| own.task)
+        let behavior = self.own.iter().find(|behavior| Some(behavior.id) == active);
+        behavior.map(|behavior| behavior.task)
     }
 }
 
-/// A broadcast that is heard. One that says nothing of this mission's has neither lore nor bulletin.
+/// A received broadcast. Without content of this mission it has neither shared knowledge nor a bulletin.
 #[derive(Debug)]
 pub struct Heard<'a, M: TypedMind> {
-    /// All of it: who sends it, when, and what its allocator does.
+    /// The entire broadcast, with sender, time and allocator state.
     pub broadcast: &'a Broadcast,
-    /// What its sender knows.
+    /// The shared knowledge of the sender.
     pub lore: Option<M::Lore>,
-    /// What its sender tells at once.
+    /// The content of an immediate broadcast.
     pub bulletin: Option<M::Bulletin>,
 }
 
 impl<'a, M: TypedMind> Heard<'a, M> {
-    fn of(broadcast: &'a Broadcast) -> Self {
+    fn from_broadcast(broadcast: &'a Broadcast) -> Self {
         let (lore, bulletin) = match &broadcast.body {
             Content::Heartbeat(heartbeat) => match &heartbeat.lore {
                 Lore::Open(bytes) => (codec::decode(bytes).ok(), None),
@@ -212,13 +211,13 @@ impl<'a, M: TypedMind> Heard<'a, M> {
     }
 }
 
-/// A bulletin of an open mission.
+/// Creates a bulletin with a payload of the mission's own type.
 ///
 /// # Panics
-/// If it is larger than it may be.
-pub fn bulletin<T: Serialize>(kind: BulletinKind, about: Option<About>, told: &T) -> Bulletin {
+/// Panics if the payload exceeds [`LORE_MAX`] bytes.
+pub fn bulletin<T: Serialize>(kind: BulletinKind, about: Option<About>, content: &T) -> Bulletin {
     let mut bytes = Vec::new();
-    encode("what a mission tells", told, &mut bytes);
+    encode("the content of a bulletin", content, &mut bytes);
     Bulletin {
         kind,
         about,
@@ -226,17 +225,18 @@ pub fn bulletin<T: Serialize>(kind: BulletinKind, about: Option<About>, told: &T
     }
 }
 
-/// Writes an encoding, in the memory of an old one.
-fn encode<T: Serialize>(what: &str, value: &T, bytes: &mut Vec<u8>) {
+fn encode<T: Serialize>(subject: &str, value: &T, bytes: &mut Vec<u8>) {
     bytes.resize(LORE_MAX, 0);
     match codec::encode_to_slice(value, bytes) {
         Ok(length) if length <= LORE_MAX => bytes.truncate(length),
-        Ok(length) => panic!("{what} takes {length} bytes, {LORE_MAX} at most may be sent"),
-        Err(error) => panic!("{what}: {error}"),
+        Ok(length) => {
+            panic!("{subject} takes {length} bytes; at most {LORE_MAX} bytes are allowed")
+        }
+        Err(error) => panic!("{subject}: {error}"),
     }
 }
 
-/// A [`TypedMind`] as the agent takes it.
+/// An adapter from a [`TypedMind`] to an [`AgentMission`].
 #[derive(Clone, Debug)]
 pub struct Typed<M: TypedMind> {
     mind: M,
@@ -246,7 +246,7 @@ pub struct Typed<M: TypedMind> {
 }
 
 impl<M: TypedMind> Typed<M> {
-    /// That mind of a robot, which has sensed nothing yet.
+    /// Wraps the controller of a robot, before its first readings.
     #[must_use]
     pub fn new(mind: M, robot: RobotId, setup: &Setup) -> Self {
         Self {
@@ -259,7 +259,7 @@ impl<M: TypedMind> Typed<M> {
 }
 
 impl<'a, M: TypedMind> TypedMoment<'a, M> {
-    fn of(moment: &Moment<'a>, sensed: &'a M::Sensed, own: &'a [OwnBehavior]) -> Self {
+    fn new(moment: &Moment<'a>, sensed: &'a M::Sensed, own: &'a [OwnBehavior]) -> Self {
         Self {
             now: moment.now,
             readings: moment.readings,
@@ -270,7 +270,7 @@ impl<'a, M: TypedMind> TypedMoment<'a, M> {
     }
 }
 
-/// Robots that have nothing in common.
+/// The shared part of a mission whose robots share no data.
 pub(super) struct Each<M>(PhantomData<fn() -> M>);
 
 impl<M> Each<M> {
@@ -308,26 +308,28 @@ impl<M: TypedMind> AgentMission for Typed<M> {
             Sensed::Open(bytes) => bytes.decode().unwrap_or_default(),
             _ => M::Sensed::default(),
         };
-        let heard: SmallVec<[Heard<'_, M>; AT_ONCE]> =
-            heard.iter().map(|it| Heard::of(it)).collect();
-        let moment = TypedMoment::of(moment, &self.sensed, &self.own);
+        let heard: SmallVec<[Heard<'_, M>; AT_ONCE]> = heard
+            .iter()
+            .map(|broadcast| Heard::from_broadcast(broadcast))
+            .collect();
+        let moment = TypedMoment::new(moment, &self.sensed, &self.own);
         self.position = moment.position;
         self.mind.perceive(&moment, &heard, perception);
     }
 
     fn choices(&self, moment: &Moment<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
-        let moment = TypedMoment::of(moment, &self.sensed, &self.own);
+        let moment = TypedMoment::new(moment, &self.sensed, &self.own);
         self.mind.choices(&moment, applicable, choices);
     }
 
     /// # Panics
-    /// If the deed is larger than it may be.
+    /// Panics if the encoded action is too large.
     fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut Action) {
-        let moment = TypedMoment::of(moment, &self.sensed, &self.own);
+        let moment = TypedMoment::new(moment, &self.sensed, &self.own);
         if let Some(deed) = self.mind.act(&moment, active, action) {
             action.actuation.deed = match Bytes::encode(&deed) {
                 Ok(bytes) => Deed::Open(bytes),
-                Err(error) => panic!("what a robot does for its mission: {error}"),
+                Err(error) => panic!("the action of a robot for its mission: {error}"),
             };
         }
     }
@@ -337,7 +339,11 @@ impl<M: TypedMind> AgentMission for Typed<M> {
             Lore::Open(bytes) => bytes,
             _ => Vec::new(),
         };
-        encode("what a robot knows", &self.mind.lore(), &mut bytes);
+        encode(
+            "the shared knowledge of a robot",
+            &self.mind.lore(),
+            &mut bytes,
+        );
         *lore = Lore::Open(bytes);
     }
 

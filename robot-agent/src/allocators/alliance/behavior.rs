@@ -1,4 +1,4 @@
-//! A behavior set as its motivational behavior sees it: motivation and state.
+//! The motivation and state of one behavior set.
 
 use std::collections::BTreeSet;
 
@@ -6,37 +6,32 @@ use alliance_proto::ids::{BehaviorId, RobotId};
 use alliance_proto::telemetry::{BehaviorState, Reason, StateChange};
 use alliance_proto::time::SimTime;
 
-/// State of a behavior set (thesis §3.3.1), with what each state has to remember.
+/// The state of a behavior set (thesis §3.3.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Stance {
-    /// Below θ, or not chosen.
+    /// The motivation is below θ, or another set was chosen.
     #[default]
     Hibernating,
-    /// At θ, wishing for the task.
-    Waiting {
-        /// Since when.
-        since: SimTime,
-    },
-    /// Executing.
+    /// The motivation is at θ; the set waits for an occupied task.
+    Waiting { since: SimTime },
     Active {
-        /// Since when.
         since: SimTime,
-        /// Whether it waited for the task in vain before (reason wait-bound).
+        /// True if the set activated because its waiting bound passed (reason wait-bound).
         waited_out: bool,
     },
 }
 
-/// What a set has waited since it last hibernated, be it in one go or between claims that it had to give way to.
+/// The waits of a set since it last hibernated.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Waited {
-    /// How long, the wait that is going on not included.
+    /// The total waiting time without the current wait.
     pub spent: SimTime,
-    /// For whom: the teammates that executed the task meanwhile.
+    /// The teammates that executed the task during the waits.
     pub on: BTreeSet<RobotId>,
 }
 
 impl Stance {
-    /// The state as it is logged.
+    /// Returns the state as the log names it.
     pub fn state(self) -> BehaviorState {
         match self {
             Self::Hibernating => BehaviorState::Hibernating,
@@ -46,23 +41,19 @@ impl Stance {
     }
 }
 
-/// One of the robot's own behavior sets.
 #[derive(Clone, Debug)]
 pub(super) struct Behavior {
-    /// Its id.
     pub set: BehaviorId,
-    /// m, in [0, θ].
+    /// The motivation m, in [0, θ].
     pub motivation: f64,
-    /// Since when m has been at θ.
+    /// The time at which m reached θ.
     pub at_threshold_since: Option<SimTime>,
-    /// Its state.
     pub stance: Stance,
-    /// Its waits so far; `None` where it has not waited, as mostly: so the sets of a robot lie close together.
+    /// The waits so far, boxed to keep a robot's sets close together in memory.
     pub waited: Option<Box<Waited>>,
 }
 
 impl Behavior {
-    /// m(0) = 0.
     pub fn new(set: BehaviorId) -> Self {
         Self {
             set,
@@ -73,7 +64,7 @@ impl Behavior {
         }
     }
 
-    /// Takes over the motivation of this step.
+    /// Stores the motivation of this step and the time at which it reached θ.
     pub fn set_motivation(&mut self, motivation: f64, threshold: f64, now: SimTime) {
         self.motivation = motivation;
         if motivation < threshold {
@@ -83,13 +74,12 @@ impl Behavior {
         }
     }
 
-    /// How long it has waited, the wait that is going on not included.
     pub fn spent_waiting(&self) -> SimTime {
         let waited = self.waited.as_ref();
         waited.map_or(SimTime::ZERO, |waited| waited.spent)
     }
 
-    /// Changes the state and says so.
+    /// Changes the state and returns the change for the log.
     pub fn enter(&mut self, stance: Stance, reason: Reason) -> StateChange {
         let from = self.stance.state();
         match (self.stance, stance) {
@@ -110,17 +100,15 @@ impl Behavior {
     }
 }
 
-/// Those sets of a robot that do not hibernate.
+/// The behavior sets of a robot that do not hibernate.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Awake {
-    /// The active one, by its place.
     pub active: Option<usize>,
-    /// How many wait.
     pub waiting: usize,
 }
 
 impl Awake {
-    /// A set has changed its state.
+    /// Updates the counts after a state change of the set at index `place`.
     pub fn note(&mut self, place: usize, from: Stance, to: Stance) {
         match from {
             Stance::Hibernating => {}
@@ -134,7 +122,7 @@ impl Awake {
         }
     }
 
-    /// Whether all sets hibernate.
+    /// Returns whether all sets hibernate.
     pub fn is_none(&self) -> bool {
         self.active.is_none() && self.waiting == 0
     }

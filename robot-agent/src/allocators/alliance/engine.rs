@@ -1,4 +1,4 @@
-//! One robot's step of ALLIANCE: hear, evaluate, choose, announce.
+//! One step of ALLIANCE in a robot: receive, evaluate, choose, announce.
 
 use std::cmp::Reverse;
 use std::sync::Arc;
@@ -21,8 +21,8 @@ use crate::allocator::{Draws, Input, Mind, Outcome, RouteCost};
 
 /// The motivational behaviors of one robot.
 ///
-/// A clone is a full snapshot, to go back to when a step turns out not to count; its size is O(robots · tasks), however
-/// long the mission lasts.
+/// A clone is a full snapshot, used to undo a step that does not count. Its size is O(robots · tasks) for a mission of
+/// any length.
 #[derive(Clone, Debug)]
 pub struct Engine {
     pub(super) config: Config,
@@ -31,43 +31,42 @@ pub struct Engine {
     pub(super) history: History,
     pub(super) teammates: Teammates,
     pub(super) heartbeats: Heartbeats,
-    /// Progress by own task.
     progress: Vec<u32>,
-    /// Whether a step has been made: the first one is m(0) = 0.
+    /// True after the first step, because the first step has m(0) = 0.
     started: bool,
-    /// The rows of the latest step, and until when they stay as they are.
+    /// The rows of the latest step, valid until `steady_until`.
     pub(super) rows: SmallVec<[Motivation; USUAL_BEHAVIORS]>,
     pub(super) steady_until: SimTime,
-    /// What the sets at θ are to do in this step; kept for its memory.
+    /// The next action of each set at θ in this step; stored to reuse its memory.
     options: Vec<(usize, Next)>,
-    /// By set, what a rule that learns adds to the equations; empty in ALLIANCE.
+    /// By set, the terms that a learning rule adds to the equations; empty in ALLIANCE.
     pub(super) learned: Vec<Learned>,
 }
 
-/// What of a robot's [`Input`] ALLIANCE looks at.
+/// The part of a robot's [`Input`] that ALLIANCE uses.
 #[derive(Clone, Copy, Debug)]
 pub struct StepInput<'a> {
-    /// Time of the step; later than that of the step before.
+    /// The time of the step; later than the previous step.
     pub now: SimTime,
-    /// What it hears in this step, by (rank of the sender, sequence number).
+    /// The broadcasts received in this step, by (rank of the sender, sequence number).
     pub heard: &'a [Arc<Broadcast>],
-    /// sensory_feedback (eq. 2.1) of each own set, in the order of [`Engine::sets`].
+    /// sensory_feedback (eq. 2.1) of each set, in the order of [`Engine::sets`].
     pub applicable: &'a [bool],
-    /// Tasks on which the robot itself achieved an effect on the world since its last step, one entry per effect.
+    /// The tasks on which the robot itself made progress since its last step, one entry per effect.
     pub progressed: &'a [TaskId],
 }
 
 impl Engine {
-    /// A robot at the start of its incarnation: all motivations 0, nothing heard.
+    /// Creates the engine of a robot at the start of an incarnation: all motivations are 0.
     ///
     /// # Panics
-    /// If `setup` is not resolved: it must name the robot and hold values for each of its sets and teammates.
+    /// Panics if `setup` is not resolved: it must name the robot and contain values for each of its sets and teammates.
     #[must_use]
     pub fn new(robot: RobotId, setup: &Setup) -> Self {
         Self::with_shared(robot, setup, &Parameters::of(setup))
     }
 
-    /// One of many robots in the same process.
+    /// Creates an engine that shares its parameters with other robots.
     ///
     /// # Panics
     /// See [`Engine::new`].
@@ -94,26 +93,25 @@ impl Engine {
         }
     }
 
-    /// The robot's own behavior sets, in the catalog's order.
+    /// Returns the robot's behavior sets, in the catalog's order.
     pub fn sets(&self) -> impl Iterator<Item = BehaviorId> + '_ {
         self.config.sets.iter().map(|set| set.id)
     }
 
-    /// The active behavior set: what the robot shall execute.
     #[must_use]
     pub fn active(&self) -> Option<BehaviorId> {
         self.awake.active.map(|index| self.behaviors[index].set)
     }
 
-    /// How many effects the robot has achieved on a task in this incarnation.
+    /// Returns the number of effects on a task in this incarnation.
     #[must_use]
     pub fn progress(&self, task: TaskId) -> u32 {
-        let own = self.config.own_task(task);
-        own.map_or(0, |own| self.progress[own])
+        let index = self.config.own_task(task);
+        index.map_or(0, |index| self.progress[index])
     }
 
-    /// Makes one step and writes what comes of it to `output`. It adds one step length of impatience, however long ago the last
-    /// one was: a robot that was stopped does not come back impatient. The first step of an incarnation adds nothing.
+    /// Makes one step and writes its results to `output`. A step adds one step length of impatience, independent of the
+    /// time since the previous step. A stopped robot therefore does not return with a higher motivation.
     ///
     /// # Panics
     /// If `applicable` has fewer entries than the robot has sets.
@@ -127,15 +125,15 @@ impl Engine {
             choices: &[],
             progressed: input.progressed,
             heard: input.heard,
-            route: &Nowhere,
+            route: &NoRoute,
             truth: &[],
             draws: Draws::of(0, self.config.robot, 0),
         };
         Mind::step(self, &input, output);
     }
 
-    /// (A) and (B) of ALLIANCE.md §2: the active set first, the others suppressed if it is still active. Writes a row per own
-    /// set, with its state before the choice.
+    /// Evaluates (A) and (B) of docs/ALLIANCE.md §2: the active set first, then the others, suppressed if it is still
+    /// active. Writes one row per set, with its state before the choice.
     fn evaluate(
         &mut self,
         input: &Input<'_>,
@@ -169,7 +167,7 @@ impl Engine {
         let now = input.now;
         let set = &config.sets[index];
         let behavior = &mut self.behaviors[index];
-        let heard = self.history.about(set.own_task);
+        let records = self.history.about(set.own_task);
 
         let active_since = match behavior.stance {
             Stance::Active { since, .. } => Some(since.max(learned.trial)),
@@ -179,11 +177,11 @@ impl Engine {
         let factors = Factors {
             sensory_feedback: input.applicable[index],
             activity_suppression: !suppressed,
-            reset_by: motivation::impatience_reset(heard, now).filter(|_| may_be_reset),
+            reset_by: motivation::impatience_reset(records, now).filter(|_| may_be_reset),
             acquiescence: active_since
-                .and_then(|since| motivation::acquiescence(&set.params, since, heard, now)),
+                .and_then(|since| motivation::acquiescence(&set.params, since, records, now)),
         };
-        let impatience = motivation::impatience(&set.params, heard, now);
+        let impatience = motivation::impatience(&set.params, records, now);
         let gain = if self.started {
             impatience * config.step_s
         } else {
@@ -195,7 +193,8 @@ impl Engine {
             motivation::motivation(behavior.motivation, gain, &factors, config.threshold)
         };
         behavior.set_motivation(level, config.threshold, now);
-        // Field by field: writing small fields and then copying the struct would cause a store-forwarding stall.
+        // Assigned field by field: writing small fields and then copying the struct would cause a store-forwarding
+        // stall.
         row.set = behavior.set;
         row.motivation = behavior.motivation;
         row.impatience = impatience;
@@ -205,7 +204,7 @@ impl Engine {
         row.acquiescence = factors.acquiescence.is_none();
         row.state = behavior.stance.state();
 
-        // An active or waiting set is at θ, so that it falls below by a factor alone.
+        // An active or waiting set is at θ, so only a zero factor can lower its motivation.
         if behavior.stance != Stance::Hibernating
             && let Some(reason) = factors.zero()
         {
@@ -225,7 +224,7 @@ impl Engine {
         changes.push(behavior.enter(stance, reason));
     }
 
-    /// The active set gives way if as many teammates as may execute the task have better claims; it waits, at θ.
+    /// Makes the active set wait, at θ, if as many teammates as the task allows have better claims.
     fn arbitrate(&mut self, now: SimTime, changes: &mut Vec<StateChange>) {
         let config = &self.config;
         let Some(index) = self.awake.active.filter(|_| config.switches.arbitration) else {
@@ -243,7 +242,7 @@ impl Engine {
         let claims = self.teammates.executing(set.task, set.params.tau, now);
         if claims.filter(beats).count() >= set.max_robots {
             if waited_out && let Some(waited) = &mut behavior.waited {
-                // It gives way to somebody whom it has not waited for yet.
+                // The set yields to a teammate for which it has not waited yet.
                 waited.spent = SimTime::ZERO;
             }
             let stance = Stance::Waiting { since: now };
@@ -251,13 +250,13 @@ impl Engine {
         }
     }
 
-    /// (C) of ALLIANCE.md §2: of the sets at θ, those on occupied tasks wait and at most one of the rest activates.
+    /// Applies (C) of docs/ALLIANCE.md §2: sets at θ on occupied tasks wait, and at most one of the rest activates.
     fn choose(&mut self, now: SimTime, changes: &mut Vec<StateChange>) {
         let mut options = std::mem::take(&mut self.options);
         options.clear();
         let sets = 0..self.behaviors.len();
         options.extend(sets.filter_map(|index| Some((index, self.next(index, now)?))));
-        // The highest priority, then the longest at θ, then the first in the catalog.
+        // The order is the highest priority, then the longest time at θ, then the catalog.
         let chosen = options
             .iter()
             .filter_map(|&(index, next)| match next {
@@ -284,11 +283,11 @@ impl Engine {
             };
             self.enter(index, stance, reason, changes);
         }
-        self.note_whom_sets_wait_for(now);
+        self.note_awaited_teammates(now);
         self.options = options;
     }
 
-    fn note_whom_sets_wait_for(&mut self, now: SimTime) {
+    fn note_awaited_teammates(&mut self, now: SimTime) {
         if self.awake.waiting == 0 {
             return;
         }
@@ -301,7 +300,6 @@ impl Engine {
         }
     }
 
-    /// What a set at θ is to do next, if anything.
     fn next(&self, index: usize, now: SimTime) -> Option<Next> {
         let behavior = &self.behaviors[index];
         behavior.at_threshold_since?;
@@ -332,7 +330,7 @@ impl Engine {
     }
 }
 
-/// What a set at θ does in (C).
+/// The action of a set at θ in (C).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Next {
     Wait,
@@ -351,21 +349,21 @@ impl Mind for Engine {
     fn step(&mut self, input: &Input<'_>, output: &mut Outcome) {
         let now = input.now;
         let own_task = |task| self.config.own_task(task);
-        let mut news = false;
+        let mut is_news = false;
         for broadcast in input.heard {
             if self.config.admits(broadcast) {
                 let switches = &self.config.switches;
-                news |= self.history.hear(now, broadcast, switches, own_task);
+                is_news |= self.history.hear(now, broadcast, switches, own_task);
                 let claims = self
                     .teammates
                     .hear(now, broadcast, |task| own_task(task).is_some());
-                // Whoever executes a task gives way to no claim that has ended.
-                news |= claims && self.awake.waiting > 0;
+                // The end of a claim matters only to waiting sets.
+                is_news |= claims && self.awake.waiting > 0;
             }
         }
         for &task in input.progressed {
-            if let Some(own) = self.config.own_task(task) {
-                self.progress[own] += 1;
+            if let Some(index) = self.config.own_task(task) {
+                self.progress[index] += 1;
             }
         }
 
@@ -381,7 +379,7 @@ impl Mind for Engine {
         say.clear();
         changes.clear();
         announcements.clear();
-        if !news && self.is_steady(input) {
+        if !is_news && self.is_steady(input) {
             motivations.clear();
             motivations.extend_from_slice(&self.rows);
             *active = self.active();
@@ -391,7 +389,7 @@ impl Mind for Engine {
         self.choose(now, changes);
         *active = self.active();
         for change in changes.iter() {
-            // The last one of a set tells.
+            // The last change of a set determines its logged state.
             let changed = motivations.iter_mut().find(|row| row.set == change.set);
             changed.into_iter().for_each(|row| row.state = change.to);
         }
@@ -411,7 +409,7 @@ impl Mind for Engine {
             announcements,
         );
         self.steady_until = SimTime::ZERO;
-        // A reset lasts for this step.
+        // A reset lasts for one step only.
         let is_reset = motivations.iter().any(|row| !row.impatience_reset);
         if changes.is_empty() && !is_reset {
             self.rows.clear();
@@ -421,10 +419,10 @@ impl Mind for Engine {
     }
 }
 
-/// Where no route leads: ALLIANCE plans none.
-struct Nowhere;
+/// The route costs of ALLIANCE, which plans no routes.
+struct NoRoute;
 
-impl RouteCost for Nowhere {
+impl RouteCost for NoRoute {
     fn seconds(&self, _after: &[TaskId], _task: TaskId) -> Option<f64> {
         None
     }

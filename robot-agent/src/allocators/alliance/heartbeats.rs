@@ -1,5 +1,5 @@
-//! What a robot announces and when: at once on every change of state or progress, then every 1/ρ (ALLIANCE.md §3
-//! "Messages").
+//! The heartbeats of a robot. A heartbeat is sent at once on every change of state or progress, then every 1/ρ
+//! (docs/ALLIANCE.md §3 "Messages").
 
 use alliance_proto::ids::TaskId;
 use alliance_proto::team::TaskState;
@@ -12,12 +12,10 @@ use crate::allocator::Announcement;
 use super::behavior::{Awake, Behavior, Stance};
 use super::params::{Config, OwnBehavior, USUAL_BEHAVIORS};
 
-/// The schedule of a robot's heartbeats.
 #[derive(Clone, Debug)]
 pub(super) struct Heartbeats {
-    /// Last announcement per own set; of no account while the set hibernates.
+    /// The time of the last announcement per set; unused while the set hibernates.
     sent: SmallVec<[SimTime; USUAL_BEHAVIORS]>,
-    /// While the robot is idle.
     idle: Option<Idle>,
 }
 
@@ -27,18 +25,14 @@ struct Idle {
     sent: SimTime,
 }
 
-/// What happened in the step that is being announced.
 pub(super) struct Happened<'a> {
-    /// Changes of state.
     pub changes: &'a [StateChange],
-    /// Tasks on which the robot made progress.
     pub progressed: &'a [TaskId],
-    /// Progress count by own task, these included.
+    /// The progress count by task of the robot, this step included.
     pub progress: &'a [u32],
 }
 
 impl Heartbeats {
-    /// Nothing announced yet.
     pub fn new(sets: usize) -> Self {
         Self {
             sent: smallvec![SimTime::ZERO; sets],
@@ -46,8 +40,8 @@ impl Heartbeats {
         }
     }
 
-    /// Adds the announcements of this step: released, then waiting, then executing, then idle, so that a robot's last word says
-    /// what it does.
+    /// Adds the announcements of this step in the order released, waiting, executing, idle, so that the last one
+    /// describes the current activity.
     pub fn announce(
         &mut self,
         now: SimTime,
@@ -66,8 +60,9 @@ impl Heartbeats {
             for (index, behavior) in behaviors.iter().enumerate() {
                 if let Stance::Waiting { since } = behavior.stance {
                     let set = &config.sets[index];
-                    let said = self.say(now, index, set, TaskState::Waiting, since, happened);
-                    announcements.extend(said);
+                    let announcement =
+                        self.announce_if_due(now, index, set, TaskState::Waiting, since, happened);
+                    announcements.extend(announcement);
                 }
             }
         }
@@ -75,16 +70,17 @@ impl Heartbeats {
             && let Stance::Active { since, .. } = behaviors[index].stance
         {
             let set = &config.sets[index];
-            let said = self.say(now, index, set, TaskState::Executing, since, happened);
-            announcements.extend(said);
+            let announcement =
+                self.announce_if_due(now, index, set, TaskState::Executing, since, happened);
+            announcements.extend(announcement);
         }
         if config.switches.idle_heartbeat {
             announcements.extend(self.idle(awake.is_none(), now, config.idle_period));
         }
     }
 
-    /// What a set is, if it is time to say so.
-    fn say(
+    /// Returns the announcement of a set if it is due or the set changed.
+    fn announce_if_due(
         &mut self,
         now: SimTime,
         index: usize,
@@ -101,10 +97,10 @@ impl Heartbeats {
             return None;
         }
         self.sent[index] = now;
-        Some(about(state, since, set, happened))
+        Some(announcement(state, since, set, happened))
     }
 
-    /// When a set at work speaks next, if nothing happens before.
+    /// Returns the time of the next periodic announcement of a set.
     pub fn next(&self, index: usize, set: &OwnBehavior) -> SimTime {
         self.sent[index] + set.params.period
     }
@@ -132,27 +128,27 @@ impl Heartbeats {
     }
 }
 
-/// One release for each set that hibernates after executing or waiting, unless another set goes on with its task.
+/// Returns one release for each set that hibernates after executing or waiting, unless another set continues its task.
 fn released<'a>(
     now: SimTime,
     config: &'a Config,
     behaviors: &'a [Behavior],
     happened: &'a Happened<'_>,
 ) -> impl Iterator<Item = Announcement> + 'a {
-    let goes_on = |task| {
-        let mut own = behaviors.iter().zip(&config.sets);
-        own.any(|(it, set)| set.task == task && it.stance != Stance::Hibernating)
+    let continues = |task| {
+        let mut pairs = behaviors.iter().zip(&config.sets);
+        pairs.any(|(behavior, set)| set.task == task && behavior.stance != Stance::Hibernating)
     };
     let hibernates = |set| {
         let mut changes = happened.changes.iter();
         changes.any(|change| change.set == set && change.to == BehaviorState::Hibernating)
     };
     let sets = config.sets.iter();
-    sets.filter(move |set| hibernates(set.id) && !goes_on(set.task))
-        .map(move |set| about(TaskState::Released, now, set, happened))
+    sets.filter(move |set| hibernates(set.id) && !continues(set.task))
+        .map(move |set| announcement(TaskState::Released, now, set, happened))
 }
 
-fn about(
+fn announcement(
     state: TaskState,
     since: SimTime,
     set: &OwnBehavior,

@@ -1,7 +1,7 @@
 //! Communication history: *comm_received* (eq. 2.2) in O(robots · tasks) memory for a mission of any length.
 //!
-//! The equations ask only for windows that end now and for intervals that start at the origin of the history, so the last
-//! and the first receive time are all that is needed.
+//! The equations use only windows that end now and intervals that start at the origin, so the first and the last
+//! receive time are enough.
 
 use std::ops::Range;
 
@@ -13,44 +13,41 @@ use smallvec::{SmallVec, smallvec};
 
 use super::params::USUAL_BEHAVIORS;
 
-/// What was heard, by own task and teammate; only of pairs that spoke.
+/// The received messages by task of the robot and by teammate; pairs without a message are absent.
 #[derive(Clone, Debug)]
 pub(super) struct History {
-    /// By own task, and then by rank: all are looked at in every step.
+    /// The records by task of the robot, then by rank; every step reads all of them.
     records: Vec<(RobotId, Record)>,
-    /// Where those of each own task end.
+    /// The end of each task's records.
     ends: SmallVec<[u16; USUAL_BEHAVIORS]>,
 }
 
-/// What was heard from one teammate about one task.
+/// The messages received from one teammate about one task.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Record {
-    /// Incarnation and sequence number of the latest message.
     latest: (Incarnation, u64),
-    /// Latest progress count of that incarnation.
+    /// The latest progress count of that incarnation.
     progress: u32,
-    /// First message since the origin that counts in impatience and reset.
+    /// The receive time of the first message since the origin, for impatience and reset.
     first: Option<SimTime>,
-    /// Last such message.
+    /// The receive time of the last such message.
     last: Option<SimTime>,
-    /// Whether the task was released after that one.
+    /// True if a release followed that message.
     released: bool,
-    /// Last message that counts in acquiescence, where a wish always does, unless the task was released after it.
+    /// The receive time of the last message for acquiescence; `None` after a release. A wish always counts here.
     last_for_acquiescence: Option<SimTime>,
 }
 
-/// How a message about a task counts.
+/// The equations in which a message about a task counts.
 enum Weight {
-    /// Everywhere.
     Full,
-    /// In acquiescence, and elsewhere by the switch.
+    /// The message counts in acquiescence, and elsewhere if the switch is set.
     Wish,
-    /// Nowhere, and it ends the sender's window.
+    /// The message counts nowhere and ends the sender's window.
     Release,
 }
 
 impl History {
-    /// Nothing heard about any of so many own tasks.
     pub fn new(own_tasks: usize) -> Self {
         Self {
             records: Vec::new(),
@@ -58,7 +55,7 @@ impl History {
         }
     }
 
-    /// Takes in a broadcast that is heard at `now`, unless it is about another's task; says whether it was news.
+    /// Stores a broadcast received at `now` if it is about a task of the robot. Returns whether it was new.
     pub fn hear(
         &mut self,
         now: SimTime,
@@ -84,11 +81,11 @@ impl History {
             }) => (about.task, Weight::Full, about.progress),
             Content::Bulletin(_) | Content::Allocation(_) => return false,
         };
-        // What others do about tasks that the robot has no set for changes nothing for it.
-        let Some(own) = own_task(task) else {
+        // Messages about tasks for which the robot has no set do not affect it.
+        let Some(index) = own_task(task) else {
             return false;
         };
-        let record = self.record(own, broadcast.sender);
+        let record = self.record(index, broadcast.sender);
         let stamp = (broadcast.incarnation, broadcast.seq);
         let is_news = record.latest < stamp;
         if is_news {
@@ -98,12 +95,12 @@ impl History {
         is_news
     }
 
-    /// The records on an own task, by rank.
+    /// Returns the records on a task of the robot, by rank.
     pub fn about(&self, own_task: usize) -> &[(RobotId, Record)] {
-        &self.records[self.place(own_task)]
+        &self.records[self.range(own_task)]
     }
 
-    fn place(&self, own_task: usize) -> Range<usize> {
+    fn range(&self, own_task: usize) -> Range<usize> {
         let begin = match own_task.checked_sub(1) {
             Some(before) => self.ends[before],
             None => 0,
@@ -111,14 +108,13 @@ impl History {
         usize::from(begin)..usize::from(self.ends[own_task])
     }
 
-    /// The record of a teammate, new where there is none yet.
     fn record(&mut self, own_task: usize, teammate: RobotId) -> &mut Record {
-        let place = self.place(own_task);
-        let known = self.records[place.clone()].binary_search_by_key(&teammate, |&(rank, _)| rank);
+        let range = self.range(own_task);
+        let known = self.records[range.clone()].binary_search_by_key(&teammate, |&(rank, _)| rank);
         let index = match known {
-            Ok(index) => place.start + index,
+            Ok(index) => range.start + index,
             Err(index) => {
-                let index = place.start + index;
+                let index = range.start + index;
                 self.records.insert(index, (teammate, Record::default()));
                 for end in &mut self.ends[own_task..] {
                     *end += 1;
@@ -131,35 +127,35 @@ impl History {
 }
 
 impl Record {
-    /// comm_received(t-span, t) for impatience.
+    /// Computes comm_received(t-span, t) for impatience.
     pub fn within(&self, span: SimTime, now: SimTime) -> bool {
         !self.released && self.last.is_some_and(|last| now.since(last) < span)
     }
 
-    /// comm_received(t-span, t) for acquiescence.
+    /// Computes comm_received(t-span, t) for acquiescence.
     pub fn wanted_within(&self, span: SimTime, now: SimTime) -> bool {
         self.last_for_acquiescence
             .is_some_and(|last| now.since(last) < span)
     }
 
-    /// comm_received(0, t-span), with 0 standing for the origin.
+    /// Computes comm_received(0, t-span), with the origin in place of 0.
     pub fn until(&self, span: SimTime, now: SimTime) -> bool {
         self.first.is_some_and(|first| now.since(first) >= span)
     }
 
-    /// When, after `now`, what [`Record::within`] and [`Record::until`] say changes, if nothing more is heard.
+    /// Returns the times after `now` at which [`Record::within`] or [`Record::until`] changes without a new message.
     pub fn turns(&self, tau: SimTime, phi: SimTime, now: SimTime) -> impl Iterator<Item = SimTime> {
         let ends = self.last.map(|last| last + tau);
         let counts = self.first.map(|first| first + phi);
         ends.into_iter().chain(counts).filter(move |&at| at > now)
     }
 
-    /// comm_received(t-δt, t) and not comm_received(0, t-δt): the history begins in this step.
+    /// Computes comm_received(t-δt, t) and not comm_received(0, t-δt): the history begins in this step.
     pub fn begins(&self, now: SimTime) -> bool {
         self.first == Some(now)
     }
 
-    /// Moves the origin if the message reports progress. The count of a new incarnation starts from 0 again, which is no
+    /// Moves the origin if the message reports progress. The count of a new incarnation starts from 0, which is no
     /// progress.
     fn take(
         &mut self,
@@ -174,7 +170,7 @@ impl Record {
             0
         };
         if progress > known && switches.history_origin == HistoryOrigin::Progress {
-            // The interval is [origin, t]: what was heard earlier in this step belongs to it.
+            // The interval [origin, t] contains the messages received earlier in this step.
             self.first = self.last.filter(|&last| last == now);
         }
         self.latest = stamp;
@@ -182,7 +178,7 @@ impl Record {
     }
 
     fn count(&mut self, weight: Weight, now: SimTime, switches: &Switches) {
-        let (counts, wanted) = match weight {
+        let (counts, for_acquiescence) = match weight {
             Weight::Full => (true, true),
             Weight::Wish => (switches.waiting_counts, true),
             Weight::Release => (false, false),
@@ -192,7 +188,7 @@ impl Record {
             self.last = Some(now);
             self.released = false;
         }
-        if wanted {
+        if for_acquiescence {
             self.last_for_acquiescence = Some(now);
         } else {
             self.released = true;

@@ -1,4 +1,4 @@
-//! ALLIANCE as an allocator that scenarios name; its parameters stand in `[alliance]`.
+//! The registration of ALLIANCE as an allocator. Its parameters are in the scenario section `[alliance]`.
 
 use std::sync::Arc;
 
@@ -7,7 +7,6 @@ use alliance_proto::scenario::{AllocatorSpec, Setup};
 use super::{Engine, Parameters};
 use crate::allocator::{ConfigError, Kind, Me, Mind, Prepared};
 
-/// ALLIANCE.
 #[derive(Clone, Copy, Debug)]
 pub struct Alliance;
 
@@ -21,7 +20,6 @@ impl Kind for Alliance {
     }
 }
 
-/// What all robots of a run share.
 #[derive(Debug)]
 struct Shared(Parameters);
 

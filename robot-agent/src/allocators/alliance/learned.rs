@@ -1,4 +1,4 @@
-//! An engine whose values another rule learns while it runs: what L-ALLIANCE puts in the place of a scenario's parameters.
+//! Learned parameters of an engine: L-ALLIANCE replaces the scenario's values while the engine runs.
 
 use std::sync::Arc;
 
@@ -10,14 +10,14 @@ use super::values::{Learned, Values};
 use crate::allocator::Me;
 
 impl Engine {
-    /// A robot whose values will be learned: each set needs its [`Engine::learn`] before the first step.
+    /// Creates an engine whose parameters are learned. Each set needs one [`Engine::learn`] before the first step.
     pub fn to_be_learned(me: &Me, threshold: f64, switches: Switches) -> Self {
         let mut engine = Self::of(Config::to_be_learned(me, threshold, switches));
         engine.learned = vec![Learned::default(); engine.behaviors.len()];
         engine
     }
 
-    /// Takes over the values of the set at that place. Asks for memory only if they are new: the sets of a clone share theirs.
+    /// Stores the learned parameters of the set at index `place`. Allocates only if they changed.
     pub fn learn(&mut self, place: usize, values: &Values<'_>) {
         let params = &mut self.config.sets[place].params;
         let toward_most = Some(values.toward_most);
@@ -39,7 +39,7 @@ impl Engine {
         }
     }
 
-    /// What learning adds to the set at that place: nothing in ALLIANCE.
+    /// Returns the terms that learning adds to the set at index `place`; the default in ALLIANCE.
     pub(super) fn learned_of(&self, place: usize) -> Learned {
         self.learned.get(place).copied().unwrap_or_default()
     }

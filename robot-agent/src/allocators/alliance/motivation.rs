@@ -1,4 +1,4 @@
-//! The equations of the motivational behavior, one function each (ALLIANCE.md §2).
+//! The equations 2.3 to 2.7 of the motivational behavior, one function each (docs/ALLIANCE.md §2).
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::telemetry::Reason;
@@ -7,21 +7,21 @@ use alliance_proto::time::SimTime;
 use super::history::Record;
 use super::params::Params;
 
-/// The four factors of eq. 2.7, each with the cause that makes it 0.
+/// The four factors of eq. 2.7, each with the cause if it is 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Factors {
-    /// Eq. 2.1, given by the mission.
+    /// Eq. 2.1; the mission computes it.
     pub sensory_feedback: bool,
-    /// Eq. 2.3: no other set of the robot is active.
+    /// Eq. 2.3; false while another set of the robot is active.
     pub activity_suppression: bool,
-    /// Eq. 2.5: the teammate that resets the motivation.
+    /// Eq. 2.5; the teammate that resets the motivation.
     pub reset_by: Option<RobotId>,
-    /// Eq. 2.6: why the set yields or gives up.
+    /// Eq. 2.6; the reason to yield or give up.
     pub acquiescence: Option<Reason>,
 }
 
 impl Factors {
-    /// The first factor that is 0, as the reason for what follows from it.
+    /// Returns the reason of the first factor that is 0.
     pub fn zero(&self) -> Option<Reason> {
         if !self.sensory_feedback {
             Some(Reason::NotApplicable)
@@ -33,10 +33,10 @@ impl Factors {
     }
 }
 
-/// Eq. 2.4, with the corrected "= 0": motivation/s. The slowest rate toward those who were heard within τ and not yet
-/// before φ; δ_fast if there is none.
-pub(super) fn impatience(params: &Params, heard: &[(RobotId, Record)], now: SimTime) -> f64 {
-    let within = heard
+/// Computes eq. 2.4 with the corrected "= 0", in motivation/s. The result is the slowest rate toward the teammates
+/// received within τ and first received less than φ ago. Without such a teammate it is δ_fast.
+pub(super) fn impatience(params: &Params, records: &[(RobotId, Record)], now: SimTime) -> f64 {
+    let within = records
         .iter()
         .filter(|(_, record)| record.within(params.tau, now));
     within
@@ -48,24 +48,24 @@ pub(super) fn impatience(params: &Params, heard: &[(RobotId, Record)], now: SimT
         .unwrap_or(params.fast)
 }
 
-/// Eq. 2.5: the teammate of the lowest rank whose history on the task begins in this step.
-pub(super) fn impatience_reset(heard: &[(RobotId, Record)], now: SimTime) -> Option<RobotId> {
-    heard
+/// Computes eq. 2.5: returns the lowest-ranked teammate whose history on the task begins in this step.
+pub(super) fn impatience_reset(records: &[(RobotId, Record)], now: SimTime) -> Option<RobotId> {
+    records
         .iter()
         .find(|(_, record)| record.begins(now))
         .map(|&(teammate, _)| teammate)
 }
 
-/// Eq. 2.6: why a set that has been active since `active_since` yields or gives up, if it does.
+/// Computes eq. 2.6: returns the reason why a set active since `active_since` yields or gives up.
 pub(super) fn acquiescence(
     params: &Params,
     active_since: SimTime,
-    heard: &[(RobotId, Record)],
+    records: &[(RobotId, Record)],
     now: SimTime,
 ) -> Option<Reason> {
     let active_for = now.since(active_since);
     let is_wanted = || {
-        let mut records = heard.iter();
+        let mut records = records.iter();
         records.any(|(_, record)| record.wanted_within(params.tau, now))
     };
     if active_for > params.psi && is_wanted() {
@@ -77,7 +77,7 @@ pub(super) fn acquiescence(
     }
 }
 
-/// Eq. 2.7: the motivation after a step in which `gain` was added, in [0, θ].
+/// Computes eq. 2.7: returns the motivation in [0, θ] after a step that adds `gain`.
 pub(super) fn motivation(previous: f64, gain: f64, factors: &Factors, threshold: f64) -> f64 {
     if factors.zero().is_some() {
         0.0

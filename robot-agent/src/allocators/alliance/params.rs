@@ -1,4 +1,4 @@
-//! The values in force for one robot, by rank instead of by name and in simulated time instead of seconds.
+//! The parameters in force for one robot, indexed by rank and in simulated time.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -11,95 +11,83 @@ use smallvec::SmallVec;
 
 use crate::allocator::Me;
 
-/// Everything of a robot's ALLIANCE that does not change during a run.
+/// The part of a robot's ALLIANCE state that is constant during a run.
 #[derive(Clone, Debug)]
 pub(super) struct Config {
-    /// The robot itself.
     pub robot: RobotId,
-    /// Number of robots, and of tasks, in the scenario.
     pub team: usize,
     pub task_count: usize,
-    /// θ.
     pub threshold: f64,
-    /// Length of a step, s.
     pub step_s: f64,
-    /// Answers to what the formulas leave open.
     pub switches: Switches,
-    /// Number of tasks that the robot has sets for.
     pub own_tasks: usize,
-    /// The own sets, in the catalog's order.
+    /// The robot's behavior sets, in the catalog's order.
     pub sets: SmallVec<[OwnBehavior; USUAL_BEHAVIORS]>,
-    /// Time between two idle heartbeats.
     pub idle_period: SimTime,
 }
 
-/// Number of behaviors that a robot keeps inline, without a heap allocation: in a large team each step would be a cache miss.
+/// The number of behaviors stored inline, without a heap allocation.
 pub(super) const USUAL_BEHAVIORS: usize = 6;
 
-/// One own behavior set.
 #[derive(Clone, Debug)]
 pub(super) struct OwnBehavior {
     pub id: BehaviorId,
-    /// The task that the set performs.
     pub task: TaskId,
-    /// Its place among the robot's own tasks.
     pub own_task: usize,
-    /// How many robots may execute it at once.
     pub max_robots: usize,
-    /// Of the task; higher goes first.
+    /// The task's priority; higher goes first.
     pub priority: i32,
     pub params: Arc<Params>,
 }
 
-/// Parameters of a behavior set (ALLIANCE.md §1).
+/// The parameters of a behavior set (docs/ALLIANCE.md §1).
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Params {
-    /// 1/ρ.
+    /// 1/ρ, the time between two heartbeats.
     pub period: SimTime,
-    /// τ.
+    /// τ, the silence after which a teammate counts as lost.
     pub tau: SimTime,
-    /// δ_fast, motivation/s.
+    /// δ_fast, in motivation/s.
     pub fast: f64,
-    /// δ_slow and φ toward most teammates.
+    /// δ_slow and φ toward teammates not listed in `toward`.
     pub toward_most: Option<Toward>,
-    /// Toward those for whom they are other ones, by rank.
+    /// δ_slow and φ that differ from `toward_most`, by rank.
     pub toward: Vec<(RobotId, Toward)>,
-    /// ψ.
+    /// The time active before yielding (ψ).
     pub psi: SimTime,
-    /// λ.
+    /// The time active before giving up (λ).
     pub lambda: SimTime,
 }
 
-/// How one teammate's messages slow a set down.
+/// The effect of one teammate's messages on the impatience of a set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Toward {
-    /// δ_slow, motivation/s.
+    /// δ_slow, in motivation/s.
     pub slow: f64,
-    /// φ.
+    /// φ, the longest time for which the messages slow the set down.
     pub phi: SimTime,
 }
 
-/// The parameters of a run. Equal ones are there once: most robots of a team have the same.
+/// The parameters of all robots of a run; equal values are stored once.
 #[derive(Clone, Debug)]
 pub struct Parameters {
-    /// By robot and behavior.
+    /// The values by robot name and behavior set name.
     named: BTreeMap<String, BTreeMap<String, Arc<Params>>>,
 }
 
 impl Parameters {
-    /// Those of all robots of a resolved setup.
     #[must_use]
     pub fn of(setup: &Setup) -> Self {
-        // By how they read.
+        // The key is the debug text of the values.
         let mut distinct: BTreeMap<String, Arc<Params>> = BTreeMap::new();
         let mut shared = |values| {
             let params = Params::new(values, &setup.roster);
-            let known = distinct.entry(format!("{params:?}"));
-            Arc::clone(known.or_insert_with(|| Arc::new(params)))
+            let entry = distinct.entry(format!("{params:?}"));
+            Arc::clone(entry.or_insert_with(|| Arc::new(params)))
         };
         let robots = setup.alliance.robots.iter();
-        let named = robots.map(|(robot, own)| {
-            let behaviors = own.sets.iter();
+        let named = robots.map(|(robot, params)| {
+            let behaviors = params.sets.iter();
             let behaviors = behaviors.map(|(name, values)| (name.clone(), shared(values)));
             (robot.clone(), behaviors.collect())
         });
@@ -110,9 +98,9 @@ impl Parameters {
 }
 
 impl Config {
-    /// Those of a robot whose values will be learned: until then it is impatient with nobody and for nothing.
+    /// Creates the configuration of a robot whose values are learned later. Until then its impatience is 0.
     pub fn to_be_learned(me: &Me, threshold: f64, switches: Switches) -> Self {
-        let tasks: BTreeSet<TaskId> = me.behaviors.iter().map(|own| own.task).collect();
+        let tasks: BTreeSet<TaskId> = me.behaviors.iter().map(|behavior| behavior.task).collect();
         let params = Arc::new(Params {
             period: me.heartbeat_period,
             tau: me.ceased_after,
@@ -122,13 +110,13 @@ impl Config {
             psi: SimTime::ZERO,
             lambda: SimTime::ZERO,
         });
-        let sets = me.behaviors.iter().map(|own| OwnBehavior {
-            id: own.id,
-            task: own.task,
-            // The tasks lower than it: they are all in the set.
-            own_task: tasks.range(..own.task).count(),
-            max_robots: own.max_robots,
-            priority: own.priority,
+        let sets = me.behaviors.iter().map(|behavior| OwnBehavior {
+            id: behavior.id,
+            task: behavior.task,
+            // The task is in the set, so the number of lower tasks is its index.
+            own_task: tasks.range(..behavior.task).count(),
+            max_robots: behavior.max_robots,
+            priority: behavior.priority,
             params: Arc::clone(&params),
         });
         Self {
@@ -144,16 +132,16 @@ impl Config {
         }
     }
 
-    /// The values of that robot.
+    /// Creates the configuration of `robot` from its scenario values.
     ///
     /// # Panics
-    /// If `parameters` are of another setup: a resolved one has those of every robot and behavior.
+    /// Panics if `parameters` come from another setup. Those of a resolved setup contain every robot and behavior.
     pub fn new(robot: RobotId, setup: &Setup, parameters: &Parameters) -> Self {
-        let own = &setup.scenario.robots[robot.index()];
+        let spec = &setup.scenario.robots[robot.index()];
         let catalog = &setup.catalog;
-        let named = &parameters.named[&own.name];
+        let named = &parameters.named[&spec.name];
         let specs = || {
-            let ids = catalog.behaviors_of(own);
+            let ids = catalog.behaviors_of(spec);
             ids.map(|id| (id, &catalog.sets[id.index()]))
         };
         let tasks: BTreeSet<TaskId> = specs().map(|(_, spec)| spec.task).collect();
@@ -163,8 +151,8 @@ impl Config {
             OwnBehavior {
                 id,
                 task: spec.task,
-                // It was collected from these.
-                own_task: own_task.expect("the tasks of all sets are known"),
+                // The tasks were collected from the same sets.
+                own_task: own_task.expect("the tasks were collected from these sets"),
                 max_robots: task.max_robots as usize,
                 priority: task.priority,
                 params: Arc::clone(&named[&spec.name]),
@@ -185,7 +173,7 @@ impl Config {
         }
     }
 
-    /// Whether a broadcast comes from a teammate and names a task of this mission, if any.
+    /// Checks that a broadcast comes from a teammate and that any task it names exists in this mission.
     pub fn admits(&self, broadcast: &Broadcast) -> bool {
         let task = match &broadcast.body {
             Content::Heartbeat(heartbeat) => heartbeat.task,
@@ -197,9 +185,9 @@ impl Config {
             && task.is_none_or(|task| task.index() < self.task_count)
     }
 
-    /// The place of a task among those of the robot's own sets.
+    /// Returns the index of a task among the robot's tasks.
     pub fn own_task(&self, task: TaskId) -> Option<usize> {
-        // They are few, and near.
+        // The list is short and inline, so that a linear search is fast.
         let set = self.sets.iter().find(|set| set.task == task);
         set.map(|set| set.own_task)
     }
@@ -216,7 +204,8 @@ impl Params {
         let mut listed: Vec<(RobotId, Toward)> = listed.collect();
         listed.sort_unstable_by_key(|&(robot, _)| robot);
         let toward_most = match listed.first() {
-            // A large team has one value for all that it does not list; others list all, mostly with the same values.
+            // A large team has one value for all unlisted teammates. Other teams list each one, mostly with equal
+            // values.
             _ if values.slow_impatience.contains_key(BehaviorParams::OTHERS) => {
                 Some(toward(BehaviorParams::OTHERS))
             }
@@ -234,7 +223,6 @@ impl Params {
         }
     }
 
-    /// δ_slow and φ toward a teammate.
     pub fn toward(&self, teammate: RobotId) -> Option<Toward> {
         let listed = self
             .toward
@@ -245,7 +233,7 @@ impl Params {
         }
     }
 
-    /// How long the set waits at most: ψ + τ (ALLIANCE.md §3 "Waiting ends").
+    /// Returns the longest total wait of the set, ψ + τ (docs/ALLIANCE.md §3 "Waiting ends").
     pub fn waiting_bound(&self) -> SimTime {
         self.psi + self.tau
     }

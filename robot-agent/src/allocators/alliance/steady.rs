@@ -1,8 +1,7 @@
-//! Steps that can be left out: while time alone changes nothing, the rows of the latest step hold.
+//! Skipping of steps: while time alone changes nothing, the rows of the latest step stay valid.
 //!
-//! What it buys: a robot at work or one that waits costs a comparison instead of an evaluation of all its behaviors, about a fifth
-//! of the robot-steps per second (BENCHMARKS.md). What it equals: evaluating every step. A property test compares the two
-//! (`tests/properties.rs`), and the equations are read without this file.
+//! A working or waiting robot then needs one comparison instead of an evaluation of all its behaviors.
+//! `tests/properties.rs` compares the results with full evaluation.
 
 use alliance_proto::time::SimTime;
 
@@ -11,13 +10,12 @@ use super::engine::Engine;
 use crate::allocator::Input;
 
 impl Engine {
-    /// Makes the next step whole, whether or not anything can have changed.
+    /// Forces a full evaluation in the next step.
     pub(in crate::allocators) fn weigh_anew(&mut self) {
         self.steady_until = SimTime::ZERO;
     }
 
-    /// Whether a step in which nothing new is heard would give the same as the latest one: a robot at work or one that waits, of
-    /// which each set stays at θ or at 0, so that only time can change anything, and has not yet.
+    /// Returns whether a step without new messages would repeat the latest one.
     pub(super) fn is_steady(&self, input: &Input<'_>) -> bool {
         let applicable = || self.rows.iter().map(|row| row.sensory_feedback);
         input.now < self.steady_until
@@ -25,9 +23,9 @@ impl Engine {
             && applicable().eq(input.applicable.iter().copied())
     }
 
-    /// When time alone changes the outcome of a step next: a heartbeat is due, a window of a teammate opens or ends (eq. 2.4), the
-    /// active set has been active for ψ or λ (eq. 2.6), or a wait ends. `None` where every step changes it, for a set is getting
-    /// impatient.
+    /// Returns the time of the next change that needs no message: a due heartbeat, the start or end of a teammate's
+    /// window (eq. 2.4), ψ or λ of the active set (eq. 2.6), or the end of a wait. Returns `None` while a motivation
+    /// rises.
     pub(super) fn next_turn(&self, now: SimTime) -> Option<SimTime> {
         let mut next = match self.awake {
             Awake {
@@ -39,11 +37,11 @@ impl Engine {
         };
         for set in &self.config.sets {
             for (teammate, record) in self.history.about(set.own_task) {
-                // Toward a robot that is none of the team there is no rate, and no turn.
+                // A robot outside the team has no rate, so that it causes no change.
                 let phi = set
                     .params
                     .toward(*teammate)
-                    .map_or(SimTime::ZERO, |it| it.phi);
+                    .map_or(SimTime::ZERO, |toward| toward.phi);
                 next = record
                     .turns(set.params.tau, phi, now)
                     .fold(next, SimTime::min);
@@ -52,8 +50,7 @@ impl Engine {
         Some(next)
     }
 
-    /// When time alone next changes what the active set does. The others are suppressed; what teammates claim only ages, which
-    /// makes nobody give way.
+    /// Returns the time of the next time-driven change of the active set. Aging claims never make it yield.
     fn end_of_activity(&self, active: usize, now: SimTime) -> Option<SimTime> {
         let Stance::Active { since, .. } = self.behaviors[active].stance else {
             return None;
@@ -65,8 +62,8 @@ impl Engine {
         Some(ends.fold(self.heartbeats.next(active, set), SimTime::min))
     }
 
-    /// When time alone next changes what the waiting sets do: claims expire, and waits are bounded. `None` where another set gets
-    /// impatient, or where none waits.
+    /// Returns the time of the next time-driven change of the waiting sets. Returns `None` if another set's motivation
+    /// rises or no set waits.
     fn end_of_waiting(&self, now: SimTime) -> Option<SimTime> {
         let mut next = None;
         let sets = self.behaviors.iter().zip(&self.config.sets);
@@ -74,14 +71,14 @@ impl Engine {
             match behavior.stance {
                 Stance::Waiting { since } => {
                     let left = set.params.waiting_bound().since(behavior.spent_waiting());
-                    // It ends once it is longer than its bound.
+                    // The wait ends when it is longer than its bound.
                     let bound = since + left + SimTime(1);
                     let claims = self.teammates.expiries(set.task, set.params.tau, now);
                     let heartbeat = self.heartbeats.next(index, set);
                     let ends = claims.chain([bound, heartbeat]).min();
                     next = ends.into_iter().chain(next).min();
                 }
-                // Not applicable, so that it stays at 0.
+                // The set is not applicable, so its motivation stays 0.
                 _ if !self.rows[index].sensory_feedback => {}
                 _ => return None,
             }

@@ -1,4 +1,4 @@
-//! What teammates say they do: who executes a task, who waits for it, and whose turn it is (ALLIANCE.md §3).
+//! The reported activities of teammates, and the order of their claims (docs/ALLIANCE.md §3).
 
 use alliance_proto::ids::{Incarnation, RobotId, TaskId};
 use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
@@ -6,32 +6,31 @@ use alliance_proto::time::SimTime;
 
 use crate::by_rank::ByRank;
 
-/// A claim to a task or a wish for it, by age: the earlier comes first, a tie goes to the lower rank.
+/// A claim to a task or a wish for it. The earlier one comes first; a tie goes to the lower rank.
 pub(super) type Claim = (SimTime, RobotId);
 
-/// What teammates last said they do about the robot's own tasks.
+/// The last reported activities of teammates on the robot's tasks.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Teammates {
-    /// Incarnation and sequence number of the latest message of each that spoke.
     latest: ByRank<(Incarnation, u64)>,
-    /// Claims and wishes, by teammate: few, and walked in every step.
-    said: Vec<Said>,
+    /// The claims and wishes by teammate; the list is short, and every step reads it.
+    activities: Vec<Activity>,
 }
 
-/// What one teammate does about one task.
+/// The activity of one teammate on one task.
 #[derive(Clone, Copy, Debug)]
-struct Said {
+struct Activity {
     teammate: RobotId,
     task: TaskId,
-    /// Executing, else waiting.
+    /// True for executing, false for waiting.
     executing: bool,
     since: SimTime,
-    heard: SimTime,
+    received: SimTime,
 }
 
 impl Teammates {
-    /// Takes in a broadcast that is heard at `now`, and says whether it is, or ends, a claim or a wish. Of tasks that are not its own
-    /// the robot remembers nothing but that the sender executes no other.
+    /// Stores a broadcast received at `now`. Returns whether it states or ends a claim or wish. A claim to another
+    /// robot's task only ends the sender's earlier claims.
     pub fn hear(
         &mut self,
         now: SimTime,
@@ -47,19 +46,21 @@ impl Teammates {
         }
         let is_new_incarnation = stamp.0 > latest.0;
         *latest = stamp;
-        let before = self.said.len();
+        let before = self.activities.len();
         if is_new_incarnation {
-            // It does nothing of what the old one did.
-            self.said.retain(|said| said.teammate != broadcast.sender);
+            // Claims of the old incarnation are void.
+            self.activities
+                .retain(|activity| activity.teammate != broadcast.sender);
         }
         let claims = match &broadcast.body {
             Content::Heartbeat(heartbeat) => self.take(now, broadcast.sender, heartbeat, is_own),
             _ => false,
         };
-        claims || self.said.len() < before
+        claims || self.activities.len() < before
     }
 
-    /// Says whether it is a claim or a wish.
+    /// Updates the activities of the sender. Returns whether the heartbeat states a claim or wish for a task of the
+    /// robot.
     fn take(
         &mut self,
         now: SimTime,
@@ -69,48 +70,53 @@ impl Teammates {
     ) -> bool {
         let (task, executing) = match (heartbeat.state, heartbeat.task) {
             (TaskState::Executing, Some(task)) => {
-                self.said.retain(|said| said.teammate != sender);
+                self.activities
+                    .retain(|activity| activity.teammate != sender);
                 (task, true)
             }
             (TaskState::Waiting, Some(task)) => {
-                let ends = |said: &Said| said.executing || said.task == task;
-                self.said
-                    .retain(|said| said.teammate != sender || !ends(said));
+                let ends = |activity: &Activity| activity.executing || activity.task == task;
+                self.activities
+                    .retain(|activity| activity.teammate != sender || !ends(activity));
                 (task, false)
             }
             (TaskState::Released, Some(task)) => {
-                let ends = |said: &Said| said.teammate == sender && said.task == task;
-                self.said.retain(|said| !ends(said));
+                let ends =
+                    |activity: &Activity| activity.teammate == sender && activity.task == task;
+                self.activities.retain(|activity| !ends(activity));
                 return false;
             }
             (TaskState::Idle, _) => {
-                self.said.retain(|said| said.teammate != sender);
+                self.activities
+                    .retain(|activity| activity.teammate != sender);
                 return false;
             }
             (_, None) => return false,
         };
         let is_own = is_own(task);
         if is_own {
-            let said = Said {
+            let activity = Activity {
                 teammate: sender,
                 task,
                 executing,
                 since: heartbeat.since,
-                heard: now,
+                received: now,
             };
-            let place = self.said.partition_point(|other| other.teammate <= sender);
-            self.said.insert(place, said);
+            let place = self
+                .activities
+                .partition_point(|other| other.teammate <= sender);
+            self.activities.insert(place, activity);
         }
         is_own
     }
 
-    /// Whether as many teammates execute the task as may; who was not heard within τ does not count.
+    /// Returns whether `max_robots` teammates execute the task; teammates silent for τ do not count.
     pub fn occupy(&self, task: TaskId, max_robots: usize, tau: SimTime, now: SimTime) -> bool {
         self.executing(task, tau, now).count() >= max_robots
     }
 
-    /// Whether there is a place for the robot that wishes for the task: after those who execute it and those who wished
-    /// for it earlier.
+    /// Returns whether the task has a place left for the robot with `wish`. Executing teammates and earlier wishes take
+    /// places first.
     pub fn leave_to(
         &self,
         wish: Claim,
@@ -124,7 +130,7 @@ impl Teammates {
         self.executing(task, tau, now).count() + earlier.count() < max_robots
     }
 
-    /// The claims to the task of those who execute it and were heard within τ.
+    /// Returns the claims of executing teammates received within τ.
     pub fn executing(
         &self,
         task: TaskId,
@@ -134,16 +140,19 @@ impl Teammates {
         self.claims(task, true, tau, now)
     }
 
-    /// When, after `now`, claims to the task and wishes for it expire, if nothing more is heard.
+    /// Returns the times after `now` at which claims and wishes for the task expire without a new message.
     pub fn expiries(
         &self,
         task: TaskId,
         tau: SimTime,
         now: SimTime,
     ) -> impl Iterator<Item = SimTime> {
-        let about = self.said.iter().filter(move |said| said.task == task);
+        let about = self
+            .activities
+            .iter()
+            .filter(move |activity| activity.task == task);
         about
-            .map(move |said| said.heard + tau)
+            .map(move |activity| activity.received + tau)
             .filter(move |&end| end > now)
     }
 
@@ -154,9 +163,10 @@ impl Teammates {
         tau: SimTime,
         now: SimTime,
     ) -> impl Iterator<Item = Claim> {
-        self.said.iter().filter_map(move |said| {
-            let is_meant = said.task == task && said.executing == executing;
-            (is_meant && now.since(said.heard) < tau).then_some((said.since, said.teammate))
+        self.activities.iter().filter_map(move |activity| {
+            let matches = activity.task == task && activity.executing == executing;
+            (matches && now.since(activity.received) < tau)
+                .then_some((activity.since, activity.teammate))
         })
     }
 }

@@ -1,32 +1,31 @@
-//! Values of behavior sets that are learned while a robot works, as L-ALLIANCE does.
+//! Parameters of behavior sets that L-ALLIANCE learns during a run.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::time::SimTime;
 
 use super::params::Toward;
 
-/// Values of a behavior set from a step on.
+/// The learned parameters of a behavior set, valid from a step on.
 #[derive(Clone, Copy, Debug)]
 pub struct Values<'a> {
-    /// δ_fast, motivation/s.
+    /// δ_fast, in motivation/s.
     pub fast: f64,
-    /// δ_slow and φ toward most teammates.
+    /// δ_slow and φ toward teammates not listed in `toward`.
     pub toward_most: Toward,
-    /// Toward those for whom they are other ones, by rank.
+    /// δ_slow and φ that differ from `toward_most`, by rank.
     pub toward: &'a [(RobotId, Toward)],
-    /// ψ.
+    /// The time active before yielding (ψ).
     pub psi: SimTime,
-    /// λ.
+    /// The time active before giving up (λ).
     pub lambda: SimTime,
-    /// See [`Learned`].
     pub learned: Learned,
 }
 
-/// What learning adds to the equations.
+/// The terms that learning adds to the equations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Learned {
-    /// Whether the motivation of a set that hibernates stays 0: the factor learned_robot_influence.
+    /// True if the motivation of a hibernating set stays 0: the factor learned_robot_influence.
     pub is_withheld: bool,
-    /// From when on ψ and λ are counted, if that is after activation.
+    /// The start of the trial. ψ and λ count from here if it is later than the activation.
     pub trial: SimTime,
 }

@@ -1,16 +1,16 @@
-//! BLE, broadcast of local eligibility (Werger and Matarić, DARS 2000): each robot says how eligible it is for each task, and
-//! does what the best pairs of robots and tasks, taken one after the other, leave it. No roles, no bids, no contracts: the same
-//! is decided anew whenever a row changes. docs/allocators/ble.md.
+//! BLE, broadcast of local eligibility (Werger and Matarić, DARS 2000; docs/allocators/ble.md). Each robot broadcasts a
+//! row: its eligibility for each task. All robots compute the same greedy assignment from the rows, again whenever a
+//! row changes.
 //!
-//! # Decided here
-//! - In the table stands what a robot *said* last, its own row too: so all that hear each other decide from the same numbers. If
-//!   one's own row were always fresh, two robots could each believe to be the better one until both have spoken again.
-//! - A unit counts as under way (u = r) from the third step after activation: by then the words of all who began in the same step
-//!   have crossed, so that the nearest of them stays, not the one of the lowest rank; and a newcomer has its answers.
-//! - A row of a robot of which nothing was known, or no more, is answered at once: a newcomer, and the other side of a partition
-//!   that heals, hear within two steps what is under way, and not within 1/ρ.
-//! - A row counts for τ after it was heard. Of what is heard, entries for tasks that there are not, of rounds to come and without a
-//!   finite utility are left out.
+//! # Decisions beyond the paper
+//! - The table contains the rows as last broadcast, the robot's own row too, so that all robots decide from the same
+//!   numbers. With a fresher own row, two robots could each rank first.
+//! - A unit counts as under way (u = r) from the third step after activation. By then robots that started in the same
+//!   step have exchanged their rows, so that the nearest one stays.
+//! - The first row of a new or returning robot is answered at once. Newcomers and healed partitions then receive the
+//!   current assignment within two steps instead of 1/ρ.
+//! - A row is valid for τ after its receipt. Entries for unknown tasks, of future rounds or without a finite utility
+//!   are ignored.
 
 mod table;
 #[cfg(test)]
@@ -30,10 +30,9 @@ use crate::allocator::utility::{Bid, UnderWay};
 use crate::allocator::{Allocator, Choice, Decision, Input, Me};
 use table::{News, Table};
 
-/// Steps after activation before a unit counts as under way.
+/// The number of steps after activation before a unit counts as under way.
 const SETTLED: u8 = 2;
 
-/// One robot's choice.
 #[derive(Clone, Debug)]
 pub struct Ble {
     me: Me,
@@ -42,29 +41,24 @@ pub struct Ble {
     commit: bool,
     under_way: UnderWay,
     table: Table,
-    /// For how many steps its task has been the same, up to [`SETTLED`].
+    /// The number of steps for which the task has been the same, at most [`SETTLED`].
     unchanged: u8,
-    /// When it spoke last; `None` before its first step.
-    spoke: Option<SimTime>,
-    /// Before then no row is too old.
-    look_again: SimTime,
-    /// Its task in the assignment.
+    last_sent: Option<SimTime>,
+    /// The earliest time at which a row can expire.
+    next_expiry: SimTime,
     task: Option<TaskId>,
-    /// Who has the task of each own behavior in the assignment, by place in [`Me::behaviors`].
+    /// The assigned robot for the task of each behavior, in the order of [`Me::behaviors`].
     holders: SmallVec<[Option<RobotId>; 6]>,
-    /// What it could begin in this step, the best first.
+    /// The tasks that the robot could start in this step, the best first.
     offers: SmallVec<[Offer; 6]>,
 }
 
-/// `[allocators.ble]`.
+/// The parameters in `[allocators.ble]`.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
-    /// How often a robot repeats its row, Hz.
     pub rate_hz: f64,
-    /// How long a row counts, s.
     pub ceased_after_s: f64,
-    /// Whether what is under way is worth more than what is not.
     pub commit: bool,
 }
 
@@ -78,7 +72,7 @@ impl Default for Config {
     }
 }
 
-/// The best own behavior for a task.
+/// The robot's best behavior for a task.
 #[derive(Clone, Copy, Debug)]
 struct Offer {
     behavior: BehaviorId,
@@ -96,21 +90,21 @@ impl Allocator for Ble {
                 key: "rate_hz",
                 unit: "Hz",
                 default: ParameterDefault::Number(default.rate_hz),
-                about: "how often a robot repeats what it is eligible for (rho; the paper's rates are not known to us)",
+                about: "rate at which a robot repeats its eligibilities (rho; the paper's rates are not known)",
                 range: ParameterRange::Above(0.0, 1000.0),
             },
             ParameterSpec {
                 key: "ceased_after_s",
                 unit: "s",
                 default: ParameterDefault::Number(default.ceased_after_s),
-                about: "silence after which a teammate is eligible for nothing (tau, as in ALLIANCE)",
+                about: "silence after which a teammate's eligibilities expire (tau, as in ALLIANCE)",
                 range: ParameterRange::Above(0.0, 1e9),
             },
             ParameterSpec {
                 key: "commit",
                 unit: "",
                 default: ParameterDefault::Flag(default.commit),
-                about: "whether a unit under way keeps its whole worth; without it the paper's opportunism: a nearer newcomer takes over",
+                about: "whether a unit under way keeps its whole utility; if not, a nearer newcomer takes over, as in the paper",
                 range: ParameterRange::Flag,
             },
         ]
@@ -124,8 +118,8 @@ impl Allocator for Ble {
             commit: config.commit,
             under_way: UnderWay::default(),
             table: Table::default(),
-            spoke: None,
-            look_again: SimTime::ZERO,
+            last_sent: None,
+            next_expiry: SimTime::ZERO,
             unchanged: 0,
             task: None,
             holders: SmallVec::new(),
@@ -138,13 +132,13 @@ impl Allocator for Ble {
         self.under_way.note_progress(&self.me, input);
         self.weigh(input);
 
-        let news = self.hear(input);
-        let mut has_changed = self.forget(input.now) || news.changed;
+        let news = self.receive(input);
+        let mut has_changed = self.drop_expired(input.now) || news.changed;
         let is_due = self
-            .spoke
-            .is_none_or(|spoke| input.now.since(spoke) >= self.period);
-        if is_due || news.newcomer || !self.has_said_this_order() {
-            self.speak(input.now, decision);
+            .last_sent
+            .is_none_or(|sent| input.now.since(sent) >= self.period);
+        if is_due || news.newcomer || !self.has_broadcast_this_order() {
+            self.update_row(input.now, decision);
             has_changed = true;
         }
         if has_changed {
@@ -157,8 +151,8 @@ impl Allocator for Ble {
             self.unchanged = 0;
             decision.reason = self.reason(before);
             if decision.say.is_empty() {
-                // Once more what all have decided from, for those who missed it.
-                self.say(input.now, decision);
+                // Repeat the row on which the decision is based, for teammates that missed it.
+                self.broadcast_row(input.now, decision);
             }
         }
         let holder = |task| self.holder_of(task);
@@ -171,7 +165,6 @@ impl Allocator for Ble {
 }
 
 impl Ble {
-    /// What the robot could begin in this step.
     fn weigh(&mut self, input: &Input<'_>) {
         self.offers.clear();
         for choice in input.choices {
@@ -180,7 +173,6 @@ impl Ble {
             };
             let mut known = self.offers.iter_mut();
             match known.find(|known| known.entry.task == choice.task) {
-                // Of two behaviors with the same utility the first stays.
                 Some(known) if offer.bid.utility > known.bid.utility => *known = offer,
                 Some(_) => {}
                 None => self.offers.push(offer),
@@ -192,7 +184,6 @@ impl Ble {
     }
 
     fn offer(&self, choice: &Choice, input: &Input<'_>) -> Option<Offer> {
-        // As it is said.
         let utility = self.under_way.utility(choice, input)? as f32;
         Some(Offer {
             behavior: choice.behavior,
@@ -210,7 +201,7 @@ impl Ble {
         })
     }
 
-    fn hear(&mut self, input: &Input<'_>) -> News {
+    fn receive(&mut self, input: &Input<'_>) -> News {
         let mut all = News::default();
         for broadcast in input.heard {
             let Content::Allocation(AllocationMessage::Ble(eligibility)) = &broadcast.body else {
@@ -226,43 +217,43 @@ impl Ble {
                     && entry.round <= input.now
                     && entry.utility.is_finite()
             });
-            let word = (broadcast.incarnation, broadcast.seq);
-            let news = self.table.hear(robot, word, sound, input.now);
+            let stamp = (broadcast.incarnation, broadcast.seq);
+            let news = self.table.hear(robot, stamp, sound, input.now);
             all.changed |= news.changed;
             all.newcomer |= news.newcomer;
         }
         all
     }
 
-    /// Drops rows older than τ. Says whether there were any.
-    fn forget(&mut self, now: SimTime) -> bool {
-        if now < self.look_again || now < self.ceased_after {
+    /// Drops rows older than τ. Returns whether there were any.
+    fn drop_expired(&mut self, now: SimTime) -> bool {
+        if now < self.next_expiry || now < self.ceased_after {
             return false;
         }
         let (has_changed, oldest) = self
             .table
             .drop_older(now - self.ceased_after, self.me.robot);
-        self.look_again = oldest.unwrap_or(now) + self.ceased_after;
+        self.next_expiry = oldest.unwrap_or(now) + self.ceased_after;
         has_changed
     }
 
-    /// Whether the order of the own utilities is the one that was said last.
-    fn has_said_this_order(&self) -> bool {
-        let said = self.table.row(self.me.robot).iter();
+    /// Returns whether the last broadcast lists the robot's tasks in the current order.
+    fn has_broadcast_this_order(&self) -> bool {
+        let row = self.table.row(self.me.robot).iter();
         let offers = self.offers.iter().map(|offer| &offer.entry);
-        said.map(|entry| (entry.task, entry.round))
+        row.map(|entry| (entry.task, entry.round))
             .eq(offers.map(|entry| (entry.task, entry.round)))
     }
 
-    /// Its row is what it could begin now, and all are told.
-    fn speak(&mut self, now: SimTime, decision: &mut Decision) {
+    /// Replaces the robot's row by the current offers and broadcasts it.
+    fn update_row(&mut self, now: SimTime, decision: &mut Decision) {
         let entries = self.offers.iter().map(|offer| offer.entry);
         self.table.set_own(self.me.robot, entries);
-        self.say(now, decision);
+        self.broadcast_row(now, decision);
     }
 
-    fn say(&mut self, now: SimTime, decision: &mut Decision) {
-        self.spoke = Some(now);
+    fn broadcast_row(&mut self, now: SimTime, decision: &mut Decision) {
+        self.last_sent = Some(now);
         decision.say.push(AllocationMessage::Ble(Eligibility {
             entries: self.table.row(self.me.robot).into(),
         }));
@@ -283,7 +274,6 @@ impl Ble {
             .and_then(|(_, &holder)| holder)
     }
 
-    /// What the assignment leaves to this robot.
     fn behavior(&self) -> Option<BehaviorId> {
         let task = self.task?;
         let mut offers = self.offers.iter();
@@ -291,7 +281,6 @@ impl Ble {
         Some(offer.behavior)
     }
 
-    /// Why the robot does something else than before.
     fn reason(&self, before: Option<BehaviorId>) -> Option<Reason> {
         let mut offers = self.offers.iter();
         let Some(left) = offers.find(|offer| Some(offer.behavior) == before) else {
@@ -299,7 +288,7 @@ impl Ble {
         };
         let holder = self.holder_of(left.entry.task);
         holder
-            .filter(|&it| it != self.me.robot)
+            .filter(|&robot| robot != self.me.robot)
             .map(|_| Reason::Outbid)
     }
 }

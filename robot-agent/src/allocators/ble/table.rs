@@ -1,4 +1,4 @@
-//! Who is how eligible for what, as all robots know it, and the assignment that follows from it.
+//! The eligibility of each robot for each task, and the assignment computed from it.
 
 use std::cmp::Reverse;
 
@@ -11,34 +11,30 @@ use crate::allocator::TaskBrief;
 use crate::allocator::utility::Bid;
 use crate::by_rank::ByRank;
 
-/// Number of a word, by which a later one of the same robot is told: its incarnation, its sequence number.
+/// The incarnation and sequence number of a message.
 pub type Word = (Incarnation, u64);
 
-/// The latest word of each robot.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
     rows: ByRank<Row>,
-    /// Who has which task, the best pair first.
+    /// The assigned pairs, the best first.
     assigned: Vec<(RobotId, TaskId)>,
-    /// Memory of [`Table::assign`], empty between calls of it.
     scratch: Scratch,
 }
 
-/// What came of a word.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct News {
-    /// The table has changed.
     pub changed: bool,
-    /// Nothing was known of its sender, or no more.
+    /// True if the table had no row of the sender before.
     pub newcomer: bool,
 }
 
-/// What a robot said last. It is kept when the robot has ceased, without entries, so that older words stay older.
+/// The last broadcast of a robot. An expired row stays without entries, so that older messages are still rejected.
 #[derive(Clone, Debug, Default)]
 struct Row {
-    word: Word,
-    /// `None` once it has ceased.
-    heard: Option<SimTime>,
+    stamp: Word,
+    /// The receive time; `None` once the row has expired.
+    received: Option<SimTime>,
     entries: SmallVec<[Eligible; 6]>,
 }
 
@@ -49,7 +45,7 @@ struct Scratch {
     is_struck: Vec<bool>,
 }
 
-/// A robot and a task that it is eligible for, with the places of both.
+/// An eligible pair of a robot and a task, with the indices of both.
 #[derive(Clone, Copy, Debug)]
 struct Pair {
     bid: Bid,
@@ -57,7 +53,7 @@ struct Pair {
     task: usize,
 }
 
-/// A task that somebody is eligible for.
+/// A task for which at least one robot is eligible.
 #[derive(Clone, Copy, Debug)]
 struct Task {
     id: TaskId,
@@ -66,33 +62,32 @@ struct Task {
 }
 
 impl Table {
-    /// Takes a word in, if it is a newer one.
+    /// Stores a row if its message is newer than the last one.
     pub fn hear(
         &mut self,
         robot: RobotId,
-        word: Word,
+        stamp: Word,
         entries: impl Iterator<Item = Eligible> + Clone,
         now: SimTime,
     ) -> News {
         let row = self.rows.get_or_insert_with(robot, Row::default);
-        if word <= row.word {
+        if stamp <= row.stamp {
             return News::default();
         }
-        let newcomer = row.heard.is_none() || word.0 > row.word.0;
-        (row.word, row.heard) = (word, Some(now));
+        let newcomer = row.received.is_none() || stamp.0 > row.stamp.0;
+        (row.stamp, row.received) = (stamp, Some(now));
         News {
             changed: set(&mut row.entries, entries),
             newcomer,
         }
     }
 
-    /// Replaces the row of the robot whose table it is.
+    /// Replaces the row of the robot that owns the table.
     pub fn set_own(&mut self, me: RobotId, entries: impl Iterator<Item = Eligible> + Clone) {
         let row = self.rows.get_or_insert_with(me, Row::default);
         set(&mut row.entries, entries);
     }
 
-    /// The row of a robot.
     pub fn row(&self, robot: RobotId) -> &[Eligible] {
         match self.rows.place(robot) {
             Ok(place) => &self.rows.at(place).entries,
@@ -100,28 +95,28 @@ impl Table {
         }
     }
 
-    /// Drops the rows that were heard before that time, but for one's own. Says whether there were any, and when the oldest of the
-    /// others was heard.
+    /// Drops the rows received up to `than`, except that of `me`. Returns whether there were any, and the oldest
+    /// remaining receive time.
     pub fn drop_older(&mut self, than: SimTime, me: RobotId) -> (bool, Option<SimTime>) {
         let own = self.rows.place(me).ok();
         let (mut dropped, mut oldest) = (false, None);
         for (place, row) in self.rows.values_mut().enumerate() {
-            let Some(heard) = row.heard.filter(|_| Some(place) != own) else {
+            let Some(received) = row.received.filter(|_| Some(place) != own) else {
                 continue;
             };
-            if heard <= than {
-                row.heard = None;
+            if received <= than {
+                row.received = None;
                 row.entries.clear();
                 dropped = true;
             } else {
-                oldest = Some(oldest.map_or(heard, |other: SimTime| other.min(heard)));
+                oldest = Some(oldest.map_or(received, |other: SimTime| other.min(received)));
             }
         }
         (dropped, oldest)
     }
 
-    /// The best pair of a robot and a task, then the best of all that are left when both are struck, and so on: a task is struck
-    /// when all its places are taken. What was said about an older round of a task is void.
+    /// Computes the greedy assignment: takes the best pair of a robot and a task, removes both, and repeats, within
+    /// each task's limit. Entries of an older round are void.
     pub fn assign(&mut self, briefs: &[TaskBrief]) {
         let Scratch {
             pairs,
@@ -137,8 +132,8 @@ impl Table {
         }
         tasks.sort_unstable_by_key(|task| (task.id, Reverse(task.round)));
         tasks.dedup_by_key(|task| task.id);
-        for (row, (robot, said)) in self.rows.iter().enumerate() {
-            for entry in &said.entries {
+        for (row, (robot, own)) in self.rows.iter().enumerate() {
+            for entry in &own.entries {
                 let place = tasks.binary_search_by_key(&entry.task, |task| task.id);
                 let Ok(task) = place else { continue };
                 if tasks[task].round == entry.round {
@@ -168,20 +163,21 @@ impl Table {
         is_struck.clear();
     }
 
-    /// The task of a robot in the latest assignment.
     pub fn task_of(&self, robot: RobotId) -> Option<TaskId> {
         let mut all = self.assigned.iter();
-        all.find(|(who, _)| *who == robot).map(|&(_, task)| task)
+        all.find(|(assigned, _)| *assigned == robot)
+            .map(|&(_, task)| task)
     }
 
-    /// The best robot that has the task in the latest assignment.
+    /// Returns the best robot assigned to the task in the latest assignment.
     pub fn holder_of(&self, task: TaskId) -> Option<RobotId> {
         let mut all = self.assigned.iter();
-        all.find(|(_, what)| *what == task).map(|&(robot, _)| robot)
+        all.find(|(_, assigned)| *assigned == task)
+            .map(|&(robot, _)| robot)
     }
 }
 
-/// Says whether they differ from what was there.
+/// Replaces the entries. Returns whether they changed.
 fn set(
     known: &mut SmallVec<[Eligible; 6]>,
     entries: impl Iterator<Item = Eligible> + Clone,

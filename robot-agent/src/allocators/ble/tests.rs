@@ -1,4 +1,4 @@
-//! The laws of BLE (ALLOCATORS.md §4), and those for all.
+//! The properties of BLE (docs/ALLOCATORS.md §4), and those of all allocators.
 
 use std::collections::BTreeMap;
 
@@ -28,15 +28,15 @@ fn opportunist() -> Config {
 }
 
 #[test]
-fn it_keeps_the_laws_for_all() {
+fn ble_keeps_the_properties_of_all_allocators() {
     testkit::allocator::<Ble>(&Config::default());
     testkit::allocator::<Ble>(&opportunist());
 }
 
-/// The central greedy assignment, as it is written: the best of all pairs, strike both, repeat.
+/// Computes the central greedy assignment directly: takes the best of all pairs, removes both, repeats.
 fn greedy(rows: &Rows, tasks: &[Task]) -> BTreeMap<RobotId, TaskId> {
     let mut free: Vec<usize> = tasks.iter().map(|task| task.max_robots).collect();
-    let mut given = BTreeMap::new();
+    let mut assigned = BTreeMap::new();
     loop {
         let pairs = rows.iter().flat_map(|(&robot, row)| {
             row.iter().map(move |entry| Bid {
@@ -46,27 +46,28 @@ fn greedy(rows: &Rows, tasks: &[Task]) -> BTreeMap<RobotId, TaskId> {
                 task: entry.task,
             })
         });
-        let left = pairs.filter(|it| free[it.task.index()] > 0 && !given.contains_key(&it.robot));
+        let left =
+            pairs.filter(|bid| free[bid.task.index()] > 0 && !assigned.contains_key(&bid.robot));
         let Some(best) = left.max_by(Bid::order) else {
-            return given;
+            return assigned;
         };
         free[best.task.index()] -= 1;
-        given.insert(best.robot, best.task);
+        assigned.insert(best.robot, best.task);
     }
 }
 
-/// What was said last by each, as of the latest step. Says whether that differs from before.
+/// Updates `rows` with the broadcasts of the latest step. Returns whether they changed.
 fn note(rows: &mut Rows, team: &Team<Ble>) -> bool {
     let before = rows.clone();
-    for (robot, word) in words(&team.air) {
-        if let AllocationMessage::Ble(said) = word {
-            rows.insert(robot, said.entries.to_vec());
+    for (robot, message) in words(&team.air) {
+        if let AllocationMessage::Ble(eligibility) = message {
+            rows.insert(robot, eligibility.entries.to_vec());
         }
     }
     *rows != before
 }
 
-/// Changes some costs, and which tasks are due.
+/// Changes some costs, and sets some tasks due or done.
 fn change(situation: &mut Situation, chance: &mut ChaCha8Rng) {
     for row in &mut situation.cost_s {
         for cost_s in row.iter_mut().flatten() {
@@ -85,8 +86,7 @@ fn change(situation: &mut Situation, chance: &mut ChaCha8Rng) {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// B1: where all know the same rows the active behaviors are the central greedy assignment, so an exclusive task has one
-    /// executor.
+    /// B1: robots with the same rows compute the central greedy assignment, so that an exclusive task has one executor.
     #[test]
     fn b1_the_same_rows_give_the_central_greedy_assignment(
         situation in Situation::any(5, 5),
@@ -108,47 +108,47 @@ proptest! {
             }
             if step > changed {
                 settled += 1;
-                let given = greedy(&rows, &team.situation.tasks);
+                let assigned = greedy(&rows, &team.situation.tasks);
                 for (rank, robot) in team.robots.iter().enumerate() {
-                    prop_assert_eq!(robot.active, given.get(&RobotId(rank as u16)).copied());
+                    prop_assert_eq!(robot.active, assigned.get(&RobotId(rank as u16)).copied());
                 }
             }
         }
         prop_assert!(settled > 100);
     }
 
-    /// B2: with equal priorities the sum of utilities is at least half of the best there is.
+    /// B2: with equal priorities the sum of utilities is at least half of the optimum.
     #[test]
-    fn b2_it_is_at_least_half_as_good_as_the_best(mut situation in Situation::any(4, 4)) {
+    fn b2_the_utility_is_at_least_half_of_the_optimum(mut situation in Situation::any(4, 4)) {
         for task in &mut situation.tasks {
             task.priority = 0;
         }
         let mut team = Team::<Ble>::new(situation.clone(), opportunist());
         team.run(5);
         let utility = |rank: usize, task: usize| {
-            let worth = situation.tasks[task].reward;
-            situation.cost_s[rank][task].map(|cost_s| worth * DISCOUNT_PER_S.powf(cost_s))
+            let reward = situation.tasks[task].reward;
+            situation.cost_s[rank][task].map(|cost_s| reward * DISCOUNT_PER_S.powf(cost_s))
         };
-        let of_all = |given: &mut dyn Iterator<Item = (usize, Option<usize>)>| {
-            given.map(|(rank, task)| task.and_then(|task| utility(rank, task)).unwrap_or(0.0)).sum::<f64>()
+        let total = |assigned: &mut dyn Iterator<Item = (usize, Option<usize>)>| {
+            assigned.map(|(rank, task)| task.and_then(|task| utility(rank, task)).unwrap_or(0.0)).sum::<f64>()
         };
-        let ours = team.robots.iter().map(|it| it.active.map(|task| task.index()));
-        let ours = of_all(&mut ours.enumerate());
+        let ours = team.robots.iter().map(|robot| robot.active.map(|task| task.index()));
+        let ours = total(&mut ours.enumerate());
         let (robots, tasks) = (situation.cost_s.len(), situation.tasks.len());
         let mut best = 0.0_f64;
         for code in 0..(tasks + 1).pow(robots as u32) {
-            let task = |rank: usize| Some(code / (tasks + 1).pow(rank as u32) % (tasks + 1)).filter(|it| *it < tasks);
+            let task = |rank: usize| Some(code / (tasks + 1).pow(rank as u32) % (tasks + 1)).filter(|task| *task < tasks);
             let fits = |id: usize| (0..robots).filter(|&rank| task(rank) == Some(id)).count() <= situation.tasks[id].max_robots;
             if (0..tasks).all(fits) {
-                best = best.max(of_all(&mut (0..robots).map(|rank| (rank, task(rank)))));
+                best = best.max(total(&mut (0..robots).map(|rank| (rank, task(rank)))));
             }
         }
         prop_assert!(ours >= 0.5 * best - 1e-6, "{ours} of {best}");
     }
 
-    /// B3: whatever is lost, of robots that know the same rows no more are at a task than may be.
+    /// B3: robots with the same rows never exceed a task's limit, for any message loss.
     #[test]
-    fn b3_who_know_the_same_rows_share_no_last_place(
+    fn b3_robots_with_the_same_rows_do_not_exceed_a_limit(
         situation in Situation::any(4, 3),
         seed in any::<u64>(),
         loss in 0.0..0.9_f64,
@@ -156,7 +156,7 @@ proptest! {
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
         let mut team = Team::<Ble>::new(situation, Config::default());
         let robots = team.robots.len();
-        // What each knows of each, itself included, and when.
+        // The row of each robot at each robot, itself included, and its receive time.
         let mut known = vec![vec![(Vec::<Eligible>::new(), SimTime::ZERO); robots]; robots];
         let mut compared = 0;
         for _ in 0..400 {
@@ -166,29 +166,29 @@ proptest! {
             let now = team.now();
             team.step_with(|broadcast, receiver| {
                 let passes = !chance.random_bool(loss);
-                if passes && let Some((sender, AllocationMessage::Ble(said))) = words(&[broadcast.clone().into()]).next() {
-                    known[receiver.index()][sender.index()] = (said.entries.to_vec(), now);
+                if passes && let Some((sender, AllocationMessage::Ble(eligibility))) = words(&[broadcast.clone().into()]).next() {
+                    known[receiver.index()][sender.index()] = (eligibility.entries.to_vec(), now);
                 }
                 passes
             });
-            for (sender, word) in words(&team.air) {
-                if let AllocationMessage::Ble(said) = word {
-                    known[sender.index()][sender.index()] = (said.entries.to_vec(), now);
+            for (sender, message) in words(&team.air) {
+                if let AllocationMessage::Ble(eligibility) = message {
+                    known[sender.index()][sender.index()] = (eligibility.entries.to_vec(), now);
                 }
             }
             let table = |rank: usize| -> Vec<_> {
                 let rows = known[rank].iter().enumerate();
-                rows.map(|(of, (row, heard))| {
-                    let counts = of == rank || now.since(*heard) < TAU;
+                rows.map(|(sender, (row, received))| {
+                    let counts = sender == rank || now.since(*received) < TAU;
                     if counts { row.clone() } else { Vec::new() }
                 })
                 .collect()
             };
             for one in 0..robots {
-                let like: Vec<usize> = (0..robots).filter(|&it| table(it) == table(one)).collect();
+                let like: Vec<usize> = (0..robots).filter(|&other| table(other) == table(one)).collect();
                 compared += like.len() - 1;
                 for (id, task) in team.situation.tasks.iter().enumerate() {
-                    let executors = team.executors(id).into_iter().filter(|it| like.contains(it)).count();
+                    let executors = team.executors(id).into_iter().filter(|rank| like.contains(rank)).count();
                     prop_assert!(executors <= task.max_robots);
                 }
             }
@@ -196,7 +196,7 @@ proptest! {
         prop_assert!(compared > 0 || robots == 1 || loss > 0.5);
     }
 
-    /// B4: the tasks of a robot that falls silent are claimed within τ + 2δt of its last word by one that is idle and can.
+    /// B4: an idle, able robot claims the task of a silent robot within τ + 2δt of its last message.
     #[test]
     fn b4_the_tasks_of_the_silent_are_claimed(
         situation in Situation::any(5, 3),
@@ -204,13 +204,13 @@ proptest! {
         at in 3..60_u64,
     ) {
         let mut team = Team::<Ble>::new(situation, Config::default());
-        let mut last_word = SimTime::ZERO;
+        let mut last_message = SimTime::ZERO;
         let victim = victim.index(team.robots.len());
         for _ in 0..at {
             let now = team.now();
             team.step();
             if words(&team.air).any(|(sender, _)| sender.index() == victim) {
-                last_word = now;
+                last_message = now;
             }
         }
         let Some(task) = team.robots[victim].active else { return Ok(()) };
@@ -220,21 +220,21 @@ proptest! {
         prop_assume!(others().any(|rank| is_idle(rank) && can(rank)));
         prop_assume!(team.executors(task.index()) == [victim]);
         team.kill(victim);
-        while team.now() < last_word + TAU + STEP + STEP {
+        while team.now() < last_message + TAU + STEP + STEP {
             team.step();
         }
         prop_assert!(!team.executors(task.index()).is_empty());
     }
 
-    /// B5: whoever raises its utility for the task that it has keeps that task.
+    /// B5: a robot that raises its utility for its task keeps it.
     #[test]
     fn b5_more_utility_loses_no_task(
         situation in Situation::any(5, 5),
-        who in any::<prop::sample::Index>(),
+        raised_robot in any::<prop::sample::Index>(),
         more in 0.0..10.0_f32,
     ) {
         let briefs = Team::<Ble>::new(situation.clone(), Config::default()).briefs();
-        let me = RobotId(who.index(situation.cost_s.len()) as u16);
+        let me = RobotId(raised_robot.index(situation.cost_s.len()) as u16);
         let table = |raised: Option<TaskId>| {
             let mut table = Table::default();
             for (costs, rank) in situation.cost_s.iter().zip(0..) {
@@ -252,9 +252,9 @@ proptest! {
         }
     }
 
-    /// G5: alone, or deaf to all others, a robot that can do everything completes it.
+    /// G5: without any messages, a robot that can do all tasks completes them.
     #[test]
-    fn g5_with_all_links_cut_everything_is_done(robots in 1..4_usize, costs in prop::collection::vec(1..8_u32, 1..5)) {
+    fn g5_all_tasks_are_done_with_all_links_cut(robots in 1..4_usize, costs in prop::collection::vec(1..8_u32, 1..5)) {
         let costs: Vec<f64> = costs.into_iter().map(f64::from).collect();
         let mut situation = Situation::of(&vec![&costs[..]; robots]);
         for task in &mut situation.tasks {
@@ -269,10 +269,10 @@ proptest! {
     }
 }
 
-/// Two begin the same task in the same step: the nearer one keeps it, whatever its rank, and the other takes the next best in the
-/// step after.
+/// Two robots start the same task in the same step. The nearer one keeps it, independent of rank; the other takes its
+/// next best task one step later.
 #[test]
-fn of_two_that_begin_at_once_the_nearer_one_stays() {
+fn the_nearer_of_two_that_start_at_once_stays() {
     let mut team = Team::<Ble>::new(
         Situation::of(&[&[20.0, 30.0], &[10.0, 80.0]]),
         Config::default(),
@@ -283,29 +283,29 @@ fn of_two_that_begin_at_once_the_nearer_one_stays() {
     assert_eq!((team.executors(0), team.executors(1)), (vec![1], vec![0]));
     assert_eq!(team.robots[0].outcome.changes[0].reason, Reason::Outbid);
     assert_eq!(team.robots[1].outcome.changes, []);
-    // From now on the task under way is worth more than any that is near.
+    // From here on the task under way is worth more than any nearer one.
     team.situation.cost_s[0][0] = Some(1.0);
     team.run(3 * PERIOD.0 / STEP.0);
     assert_eq!((team.executors(0), team.executors(1)), (vec![1], vec![0]));
 }
 
-/// To the step: a word is heard a step after it was sent, and counts for τ.
+/// A row is received one step after it was sent and is valid for τ; checked to the step.
 #[test]
-fn the_task_of_the_dead_is_claimed_after_tau_and_not_before() {
+fn the_task_of_a_crashed_robot_is_claimed_exactly_after_tau() {
     let mut team = Team::<Ble>::new(Situation::of(&[&[80.0], &[90.0]]), Config::default());
-    // Both have answered each other's first words, and spoken again 1/ρ later.
+    // Both robots have answered each other's first rows, and broadcast again after 1/ρ.
     team.run(2 + PERIOD.0 / STEP.0);
-    let last_word = team.now() - STEP;
+    let last_message = team.now() - STEP;
     assert!(words(&team.air).any(|(sender, _)| sender == RobotId(0)));
     team.run(7);
     team.kill(0);
     while team.executors(0).is_empty() {
         team.step();
     }
-    assert_eq!(team.now() - STEP, last_word + TAU + STEP);
+    assert_eq!(team.now() - STEP, last_message + TAU + STEP);
     assert_eq!(team.robots[1].outcome.changes[0].reason, Reason::Claimed);
     team.run(5);
-    // Back again it knows nothing, begins, and hears two steps later that the other is better.
+    // The restarted robot starts without rows. Two steps later it has received the better one.
     team.restart(0);
     team.step();
     assert_eq!(team.executors(0), [0, 1]);
@@ -313,7 +313,7 @@ fn the_task_of_the_dead_is_claimed_after_tau_and_not_before() {
     assert_eq!(team.executors(0), [1]);
 }
 
-/// What is no number, of a round to come or of a task that there is not takes no task away.
+/// Entries with an invalid number, a future round or an unknown task take no task away.
 #[test]
 fn forged_rows_change_nothing() {
     let mut team = Team::<Ble>::new(Situation::of(&[&[80.0], &[90.0]]), Config::default());
@@ -351,12 +351,12 @@ fn forged_rows_change_nothing() {
     team.step();
     assert!(
         team.executors(0).is_empty(),
-        "a liar beats whoever believes it"
+        "a forged finite utility takes the task"
     );
 }
 
-/// The paper's opportunism: a nearer newcomer takes a task over, unless what is under way is worth more; and not for ever: a claim
-/// that leads to nothing is worth no more than others after a minute.
+/// A nearer newcomer takes a task over, as in the paper, unless a unit under way keeps its utility. That advantage ends
+/// after a minute without progress.
 #[test]
 fn a_nearer_newcomer_takes_over_without_commitment() {
     for (commit, takes_over_s) in [(false, 0.0..1.2), (true, 60.0..61.2)] {
@@ -382,10 +382,12 @@ fn a_nearer_newcomer_takes_over_without_commitment() {
     }
 }
 
-/// Two rows that are known to both do not do where a third is known to one of them alone: the law needs the same table.
+/// Two robots with equal rows of each other can still conflict if only one of them has a third row. B3 requires equal
+/// tables.
 #[test]
-fn a_third_robot_that_one_alone_hears_breaks_what_two_agree_on() {
-    // The second is best at both tasks; of the third, better still at the second task, the first hears nothing.
+fn a_third_row_received_by_one_robot_breaks_an_agreement_of_two() {
+    // The second robot is best at both tasks. The third is better still at the second task, but the first robot does
+    // not receive it.
     let situation = Situation::of(&[&[50.0, 90.0], &[20.0, 10.0], &[99.0, 1.0]]);
     let mut team = Team::<Ble>::new(situation, opportunist());
     for _ in 0..200 {
@@ -398,9 +400,10 @@ fn a_third_robot_that_one_alone_hears_breaks_what_two_agree_on() {
     assert_eq!(team.executors(0), [1]);
 }
 
-/// An older round is void, be it one's own; an unknown word, an old one, and one of another incarnation change nothing.
+/// Entries of an older round are void, in the robot's own row too. A repeated message, an older one and one of an older
+/// incarnation change nothing.
 #[test]
-fn rounds_and_words_are_told_apart() {
+fn older_rounds_and_messages_are_ignored() {
     let briefs = Team::<Ble>::new(Situation::of(&[&[1.0]]), Config::default()).briefs();
     let entry = |round_ms, utility| Eligible {
         task: TaskId(0),
@@ -417,13 +420,13 @@ fn rounds_and_words_are_told_apart() {
         (table.task_of(me), table.holder_of(TaskId(0))),
         (None, Some(other))
     );
-    for word in [(2, 7), (2, 6), (1, 99)] {
+    for stamp in [(2, 7), (2, 6), (1, 99)] {
         assert_eq!(
-            table.hear(other, word, [].into_iter(), SimTime(6000)),
+            table.hear(other, stamp, [].into_iter(), SimTime(6000)),
             News::default()
         );
     }
-    // Silent for too long it is eligible for nothing, and its older words are still older.
+    // An expired row has no entries, and older messages are still rejected.
     assert_eq!(table.drop_older(SimTime(5000), me), (true, None));
     let late = table.hear(other, (2, 5), [entry(2000, 0.1)].into_iter(), SimTime(6000));
     assert_eq!(late, News::default());

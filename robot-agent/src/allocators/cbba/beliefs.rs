@@ -1,5 +1,6 @@
-//! What a robot believes about its tasks: who has each, by which bid (y and z of the paper). A task that several may do has so many
-//! places, each of which is negotiated by itself; one that all may do at once has none, and nobody has to ask for it.
+//! The winner and the winning bid of each task (z and y of the paper), as one robot stores them. A task for several
+//! robots has several places, each negotiated separately. A task for all robots at once has no places and needs no
+//! negotiation.
 
 use alliance_proto::allocation::consensus::Claim;
 use alliance_proto::ids::{RobotId, TaskId};
@@ -7,67 +8,62 @@ use alliance_proto::time::SimTime;
 
 use crate::allocator::{Choice, Me};
 
-/// Beliefs about one place of one task.
+/// The view of one place of one task.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// The task.
     pub task: TaskId,
-    /// Which of its places.
+    /// The number of the place within the task.
     pub slot: u16,
-    /// Since when the task has been due.
+    /// The time since which the task has been due.
     pub round: SimTime,
-    /// Who has it.
     pub claim: Option<Claim>,
-    /// Who would have it but for the robot itself, where that is known.
+    /// The best claim of the other robots, if it is known.
     others: Option<Claim>,
-    /// Whether this is news to the team.
+    /// True if the entry must be sent.
     pub is_unsaid: bool,
 }
 
-/// A task that the robot has a behavior for.
+/// A task for which the robot has a behavior.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OwnTask {
-    /// The task.
     pub task: TaskId,
-    /// Higher goes first.
+    /// The task's priority; higher goes first.
     pub priority: i32,
-    /// Its entries are `entries[first..first + slots]`.
+    /// The index of the first entry; the entries are `entries[first..first + slots]`.
     first: usize,
     slots: usize,
 }
 
-/// All entries of a robot, by task and slot.
 #[derive(Clone, Debug)]
 pub struct Beliefs {
     me: RobotId,
     tasks: Vec<OwnTask>,
     entries: Vec<Entry>,
-    /// Whether an entry has changed since this was last asked.
+    /// True if an entry has changed since the last [`Beliefs::take_changed`].
     has_changed: bool,
 }
 
 impl Beliefs {
-    /// Nobody is believed to have anything.
     pub fn new(me: &Me) -> Self {
         let mut behaviors = me.behaviors.clone();
-        behaviors.sort_by_key(|own| own.task);
-        behaviors.dedup_by_key(|own| own.task);
+        behaviors.sort_by_key(|behavior| behavior.task);
+        behaviors.dedup_by_key(|behavior| behavior.task);
         let mut entries = Vec::new();
         let mut tasks = Vec::with_capacity(behaviors.len());
-        for own in behaviors {
-            let slots = if own.max_robots < me.team {
-                own.max_robots
+        for behavior in behaviors {
+            let slots = if behavior.max_robots < me.team {
+                behavior.max_robots
             } else {
                 0
             };
             tasks.push(OwnTask {
-                task: own.task,
-                priority: own.priority,
+                task: behavior.task,
+                priority: behavior.priority,
                 first: entries.len(),
                 slots,
             });
             entries.extend((0..slots).map(|slot| Entry {
-                task: own.task,
+                task: behavior.task,
                 slot: slot as u16,
                 round: SimTime::ZERO,
                 claim: None,
@@ -83,23 +79,21 @@ impl Beliefs {
         }
     }
 
-    /// The robot's tasks, in ascending order.
     pub fn tasks(&self) -> &[OwnTask] {
         &self.tasks
     }
 
-    /// All entries, by task and slot.
     pub fn entries(&self) -> &[Entry] {
         &self.entries
     }
 
-    /// Where the entry of a task's place is; `None` if the robot does not negotiate it.
+    /// Returns the index of the entry for a task's place; `None` if the robot does not negotiate it.
     pub fn find(&self, task: TaskId, slot: u16) -> Option<usize> {
         let key = |entry: &Entry| (entry.task, entry.slot);
         self.entries.binary_search_by_key(&(task, slot), key).ok()
     }
 
-    /// Believes something else.
+    /// Replaces a claim and marks a change for sending.
     pub fn set(&mut self, place: usize, claim: Option<Claim>) {
         let entry = &mut self.entries[place];
         if entry.claim != claim {
@@ -109,7 +103,7 @@ impl Beliefs {
         }
     }
 
-    /// The largest bid of others is a different one now; the robot's own counts if it is larger.
+    /// Stores the best claim of the other robots. The robot's own claim stays if it is larger.
     pub fn set_others(&mut self, place: usize, others: Option<Claim>) {
         let entry = &mut self.entries[place];
         entry.others = others;
@@ -120,7 +114,7 @@ impl Beliefs {
         }
     }
 
-    /// The robot bids for a place. Whether it has it so; if not, it believes what others bid.
+    /// Bids for a place. Returns whether the bid wins; otherwise the best other claim is stored.
     pub fn bid(&mut self, place: usize, value: f32) -> bool {
         let own = Claim {
             robot: self.me,
@@ -132,8 +126,8 @@ impl Beliefs {
         is_won
     }
 
-    /// A place that nobody has any more goes to the best of the others, now that the robot has made its choice. Not sooner: a robot that
-    /// gives up everything and chooses anew would else go from one place of a task to another, and have both in the eyes of others.
+    /// Gives each place without a winner to the best other claim. Called after the robot has made its choice: earlier,
+    /// others could see the robot in two places of a task.
     pub fn yield_places(&mut self) {
         for place in 0..self.entries.len() {
             let entry = &self.entries[place];
@@ -143,7 +137,7 @@ impl Beliefs {
         }
     }
 
-    /// A newer round voids what was believed.
+    /// Clears the claims if `round` is newer.
     pub fn renew(&mut self, place: usize, round: SimTime) {
         let entry = &mut self.entries[place];
         if entry.round < round {
@@ -155,7 +149,6 @@ impl Beliefs {
         }
     }
 
-    /// Takes over the rounds that the robot itself knows.
     pub fn note_rounds(&mut self, choices: &[Choice]) {
         for choice in choices {
             for place in self.places(choice.task) {
@@ -164,7 +157,7 @@ impl Beliefs {
         }
     }
 
-    /// Takes everything from a robot.
+    /// Removes a robot's claims from all entries for which `concerns` is true.
     pub fn strike(&mut self, robot: RobotId, mut concerns: impl FnMut(&Entry) -> bool) {
         for place in 0..self.entries.len() {
             let entry = &self.entries[place];
@@ -174,7 +167,6 @@ impl Beliefs {
         }
     }
 
-    /// The entries of a task.
     fn places(&self, task: TaskId) -> std::ops::Range<usize> {
         match self.tasks.binary_search_by_key(&task, |own| own.task) {
             Ok(own) => self.tasks[own].first..self.tasks[own].first + self.tasks[own].slots,
@@ -182,14 +174,13 @@ impl Beliefs {
         }
     }
 
-    /// Whether the robot itself is believed to have that.
     pub fn is_mine(&self, place: usize) -> bool {
         self.entries[place]
             .claim
             .is_some_and(|claim| claim.robot == self.me)
     }
 
-    /// Who has a task; of several the one in the first place.
+    /// Returns the holder of a task; of several, the one in the first place.
     pub fn holder(&self, task: TaskId) -> Option<RobotId> {
         let entries = &self.entries[self.places(task)];
         entries
@@ -198,7 +189,7 @@ impl Beliefs {
             .map(|claim| claim.robot)
     }
 
-    /// Which place of a task a bid wins: the one that is held by the worst claim, if it beats that.
+    /// Returns the place that a bid wins: the one with the lowest claim, if the bid beats it.
     pub fn opening(&self, own: &OwnTask, value: f32) -> Option<Opening> {
         if own.slots == 0 {
             return Some(Opening { place: None });
@@ -221,25 +212,21 @@ impl Beliefs {
         is_won.then_some(Opening { place: Some(worst) })
     }
 
-    /// Whether anything has changed since the last call.
     pub fn take_changed(&mut self) -> bool {
         std::mem::take(&mut self.has_changed)
     }
 
-    /// An entry is to be told, though it has not changed.
     pub fn tell(&mut self, place: usize) {
         self.entries[place].is_unsaid = true;
     }
 
-    /// An entry has been told.
     pub fn note_said(&mut self, place: usize) {
         self.entries[place].is_unsaid = false;
     }
 }
 
-/// A place that a bid wins; a task that is not negotiated has room without a place.
+/// A place that a bid wins. A task without negotiation has room but no place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Opening {
-    /// Its entry.
     pub place: Option<usize>,
 }

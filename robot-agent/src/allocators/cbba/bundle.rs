@@ -1,6 +1,5 @@
-//! A robot's bundle and path: which tasks it has chosen, in which order it will do them, and the bids that it makes for them (Choi,
-//! Brunet, How 2009, Algorithm 3). A task's bid is what it adds to the score of the path; the score is S(p) = Σ r·λ^t, with t the time
-//! until the unit of each task is done along p.
+//! The bundle and path of a robot (Choi, Brunet, How 2009, Algorithm 3). The bid for a task is its gain in the path's
+//! score S(p) = Σ r·λ^t, with t the time at which the unit of each task is done along p.
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use smallvec::SmallVec;
@@ -9,72 +8,67 @@ use super::beliefs::Beliefs;
 use crate::allocator::utility::{DISCOUNT_PER_S, UnderWay};
 use crate::allocator::{Choice, Input};
 
-/// A task that the robot has chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Held {
-    /// Place in [`Beliefs::tasks`].
+    /// The index in [`Beliefs::tasks`].
     own: usize,
-    /// Its entry; `None` where nothing is negotiated.
+    /// The index of the entry; `None` for a task without negotiation.
     place: Option<usize>,
     value: f32,
 }
 
-/// What the robot can do for a task, and what that is worth.
+/// The best behavior for a task, with its reward and cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Offer {
     behavior: BehaviorId,
     reward: f64,
     cost_s: f64,
-    /// What it is worth as the next unit.
+    /// The utility as the next unit.
     worth: f64,
 }
 
-/// What a robot has chosen, and how it bids.
 #[derive(Clone, Debug)]
 pub struct Bundle {
     me: RobotId,
-    /// L_t.
+    /// L_t, the maximum number of tasks.
     most: usize,
-    /// b, in the order of choice.
+    /// The bundle b, in the order of choice.
     held: SmallVec<[Held; 4]>,
-    /// p, in the order of work: places in [`Beliefs::tasks`].
+    /// The path p, in the order of execution, as indices in [`Beliefs::tasks`].
     path: SmallVec<[usize; 4]>,
-    /// Of each own task, as it was when the robot last chose.
+    /// The offer for each task at the last choice.
     offers: Vec<Option<Offer>>,
-    /// Whether a teammate's claim has taken the first of the path.
+    /// True if a teammate's claim has taken the first task of the path.
     is_outbid: bool,
 }
 
-/// A task that could be added.
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
     held: Held,
     priority: i32,
-    /// So many of the bundle stay before it.
+    /// The number of tasks that stay before it in the bundle.
     after: usize,
-    /// Where in the path.
+    /// The index in the path.
     at: usize,
 }
 
-/// The part of a bundle that a task of some priority is added to.
+/// The part of a bundle to which a task of some priority is added.
 #[derive(Clone, Debug)]
 struct Stem {
     priority: i32,
     count: usize,
     path: SmallVec<[usize; 4]>,
-    /// `None` if the time of a task is not known.
     score: Option<f64>,
 }
 
 impl Candidate {
     fn goes_before(&self, other: &Self) -> bool {
-        let key = |it: &Self| (it.priority, it.held.value);
+        let key = |candidate: &Self| (candidate.priority, candidate.held.value);
         key(self) > key(other)
     }
 }
 
 impl Bundle {
-    /// An empty one, with at most so many tasks.
     pub fn new(me: RobotId, most: usize) -> Self {
         Self {
             me,
@@ -86,18 +80,16 @@ impl Bundle {
         }
     }
 
-    /// The behavior that the path begins with.
     pub fn first(&self) -> Option<BehaviorId> {
         let offer = self.offers[*self.path.first()?];
         offer.map(|offer| offer.behavior)
     }
 
-    /// Whether the first of the path has been lost to a teammate since the last call.
     pub fn take_outbid(&mut self) -> bool {
         std::mem::take(&mut self.is_outbid)
     }
 
-    /// HEAR: the first task that is no longer the robot's goes, and all after it.
+    /// Removes the first task that the robot has lost, and all tasks chosen after it.
     pub fn drop_lost(&mut self, beliefs: &mut Beliefs) {
         let is_lost = |held: &Held| held.place.is_some_and(|place| !beliefs.is_mine(place));
         let Some(from) = self.held.iter().position(is_lost) else {
@@ -113,7 +105,7 @@ impl Bundle {
         self.keep(from, beliefs);
     }
 
-    /// Gives up all but the first `count` of the bundle.
+    /// Releases all but the first `count` tasks of the bundle.
     fn keep(&mut self, count: usize, beliefs: &mut Beliefs) {
         for held in self.held.drain(count..) {
             if let Some(place) = held.place.filter(|&place| beliefs.is_mine(place)) {
@@ -121,10 +113,11 @@ impl Bundle {
             }
         }
         let held = &self.held;
-        self.path.retain(|own| held.iter().any(|it| it.own == *own));
+        self.path
+            .retain(|own| held.iter().any(|task| task.own == *own));
     }
 
-    /// REPLAN: all is given up but the unit that is `under_way`, with the bid that it is worth now.
+    /// Releases all tasks except the unit under way, and bids for that unit again at its current utility.
     pub fn replan(&mut self, keeps_first: bool, worths: &Worths<'_, '_>, beliefs: &mut Beliefs) {
         self.weigh(worths, beliefs);
         let first = self.path.first().copied().filter(|_| keeps_first);
@@ -153,11 +146,11 @@ impl Bundle {
         self.path.push(kept.own);
     }
 
-    /// BUILD: adds the task of the largest bid that wins, until there are enough or none is left.
-    pub fn build(&mut self, goes_on: bool, worths: &Worths<'_, '_>, beliefs: &mut Beliefs) {
+    /// Adds the task with the largest winning bid, until the bundle is full or no bid wins.
+    pub fn build(&mut self, continues: bool, worths: &Worths<'_, '_>, beliefs: &mut Beliefs) {
         self.weigh(worths, beliefs);
         // A unit under way stays first.
-        let fixed = self.path.first().copied().filter(|_| goes_on);
+        let fixed = self.path.first().copied().filter(|_| continues);
         while let Some(best) = self.best(fixed, worths, beliefs) {
             self.keep(best.after, beliefs);
             let place = best.held.place;
@@ -169,8 +162,8 @@ impl Bundle {
         }
     }
 
-    /// The best bid that wins. For a task of higher priority the robot bids as if it had chosen none of those of lower ones, which go if
-    /// it wins: so what was chosen earlier is never less urgent, nor the bid for it smaller.
+    /// Returns the best winning bid. The bid for a task ignores chosen tasks of lower priority, which are dropped if it
+    /// wins. Earlier choices therefore never have a lower priority or a smaller bid.
     fn best(
         &self,
         fixed: Option<usize>,
@@ -193,7 +186,7 @@ impl Bundle {
             let Some((at, gain)) = self.insertion(own, fixed, stem, worths, beliefs) else {
                 continue;
             };
-            // Warping: a bid is never larger than those that were made before it (Johnson, Choi, How 2012).
+            // Warping: a bid is never larger than the earlier ones (Johnson, Choi, How 2012).
             let earlier = self.held[..stem.count].iter();
             let same = earlier.filter(|held| priority_of(held.own) == task.priority);
             let value = same.fold(bid(gain), |least, held| least.min(held.value));
@@ -217,14 +210,13 @@ impl Bundle {
         best
     }
 
-    /// What of the bundle has at least that priority.
     fn stem(&self, priority: i32, worths: &Worths<'_, '_>, beliefs: &Beliefs) -> Stem {
         let is_lower = |held: &Held| beliefs.tasks()[held.own].priority < priority;
         let count = self.held.iter().position(is_lower);
         let count = count.unwrap_or(self.held.len());
         let held = &self.held[..count];
         let mut path = self.path.clone();
-        path.retain(|own| held.iter().any(|it| it.own == *own));
+        path.retain(|own| held.iter().any(|task| task.own == *own));
         Stem {
             priority,
             count,
@@ -233,7 +225,7 @@ impl Bundle {
         }
     }
 
-    /// Where in the path a task adds most, and how much; of equal places the first.
+    /// Returns the index in the path at which a task adds most, and the gain; the first of equal ones.
     fn insertion(
         &self,
         own: usize,
@@ -259,7 +251,7 @@ impl Bundle {
         best
     }
 
-    /// S(p); `None` if the time of a task is not known.
+    /// Computes S(p); `None` if the time of a task is not known.
     fn score(&self, path: &[usize], worths: &Worths<'_, '_>, beliefs: &Beliefs) -> Option<f64> {
         let mut after: SmallVec<[TaskId; 4]> = SmallVec::new();
         let (mut time_s, mut score) = (0.0, 0.0);
@@ -278,7 +270,7 @@ impl Bundle {
         Some(score)
     }
 
-    /// Of each own task the behavior of the highest utility, the first of equal ones.
+    /// Stores the behavior of highest utility for each task; the first of equal ones.
     fn weigh(&mut self, worths: &Worths<'_, '_>, beliefs: &Beliefs) {
         self.offers.clear();
         self.offers.resize(beliefs.tasks().len(), None);
@@ -297,34 +289,30 @@ impl Bundle {
         }
     }
 
-    /// The tasks of the bundle in the order of choice, with the robot's bids.
     #[cfg(test)]
     pub fn bids(&self, beliefs: &Beliefs) -> Vec<(TaskId, f32)> {
         let bid = |held: &Held| (beliefs.tasks()[held.own].task, held.value);
         self.held.iter().map(bid).collect()
     }
 
-    /// The tasks in the order of work.
     #[cfg(test)]
     pub fn path(&self, beliefs: &Beliefs) -> Vec<TaskId> {
         let path = self.path.iter();
         path.map(|&own| beliefs.tasks()[own].task).collect()
     }
 
-    /// Whether an entry is in the bundle.
     #[cfg(test)]
     pub fn holds(&self, place: usize) -> bool {
         self.held.iter().any(|held| held.place == Some(place))
     }
 }
 
-/// What tasks are worth in a step.
+/// The inputs for the utilities of one step.
 pub struct Worths<'a, 'i> {
-    /// Of the step.
     pub input: &'a Input<'i>,
-    /// What the robot is at, if that has begun in earnest; see [`crate::allocator::unit`].
+    /// The unit under way, once its work has started; see [`crate::allocator::unit`].
     pub begun: UnderWay,
-    /// What it is at.
+    /// The behavior that was active before the step.
     pub active: Option<BehaviorId>,
 }
 
@@ -339,9 +327,9 @@ impl Worths<'_, '_> {
     }
 }
 
-/// A bid is finite and above 0, whatever the mission says: 0 is none.
+/// Converts a utility to a finite bid above 0 for any mission; 0 stands for no bid.
 fn bid(worth: f64) -> f32 {
-    // Not a number is not above 0.
+    // NaN is not above 0.
     if worth > 0.0 {
         (worth as f32).clamp(f32::MIN_POSITIVE, f32::MAX)
     } else {

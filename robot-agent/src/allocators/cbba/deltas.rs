@@ -1,5 +1,4 @@
-//! Changes between robots: what ACBBA says and when, what is heard and believed, and who is taken for dead. Of heartbeats only that there
-//! are some is read: they tell who is alive.
+//! Messages of ACBBA and the removal of silent robots. Heartbeats count only as signs of life.
 
 use alliance_proto::allocation::AllocationMessage;
 use alliance_proto::allocation::consensus::Deltas as Message;
@@ -14,38 +13,33 @@ use super::records::Records;
 use super::{Consensus, Rules};
 use crate::allocator::{Input, Me};
 
-/// What is known of the team.
 #[derive(Clone, Debug)]
 pub struct Deltas {
     me: RobotId,
     repeat: SimTime,
-    /// When all beliefs were told last.
-    repeated: Option<SimTime>,
-    /// Of each entry of the beliefs, what is known of all bids.
+    last_repeat: Option<SimTime>,
+    /// The known bids of all robots, by index of the entry.
     places: Vec<Place>,
-    /// Of whom there is news that is younger than τ, by rank.
-    known: Vec<Known>,
-    /// The entry that comes first among those that are to be told, so that each has its turn.
+    /// The teammates with news younger than τ, by rank.
+    known: Vec<Teammate>,
+    /// The entry that is sent first, so that all entries get a turn.
     next: usize,
 }
 
-/// What is known of all bids for one place of one task.
 #[derive(Clone, Debug, Default)]
 struct Place {
     round: SimTime,
     records: Records,
 }
 
-/// What is known of a teammate's words.
 #[derive(Clone, Copy, Debug)]
-struct Known {
+struct Teammate {
     robot: RobotId,
-    /// When the latest news of it was sent.
     sent: SimTime,
-    /// Its incarnation; `None` for one that only others have told of.
+    /// The latest incarnation; `None` if only other robots have reported the teammate.
     incarnation: Option<Incarnation>,
-    /// Sequence number of the latest message of its allocator in that incarnation.
-    word: Option<u64>,
+    /// The sequence number of its latest allocator message in that incarnation.
+    seq: Option<u64>,
 }
 
 impl Deltas {
@@ -53,7 +47,7 @@ impl Deltas {
         self.known.binary_search_by_key(&robot, |known| known.robot)
     }
 
-    /// Anything that a teammate sends tells that it is alive. Whether it was not known to be.
+    /// Records a sign of life of the sender. Returns whether the sender is new.
     fn note(&mut self, broadcast: &Broadcast, beliefs: &mut Beliefs) -> bool {
         let (robot, sent) = (broadcast.sender, broadcast.sent);
         let incarnation = Some(broadcast.incarnation);
@@ -64,7 +58,7 @@ impl Deltas {
                 if known.incarnation < incarnation {
                     let is_restarted = known.incarnation.is_some();
                     known.incarnation = incarnation;
-                    known.word = None;
+                    known.seq = None;
                     if is_restarted {
                         self.strike(robot, sent, beliefs);
                     }
@@ -72,11 +66,11 @@ impl Deltas {
                 false
             }
             Err(at) => {
-                let known = Known {
+                let known = Teammate {
                     robot,
                     sent,
                     incarnation,
-                    word: None,
+                    seq: None,
                 };
                 self.known.insert(at, known);
                 true
@@ -84,34 +78,34 @@ impl Deltas {
         }
     }
 
-    /// Somebody else tells of a robot that has made a bid.
+    /// Records a bidder that another robot reports.
     fn note_bidder(&mut self, robot: RobotId, sent: SimTime) {
         if let Err(at) = self.known(robot) {
-            let known = Known {
+            let known = Teammate {
                 robot,
                 sent,
                 incarnation: None,
-                word: None,
+                seq: None,
             };
             self.known.insert(at, known);
         }
     }
 
-    /// Whether that is the latest word of its sender; if so it has been heard.
+    /// Checks that a broadcast is newer than the sender's last one, and stores its number.
     fn is_new(&mut self, broadcast: &Broadcast) -> bool {
         let Ok(at) = self.known(broadcast.sender) else {
             return false;
         };
         let known = &mut self.known[at];
         let is_new = known.incarnation == Some(broadcast.incarnation)
-            && known.word.is_none_or(|word| word < broadcast.seq);
+            && known.seq.is_none_or(|seq| seq < broadcast.seq);
         if is_new {
-            known.word = Some(broadcast.seq);
+            known.seq = Some(broadcast.seq);
         }
         is_new
     }
 
-    fn hear_entry(
+    fn receive_entry(
         &mut self,
         me: &Me,
         broadcast: &Broadcast,
@@ -135,7 +129,7 @@ impl Deltas {
         self.renew(place, round);
         let Some(claim) = claim else { return };
         let records = &mut self.places[place].records;
-        // What others know of the robot itself changes nothing for it; if it is not so, the robot dates anew what is.
+        // Reports about the robot itself are not applied. If one is wrong, the robot's current bid gets a new time.
         if records.hear(claim, delta.made) && claim.robot != me.robot {
             beliefs.set_others(place, records.best_but(me.robot));
             if claim.value > 0.0 {
@@ -144,7 +138,7 @@ impl Deltas {
         }
     }
 
-    /// A newer round voids all bids.
+    /// Clears all bids of a place if `round` is newer.
     fn renew(&mut self, place: usize, round: SimTime) {
         let place = &mut self.places[place];
         if place.round < round {
@@ -153,7 +147,7 @@ impl Deltas {
         }
     }
 
-    /// All bids of a robot count as taken back then.
+    /// Treats all bids of a robot as withdrawn at the time `then`.
     fn strike(&mut self, robot: RobotId, then: SimTime, beliefs: &mut Beliefs) {
         for (place, known) in self.places.iter_mut().enumerate() {
             let record = known.records.of(robot);
@@ -165,30 +159,30 @@ impl Deltas {
         }
     }
 
-    /// Dates what has become of the robot's own bids in this step, and what others have wrong about them.
+    /// Records the robot's current bids with their times if they changed or others have them wrong.
     fn note_own(&mut self, now: SimTime, beliefs: &Beliefs) {
         let robot = self.me;
         for (place, entry) in beliefs.entries().iter().enumerate() {
             let records = &mut self.places[place].records;
             let own = entry.claim.filter(|claim| claim.robot == robot);
             let value = own.map_or(0.0, |claim| claim.value);
-            let told = records.of(robot).map_or(0.0, |record| record.claim.value);
-            if value != told {
+            let recorded = records.of(robot).map_or(0.0, |record| record.claim.value);
+            if value != recorded {
                 records.set(Claim { robot, value }, now);
             }
         }
     }
 
-    /// FORGET: who has been silent for τ has nothing any more. Whether there is one.
+    /// Withdraws the bids of robots silent for τ. Returns whether there were any.
     fn forget(&mut self, me: &Me, now: SimTime, beliefs: &mut Beliefs) -> bool {
-        let is_silent = |known: &Known| now.since(known.sent) >= me.ceased_after;
-        let mut is_gone = false;
+        let is_silent = |known: &Teammate| now.since(known.sent) >= me.ceased_after;
+        let mut any_lost = false;
         while let Some(at) = self.known.iter().position(is_silent) {
-            let gone = self.known.remove(at).robot;
-            self.strike(gone, now, beliefs);
-            is_gone = true;
+            let lost = self.known.remove(at).robot;
+            self.strike(lost, now, beliefs);
+            any_lost = true;
         }
-        is_gone
+        any_lost
     }
 }
 
@@ -197,14 +191,14 @@ impl Consensus for Deltas {
         Self {
             me: me.robot,
             repeat: rules.refresh,
-            repeated: None,
+            last_repeat: None,
             places: vec![Place::default(); beliefs.entries().len()],
             known: Vec::new(),
             next: 0,
         }
     }
 
-    fn hear(
+    fn receive(
         &mut self,
         me: &Me,
         input: &Input<'_>,
@@ -227,7 +221,7 @@ impl Consensus for Deltas {
                 && self.is_new(broadcast)
             {
                 for delta in &deltas.entries {
-                    self.hear_entry(me, broadcast, delta, now, beliefs);
+                    self.receive_entry(me, broadcast, delta, now, beliefs);
                 }
             }
             bundle.drop_lost(beliefs);
@@ -239,13 +233,13 @@ impl Consensus for Deltas {
         has_changed
     }
 
-    fn say(&mut self, now: SimTime, beliefs: &mut Beliefs, say: &mut Vec<AllocationMessage>) {
+    fn send(&mut self, now: SimTime, beliefs: &mut Beliefs, messages: &mut Vec<AllocationMessage>) {
         beliefs.yield_places();
         self.note_own(now, beliefs);
         let count = beliefs.entries().len();
-        let is_due = |repeated| now.since(repeated) >= self.repeat;
-        if self.repeated.is_none_or(is_due) {
-            self.repeated = Some(now);
+        let is_due = |last_repeat| now.since(last_repeat) >= self.repeat;
+        if self.last_repeat.is_none_or(is_due) {
+            self.last_repeat = Some(now);
             for place in 0..count {
                 match beliefs.entries()[place].claim {
                     Some(winner) => self.places[place].records.tell(winner.robot),
@@ -253,8 +247,8 @@ impl Consensus for Deltas {
                 }
             }
         }
-        let mut told: Vec<Delta> = Vec::new();
-        // What does not go now goes in the next step.
+        let mut outgoing: Vec<Delta> = Vec::new();
+        // The remaining entries are sent in the next step.
         let most = DELTAS_MAX * (1 + beliefs.tasks().len());
         for place in (0..count).map(|place| (self.next + place) % count) {
             let entry = &beliefs.entries()[place];
@@ -267,27 +261,27 @@ impl Consensus for Deltas {
                 slot: entry.slot,
                 made,
             };
-            let before = told.len();
+            let before = outgoing.len();
             let records = self.places[place].records.iter_mut();
             let unsaid = records.filter(|record| record.is_unsaid);
             for record in unsaid.take(most - before) {
                 record.is_unsaid = false;
-                told.push(delta(Some(record.claim), record.made));
+                outgoing.push(delta(Some(record.claim), record.made));
             }
-            // Of a place that nobody has the round is told.
+            // For a place without a winner only the round is sent.
             let is_free = entry.is_unsaid && entry.claim.is_none();
-            if is_free && told.len() == before && before < most {
-                told.push(delta(None, SimTime::ZERO));
+            if is_free && outgoing.len() == before && before < most {
+                outgoing.push(delta(None, SimTime::ZERO));
             }
-            if told.len() == most {
+            if outgoing.len() == most {
                 self.next = place;
                 break;
             }
             beliefs.note_said(place);
         }
-        let messages = told.chunks(DELTAS_MAX).map(|entries| Message {
+        let chunks = outgoing.chunks(DELTAS_MAX).map(|entries| Message {
             entries: entries.to_vec(),
         });
-        say.extend(messages.map(AllocationMessage::Deltas));
+        messages.extend(chunks.map(AllocationMessage::Deltas));
     }
 }

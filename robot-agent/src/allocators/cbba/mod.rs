@@ -1,12 +1,12 @@
-//! CBAA and CBBA: consensus-based auctions (Choi, Brunet, How, IEEE T-RO 25(4):912–926, 2009; ALLOCATORS.md §6). Each robot greedily
-//! builds a bundle of tasks, tells its beliefs about who has what by which bid, and corrects them by a fixed table until all agree.
-//! CBAA is CBBA with bundles of one task; ACBBA says only what has changed, and judges by the time of bids (Johnson, Ponda, Choi, How,
-//! AIAA 2010).
+//! CBAA and CBBA: consensus-based auctions (Choi, Brunet, How, IEEE T-RO 25(4):912–926, 2009; docs/ALLOCATORS.md §6).
+//! Each robot builds a bundle of tasks greedily and broadcasts its list of winning bids. A fixed table of rules
+//! corrects the lists until all agree. CBAA uses bundles of one task. ACBBA sends only changes (Johnson, Ponda, Choi,
+//! How, AIAA 2010).
 //!
-//! - `bundle`: which tasks to bid for, and how much (BUILD, REPLAN).
-//! - `beliefs`: who has what.
-//! - `table`: what becomes of a belief when a teammate says something else.
-//! - `tables`: messages (SAY, HEAR), and who is taken for dead (FORGET).
+//! - `bundle`: the choice of tasks and bids (BUILD, REPLAN).
+//! - `beliefs`: the winner of each task.
+//! - `table`: the rules that merge a teammate's list (Table I).
+//! - `tables`: messages, and the removal of silent robots (FORGET).
 //! - `deltas`, `records`: the same for ACBBA, without a table.
 
 mod beliefs;
@@ -31,13 +31,12 @@ use bundle::{Bundle, Worths};
 use deltas::Deltas;
 use tables::Tables;
 
-/// `[allocators.cbba]`.
+/// The parameters in `[allocators.cbba]`.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BundleConfig {
-    /// L_t: most tasks of a bundle.
+    /// L_t, the maximum number of tasks in a bundle.
     pub bundle: usize,
-    /// Time after which a robot tells its beliefs again, s.
     pub refresh_s: f64,
 }
 
@@ -50,11 +49,10 @@ impl Default for BundleConfig {
     }
 }
 
-/// `[allocators.cbaa]`.
+/// The parameters in `[allocators.cbaa]`.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SingleConfig {
-    /// Time after which a robot tells its beliefs again, s.
     pub refresh_s: f64,
 }
 
@@ -69,7 +67,7 @@ fn refresh_spec() -> ParameterSpec {
         key: "refresh_s",
         unit: "s",
         default: ParameterDefault::Number(SingleConfig::default().refresh_s),
-        about: "time after which a robot tells its beliefs again; shorter than τ, or it is taken for dead",
+        about: "time between two broadcasts of a robot's list of winners; shorter than τ, or teammates count it as lost",
         range: ParameterRange::Above(0.0, 1e9),
     }
 }
@@ -79,25 +77,24 @@ fn bundle_spec() -> ParameterSpec {
         key: "bundle",
         unit: "",
         default: ParameterDefault::Whole(BundleConfig::default().bundle as i64),
-        about: "most tasks that a robot bids for at once (L_t in the paper)",
+        about: "maximum number of tasks that a robot bids for at once (L_t in the paper)",
         range: ParameterRange::Whole(1, 16),
     }
 }
 
-/// The parameters as the steps use them.
 #[derive(Clone, Copy, Debug)]
 struct Rules {
     bundle: usize,
     refresh: SimTime,
 }
 
-/// How robots come to believe the same.
+/// The exchange of messages by which robots agree on the winners.
 trait Consensus: Clone + std::fmt::Debug + Send + 'static {
-    /// Nobody has been heard yet.
     fn new(me: &Me, rules: &Rules, beliefs: &Beliefs) -> Self;
 
-    /// HEAR and FORGET; what the robot loses leaves its bundle at once. Whether a robot has come or gone.
-    fn hear(
+    /// Receives messages and removes silent robots (FORGET). Tasks that the robot loses leave its bundle at once.
+    /// Returns whether a robot was added or lost.
+    fn receive(
         &mut self,
         me: &Me,
         input: &Input<'_>,
@@ -105,11 +102,10 @@ trait Consensus: Clone + std::fmt::Debug + Send + 'static {
         bundle: &mut Bundle,
     ) -> bool;
 
-    /// SAY.
-    fn say(&mut self, now: SimTime, beliefs: &mut Beliefs, say: &mut Vec<AllocationMessage>);
+    fn send(&mut self, now: SimTime, beliefs: &mut Beliefs, messages: &mut Vec<AllocationMessage>);
 }
 
-/// A robot that bids, whatever its consensus.
+/// The bidding rule of one robot, with any consensus method.
 #[derive(Clone, Debug)]
 struct Bidder<C> {
     me: Me,
@@ -137,7 +133,7 @@ impl<C: Consensus> Bidder<C> {
         self.beliefs.note_rounds(input.choices);
         self.bundle.drop_lost(&mut self.beliefs);
         let (beliefs, bundle) = (&mut self.beliefs, &mut self.bundle);
-        must_replan |= self.consensus.hear(&self.me, input, beliefs, bundle);
+        must_replan |= self.consensus.receive(&self.me, input, beliefs, bundle);
 
         let worths = Worths {
             input,
@@ -149,11 +145,11 @@ impl<C: Consensus> Bidder<C> {
         }
         if beliefs.take_changed() || must_replan {
             bundle.build(self.unit.goes_on(), &worths, beliefs);
-            // What it has just bid is no reason to bid again.
+            // The robot's own new bids are no reason to bid again.
             beliefs.take_changed();
         }
 
-        // ACT: at once, without waiting for agreement.
+        // ACT: the robot starts at once, without waiting for agreement.
         decision.active = bundle.first();
         let was_outbid = bundle.take_outbid();
         if decision.active != before {
@@ -163,7 +159,7 @@ impl<C: Consensus> Bidder<C> {
                 Reason::Claimed
             });
         }
-        self.consensus.say(input.now, beliefs, &mut decision.say);
+        self.consensus.send(input.now, beliefs, &mut decision.say);
         let holder = |task| self.beliefs.holder(task);
         let under_way = self.unit.under_way();
         under_way.log(&self.me, input, decision, holder);
@@ -171,7 +167,6 @@ impl<C: Consensus> Bidder<C> {
     }
 }
 
-/// CBBA: one robot's bundle, beliefs and news.
 #[derive(Clone, Debug)]
 pub struct Cbba(Bidder<Tables>);
 
@@ -197,13 +192,12 @@ impl Allocator for Cbba {
     }
 }
 
-/// `[allocators.acbba]`.
+/// The parameters in `[allocators.acbba]`.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DeltaConfig {
-    /// L_t: most tasks of a bundle.
+    /// L_t, the maximum number of tasks in a bundle.
     pub bundle: usize,
-    /// Time after which a robot tells all its beliefs again, s.
     pub repeat_s: f64,
 }
 
@@ -216,7 +210,7 @@ impl Default for DeltaConfig {
     }
 }
 
-/// ACBBA: as CBBA, but only what has changed is said.
+/// CBBA that sends only changes.
 #[derive(Clone, Debug)]
 pub struct Acbba(Bidder<Deltas>);
 
@@ -228,7 +222,7 @@ impl Allocator for Acbba {
             key: "repeat_s",
             unit: "s",
             default: ParameterDefault::Number(DeltaConfig::default().repeat_s),
-            about: "time after which a robot tells all its beliefs again, lest a lost change stay lost",
+            about: "time between two broadcasts of a robot's whole list, which repair lost changes",
             range: ParameterRange::Above(0.0, 1e9),
         };
         vec![bundle_spec(), repeat]
@@ -249,7 +243,7 @@ impl Allocator for Acbba {
     }
 }
 
-/// CBAA: CBBA with one task at a time.
+/// CBBA with one task at a time.
 #[derive(Clone, Debug)]
 pub struct Cbaa(Cbba);
 

@@ -1,35 +1,33 @@
-//! What ACBBA knows of one place of one task: of each robot the newest word about its bid, whoever passed it on.
+//! The known bids for one place of one task in ACBBA: the newest report about each robot's bid, from any sender.
 //!
-//! The paper keeps of each task the winner alone, with the time of its bid (Johnson, Ponda, Choi, How, AIAA 2010), and its table judges
-//! claims of two robots by their times. But which of two claims of different robots is newer says nothing of whether either still
-//! holds: where not all hear each other, a bid that its robot has long taken back can be passed on for ever. Here times are only ever
-//! compared between words about the same robot, and only bids between robots. So whoever knows the same words believes the same, in
-//! whichever order they came.
+//! The paper compares the times of two robots' claims (Johnson, Ponda, Choi, How, AIAA 2010). With incomplete links, a
+//! withdrawn bid could then circulate without end. Here only reports about the same robot are compared by time, and
+//! bids of different robots by value. Robots with the same reports agree for any order of arrival.
 
 use alliance_proto::allocation::consensus::Claim;
 use alliance_proto::ids::RobotId;
 use alliance_proto::time::SimTime;
 
-/// The newest word about one robot's bid.
+/// The newest report about one robot's bid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Record {
-    /// Whose, and how much; 0 if it has taken its bid back.
+    /// The bidder and its bid; 0 after a withdrawal.
     pub claim: Claim,
-    /// When the bid was made, or taken back.
+    /// The time of the bid or withdrawal.
     pub made: SimTime,
-    /// Whether the team has to be told.
+    /// True if the record must be sent.
     pub is_unsaid: bool,
 }
 
 impl Record {
     fn is_newer_than(&self, other: &Self) -> bool {
-        // One robot makes at most one bid a step; only forged words or a bid of a robot that begins anew can be of the same time.
-        let key = |it: &Self| (it.made, it.claim.value);
+        // A robot makes at most one bid per step. Only forged reports or a restarted robot can produce equal times.
+        let key = |record: &Self| (record.made, record.claim.value);
         key(self) > key(other)
     }
 }
 
-/// The newest words about all robots that ever bid for the place in this round, by rank.
+/// The newest reports about all bidders for the place in this round, by rank.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Records(Vec<Record>);
 
@@ -39,39 +37,36 @@ impl Records {
             .binary_search_by_key(&robot, |record| record.claim.robot)
     }
 
-    /// What is known of a robot; `None` if it never bid.
     pub fn of(&self, robot: RobotId) -> Option<&Record> {
         self.find(robot).ok().map(|at| &self.0[at])
     }
 
-    /// All of them.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Record> {
         self.0.iter_mut()
     }
 
-    /// A word about a robot's bid. If it is news it is kept and has to be passed on; if something newer is known, that has to be told.
-    /// Whether it was news.
+    /// Stores a report about a robot's bid and returns whether it was newer. A newer report, or the known record after
+    /// an older one, is marked for sending.
     pub fn hear(&mut self, claim: Claim, made: SimTime) -> bool {
-        let word = Record {
+        let report = Record {
             claim,
             made,
             is_unsaid: true,
         };
         match self.find(claim.robot) {
-            Err(at) => self.0.insert(at, word),
+            Err(at) => self.0.insert(at, report),
             Ok(at) => {
                 let known = &mut self.0[at];
-                if !word.is_newer_than(known) {
-                    known.is_unsaid |= known.is_newer_than(&word);
+                if !report.is_newer_than(known) {
+                    known.is_unsaid |= known.is_newer_than(&report);
                     return false;
                 }
-                *known = word;
+                *known = report;
             }
         }
         true
     }
 
-    /// What the robot itself knows best: its own bid.
     pub fn set(&mut self, claim: Claim, made: SimTime) {
         let record = Record {
             claim,
@@ -84,21 +79,20 @@ impl Records {
         }
     }
 
-    /// What is known of a robot has to be told once more.
+    /// Marks the record of a robot for sending.
     pub fn tell(&mut self, robot: RobotId) {
         if let Ok(at) = self.find(robot) {
             self.0[at].is_unsaid = true;
         }
     }
 
-    /// The largest bid but for that of `me`.
+    /// Returns the largest bid except that of `me`.
     pub fn best_but(&self, me: RobotId) -> Option<Claim> {
         let claims = self.0.iter().map(|record| record.claim);
         let others = claims.filter(|claim| claim.robot != me && claim.value > 0.0);
         others.reduce(|best, claim| if claim.beats(&best) { claim } else { best })
     }
 
-    /// A newer round voids all of it.
     pub fn clear(&mut self) {
         self.0.clear();
     }

@@ -1,42 +1,41 @@
-//! The table of CBBA: what a robot does with what a teammate says of a task (Choi, Brunet, How 2009, Table I).
+//! The rules of CBBA for merging a teammate's view of a task (Choi, Brunet, How 2009, Table I).
 
 use alliance_proto::allocation::consensus::Claim;
 use alliance_proto::ids::RobotId;
 use alliance_proto::time::SimTime;
 
-/// What becomes of a belief.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// It stays as it is.
+    /// Keeps the current claim.
     Leave,
-    /// The sender's takes its place.
+    /// Adopts the sender's claim.
     Update,
-    /// Nobody is believed to have the task.
+    /// Removes the claim, so that the task has no winner.
     Reset,
 }
 
-/// The times of news on both sides: s_i and s_k. `None`: there is none.
+/// The times of news s_i and s_k on both sides; `None` without news.
 pub trait Stamps {
-    /// When the latest news of a robot that has reached the receiver was sent.
+    /// Returns the send time of the latest news of a robot that has reached the receiver.
     fn mine(&self, robot: RobotId) -> Option<SimTime>;
-    /// The same of the sender; of itself it is the time of the message.
+    /// Returns the same time for the sender; for the sender itself it is the time of the message.
     fn theirs(&self, robot: RobotId) -> Option<SimTime>;
 }
 
-/// What `me` (i) does when `sender` (k) says that `says` holds and it believes `believes`. Of equal bids that of the lower rank counts
-/// as the larger one.
+/// Returns the action of the receiver `me` (i) on the claim of the `sender` (k), given its own stored claim. Of equal
+/// bids the lower rank's counts as larger.
 pub fn consensus(
     me: RobotId,
     sender: RobotId,
-    says: Option<Claim>,
-    believes: Option<Claim>,
+    sender_claim: Option<Claim>,
+    own_claim: Option<Claim>,
     stamps: &impl Stamps,
 ) -> Action {
     let newer = |robot| stamps.theirs(robot) > stamps.mine(robot);
     let update_if = |holds| {
         if holds { Action::Update } else { Action::Leave }
     };
-    match (says, believes) {
+    match (sender_claim, own_claim) {
         (None, None) => Action::Leave,
         (None, Some(i)) if i.robot == me => Action::Leave,
         (None, Some(i)) if i.robot == sender => Action::Update,
@@ -58,7 +57,7 @@ pub fn consensus(
             update_if(gives_way || k.beats(&i))
         }
 
-        // From here on the sender speaks of a third robot.
+        // In the remaining rules the sender's claim is about a third robot.
         (Some(k), None) => update_if(newer(k.robot)),
         (Some(k), Some(i)) if i.robot == me => update_if(newer(k.robot) && k.beats(&i)),
         (Some(k), Some(i)) if i.robot == sender => {

@@ -1,6 +1,6 @@
-//! Tables between robots: what is said and when, what is heard and believed, and who is taken for dead.
+//! Messages of CBBA and the removal of silent robots.
 //!
-//! Beliefs are told in parts ([`Table`]), and each part is a consensus of its own, with its own times of news s.
+//! The entries are sent in parts ([`Table`]), each a separate consensus with its own times of news s.
 
 use alliance_proto::allocation::AllocationMessage;
 use alliance_proto::allocation::consensus::{BLOCK_TASKS, Belief, Claim, NEWS_MAX, News, Table};
@@ -14,32 +14,28 @@ use super::table::{Action, Stamps, consensus};
 use super::{Consensus, Rules};
 use crate::allocator::{Input, Me};
 
-/// What is known of the team, by part.
 #[derive(Clone, Debug)]
 pub struct Tables {
     refresh: SimTime,
     parts: Vec<Part>,
 }
 
-/// One part of the tasks.
 #[derive(Clone, Debug)]
 struct Part {
     block: u16,
     slot: u16,
-    /// When it was told last.
-    said: Option<SimTime>,
-    /// Of whom there is news that is younger than τ, by rank.
-    known: Vec<Known>,
+    last_sent: Option<SimTime>,
+    /// The teammates with news younger than τ, by rank.
+    known: Vec<Teammate>,
 }
 
-/// What is known of a teammate's words.
 #[derive(Clone, Copy, Debug)]
-struct Known {
+struct Teammate {
     robot: RobotId,
-    /// s_im: when the latest news of it that has come here, directly or by others, was sent.
+    /// s_im, the send time of its latest news that has arrived, directly or through others.
     sent: SimTime,
-    /// Incarnation and sequence number of its latest word that came directly.
-    word: Option<(Incarnation, u64)>,
+    /// The incarnation and sequence number of its latest message that arrived directly.
+    number: Option<(Incarnation, u64)>,
 }
 
 impl Part {
@@ -51,7 +47,7 @@ impl Part {
         self.known.binary_search_by_key(&robot, |known| known.robot)
     }
 
-    /// News of a robot; whether it is the first.
+    /// Records news of a robot. Returns whether it is the first.
     fn note(&mut self, robot: RobotId, sent: SimTime) -> bool {
         match self.known(robot) {
             Ok(at) => {
@@ -60,34 +56,40 @@ impl Part {
                 false
             }
             Err(at) => {
-                let word = None;
-                self.known.insert(at, Known { robot, sent, word });
+                let number = None;
+                self.known.insert(
+                    at,
+                    Teammate {
+                        robot,
+                        sent,
+                        number,
+                    },
+                );
                 true
             }
         }
     }
 
-    /// The beliefs as they are told.
     fn table(&self, beliefs: &Beliefs, now: SimTime) -> Table {
         let entries = || beliefs.entries().iter().filter(|entry| self.has(entry));
-        let mut told: Vec<News> = self
+        let mut all_news: Vec<News> = self
             .known
             .iter()
             .map(|known| News {
                 robot: known.robot,
-                // What is older than τ has been forgotten.
+                // News older than τ has been removed.
                 age_ms: u32::try_from(now.since(known.sent).0).unwrap_or(u32::MAX),
             })
             .collect();
-        if told.len() > NEWS_MAX {
-            // Without news of its winner a belief is not taken over.
+        if all_news.len() > NEWS_MAX {
+            // A receiver does not adopt a claim without news of its winner, so winners go first.
             let is_winner = |robot| {
                 let mut claims = entries().filter_map(|entry| entry.claim);
                 claims.any(|claim| claim.robot == robot)
             };
-            told.sort_by_key(|news| (!is_winner(news.robot), news.robot));
-            told.truncate(NEWS_MAX);
-            told.sort_by_key(|news| news.robot);
+            all_news.sort_by_key(|news| (!is_winner(news.robot), news.robot));
+            all_news.truncate(NEWS_MAX);
+            all_news.sort_by_key(|news| news.robot);
         }
         let belief = |entry: &Entry| Belief {
             task: entry.task,
@@ -98,12 +100,12 @@ impl Part {
             block: self.block,
             slot: self.slot,
             beliefs: entries().map(belief).collect(),
-            news: told,
+            news: all_news,
         }
     }
 }
 
-/// The times of news of a part and of a message about it.
+/// The times of news in a part and in a message about it.
 struct Both<'a> {
     part: &'a Part,
     table: &'a Table,
@@ -127,14 +129,14 @@ impl Stamps for Both<'_> {
     }
 }
 
-/// When news was sent; `None` if that would be before the mission.
+/// Returns the send time of news; `None` if it would be before the mission.
 fn stamp(news: &News, sent: SimTime) -> Option<SimTime> {
     sent.0.checked_sub(u64::from(news.age_ms)).map(SimTime)
 }
 
 impl Tables {
-    /// HEAR of one message. Whether somebody was heard of for the first time.
-    fn hear_table(
+    /// Merges one message into the entries. Returns whether it contains the first news of a robot.
+    fn receive_table(
         &mut self,
         me: &Me,
         broadcast: &Broadcast,
@@ -146,20 +148,21 @@ impl Tables {
         let is_of_team = |robot: RobotId| robot.index() < me.team;
         let is_fresh = |sent: SimTime| sent <= now && now.since(sent) < me.ceased_after;
         let mut parts = self.parts.iter_mut();
-        let Some(part) = parts.find(|it| (it.block, it.slot) == (table.block, table.slot)) else {
+        let Some(part) = parts.find(|part| (part.block, part.slot) == (table.block, table.slot))
+        else {
             return false;
         };
         if sender == me.robot || !is_of_team(sender) || !is_fresh(sent) {
             return false;
         }
-        let word = (broadcast.incarnation, broadcast.seq);
+        let number = (broadcast.incarnation, broadcast.seq);
         if let Ok(at) = part.known(sender)
-            && let Some(latest) = part.known[at].word
+            && let Some(latest) = part.known[at].number
         {
-            if latest >= word {
+            if latest >= number {
                 return false;
             }
-            if latest.0 < word.0 {
+            if latest.0 < number.0 {
                 beliefs.strike(sender, |entry| part.has(entry));
             }
         }
@@ -181,8 +184,8 @@ impl Tables {
                 continue;
             }
             beliefs.renew(place, belief.round);
-            let believes = beliefs.entries()[place].claim;
-            match consensus(me.robot, sender, belief.claim, believes, &stamps) {
+            let own_claim = beliefs.entries()[place].claim;
+            match consensus(me.robot, sender, belief.claim, own_claim, &stamps) {
                 Action::Leave => {}
                 Action::Update => beliefs.set(place, belief.claim),
                 Action::Reset => beliefs.set(place, None),
@@ -190,7 +193,7 @@ impl Tables {
         }
         let mut is_first = part.note(sender, sent);
         if let Ok(at) = part.known(sender) {
-            part.known[at].word = Some(word);
+            part.known[at].number = Some(number);
         }
         for news in &table.news {
             if let Some(sent) = stamp(news, sent)
@@ -204,18 +207,18 @@ impl Tables {
         is_first
     }
 
-    /// FORGET: who has been silent for τ has nothing any more. Whether there is one.
+    /// Removes the claims of robots silent for τ. Returns whether there were any.
     fn forget(&mut self, me: &Me, now: SimTime, beliefs: &mut Beliefs) -> bool {
-        let is_silent = |known: &Known| now.since(known.sent) >= me.ceased_after;
-        let mut is_gone = false;
+        let is_silent = |known: &Teammate| now.since(known.sent) >= me.ceased_after;
+        let mut any_lost = false;
         for part in &mut self.parts {
             while let Some(at) = part.known.iter().position(is_silent) {
-                let gone = part.known.remove(at).robot;
-                beliefs.strike(gone, |entry| part.has(entry));
-                is_gone = true;
+                let lost = part.known.remove(at).robot;
+                beliefs.strike(lost, |entry| part.has(entry));
+                any_lost = true;
             }
         }
-        is_gone
+        any_lost
     }
 }
 
@@ -231,7 +234,7 @@ impl Consensus for Tables {
         let part = |(block, slot)| Part {
             block,
             slot,
-            said: None,
+            last_sent: None,
             known: Vec::new(),
         };
         Self {
@@ -240,7 +243,7 @@ impl Consensus for Tables {
         }
     }
 
-    fn hear(
+    fn receive(
         &mut self,
         me: &Me,
         input: &Input<'_>,
@@ -250,7 +253,7 @@ impl Consensus for Tables {
         let mut has_changed = false;
         for broadcast in input.heard {
             if let Content::Allocation(AllocationMessage::Table(table)) = &broadcast.body {
-                has_changed |= self.hear_table(me, broadcast, table, input.now, beliefs);
+                has_changed |= self.receive_table(me, broadcast, table, input.now, beliefs);
                 bundle.drop_lost(beliefs);
             }
         }
@@ -261,26 +264,27 @@ impl Consensus for Tables {
         has_changed
     }
 
-    fn say(&mut self, now: SimTime, beliefs: &mut Beliefs, say: &mut Vec<AllocationMessage>) {
-        // What does not go now goes in the next step; so those that were told longest ago come first.
-        while say.len() <= beliefs.tasks().len() {
+    fn send(&mut self, now: SimTime, beliefs: &mut Beliefs, messages: &mut Vec<AllocationMessage>) {
+        // The remaining parts are sent in the next step, the longest unsent part first.
+        while messages.len() <= beliefs.tasks().len() {
             let is_due = |part: &&mut Part| {
-                let is_late = |said| now.since(said) >= self.refresh;
+                let is_late = |last_sent| now.since(last_sent) >= self.refresh;
                 let mut entries = beliefs.entries().iter();
                 let has_news = |entry: &Entry| entry.is_unsaid && part.has(entry);
-                part.said != Some(now) && (part.said.is_none_or(is_late) || entries.any(has_news))
+                part.last_sent != Some(now)
+                    && (part.last_sent.is_none_or(is_late) || entries.any(has_news))
             };
             let due = self.parts.iter_mut().filter(is_due);
-            let Some(part) = due.min_by_key(|part| part.said) else {
+            let Some(part) = due.min_by_key(|part| part.last_sent) else {
                 return;
             };
-            say.push(AllocationMessage::Table(part.table(beliefs, now)));
+            messages.push(AllocationMessage::Table(part.table(beliefs, now)));
             for place in 0..beliefs.entries().len() {
                 if part.has(&beliefs.entries()[place]) {
                     beliefs.note_said(place);
                 }
             }
-            part.said = Some(now);
+            part.last_sent = Some(now);
         }
     }
 }

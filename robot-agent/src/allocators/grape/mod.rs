@@ -1,8 +1,8 @@
-//! GRAPE: robots choose coalitions as selfish players of a game in which a task is worth less to each the more robots share it, until
-//! nobody wants to move (Jang, Shin, Tsourdos, IEEE T-RO 34(6), 2018; ALLOCATORS.md §8).
+//! GRAPE: a hedonic game in which selfish robots choose coalitions until no robot gains by a move (Jang, Shin,
+//! Tsourdos, IEEE T-RO 34(6), 2018; docs/ALLOCATORS.md §8).
 //!
-//! A task is worth u/p to a member of a coalition of p, with the utility u that all rules have in common, and nothing above
-//! `max_robots`. To have no task is worth 0.
+//! A task is worth u/p to each member of a coalition of p robots, with utility u, and nothing above `max_robots`. No
+//! task is worth 0.
 
 mod partition;
 #[cfg(test)]
@@ -21,7 +21,6 @@ use crate::allocator::unit::Unit;
 use crate::allocator::{Allocator, Choice, Decision, Input, Me};
 use partition::{Inbox, Partition};
 
-/// One robot's partition, and what it knows of who is alive.
 #[derive(Clone, Debug)]
 pub struct Grape {
     me: Me,
@@ -29,19 +28,17 @@ pub struct Grape {
     unit: Unit,
     partition: Partition,
     inbox: Inbox,
-    /// Who has ever been heard, by rank. Of heartbeats only that there are some is read.
-    heard: Vec<RobotId>,
-    /// When the partition was told last.
-    said: Option<SimTime>,
-    /// The part that is told next; `None`: all have been.
-    next: Option<u16>,
+    /// The teammates from which anything was received, by rank. Heartbeats count only as signs of life.
+    met: Vec<RobotId>,
+    last_sent: Option<SimTime>,
+    /// The next part to send; `None` if all parts have been sent.
+    next_part: Option<u16>,
 }
 
-/// `[allocators.grape]`.
+/// The parameters in `[allocators.grape]`.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
-    /// Time after which a robot tells the partition again, s.
     pub refresh_s: f64,
 }
 
@@ -51,12 +48,12 @@ impl Default for Config {
     }
 }
 
-/// What a coalition is worth to the robot: priority, then utility.
+/// The value of a coalition to the robot: priority, then utility.
 type Worth = (i32, f64);
 
 impl Grape {
-    /// HEAR: takes over the newest partition. Whether it is another one now.
-    fn hear(&mut self, input: &Input<'_>) -> bool {
+    /// Receives messages and adopts the newest partition. Returns whether the partition changed.
+    fn receive(&mut self, input: &Input<'_>) -> bool {
         let now = input.now;
         let mut has_changed = false;
         for broadcast in input.heard {
@@ -65,8 +62,8 @@ impl Grape {
             if sender == self.me.robot || sender.index() >= self.me.team || !is_fresh {
                 continue;
             }
-            if let Err(at) = self.heard.binary_search(&sender) {
-                self.heard.insert(at, sender);
+            if let Err(at) = self.met.binary_search(&sender) {
+                self.met.insert(at, sender);
             }
             if let Content::Allocation(AllocationMessage::Partition(message)) = &broadcast.body {
                 let size = (self.me.team, self.me.tasks);
@@ -77,15 +74,14 @@ impl Grape {
         has_changed
     }
 
-    /// FORGET: strikes those of whom nobody has heard anything for τ, as far as is known here, whoever still has them in a coalition. Who is
-    /// too far away to be heard is vouched for by those in between. Whether there was one.
-    fn forget(&mut self, input: &Input<'_>) -> bool {
-        let has_met = |robot| self.heard.binary_search(&robot).is_ok();
+    /// Removes robots without a sign of life for τ, direct or reported. Returns whether there were any.
+    fn remove_silent(&mut self, input: &Input<'_>) -> bool {
+        let has_met = |robot| self.met.binary_search(&robot).is_ok();
         self.partition
             .strike(input.now, self.me.ceased_after, has_met)
     }
 
-    /// What a task would be worth to the robot, by the best of its behaviors for it.
+    /// Returns the value of a task to the robot with this behavior; `None` if it cannot join.
     fn worth(&self, choice: &Choice, input: &Input<'_>) -> Option<Worth> {
         let utility = self.unit.begun().utility(choice, input)?;
         let members = 1 + self.partition.others(choice.task, self.me.robot);
@@ -93,24 +89,24 @@ impl Grape {
         has_room.then_some((choice.priority, utility / members as f64))
     }
 
-    /// Moves to the best coalition, if that is better than its own. Whether it has moved.
+    /// Moves to the best coalition if it is better than the current one. Returns whether the robot moved.
     fn decide(&mut self, input: &Input<'_>) -> bool {
-        let own = self.partition.task_of(self.me.robot);
+        let current = self.partition.task_of(self.me.robot);
         let worth_of = |choice: &Choice| Some((self.worth(choice, input)?, choice.task));
         let offers = || input.choices.iter().filter_map(worth_of);
-        // Of equal worth the lower task.
+        // Of equal value the lower task wins.
         let better = |a: (Worth, TaskId), b: (Worth, TaskId)| {
             let is_better = order(&b.0, &a.0).then(a.1.cmp(&b.1)).is_gt();
             if is_better { b } else { a }
         };
         let best = offers().reduce(better);
         let mine = offers()
-            .filter(|(_, task)| Some(*task) == own)
+            .filter(|(_, task)| Some(*task) == current)
             .reduce(better);
         let moves = match (best, mine) {
             (Some(best), Some(mine)) => order(&best.0, &mine.0).is_gt(),
             (Some(_), None) => true,
-            (None, _) => own.is_some(),
+            (None, _) => current.is_some(),
         };
         if moves {
             let task = best.map(|(_, task)| task);
@@ -119,7 +115,7 @@ impl Grape {
         moves
     }
 
-    /// The behavior of highest utility for its task; of equal ones the first.
+    /// Returns the behavior of highest utility for the robot's task; the first of equal ones.
     fn behavior(&self, input: &Input<'_>) -> Option<BehaviorId> {
         let task = self.partition.task_of(self.me.robot)?;
         let mut best: Option<(f64, BehaviorId)> = None;
@@ -133,20 +129,25 @@ impl Grape {
         best.map(|(_, behavior)| behavior)
     }
 
-    /// SAY: the partition when it has changed, and every `refresh_s`.
-    fn say(&mut self, has_changed: bool, now: SimTime, say: &mut Vec<AllocationMessage>) {
-        let is_due = |said| now.since(said) >= self.refresh;
-        if has_changed || (self.next.is_none() && self.said.is_none_or(is_due)) {
-            self.next = Some(0);
-            self.said = Some(now);
+    /// Sends the partition when it has changed, and every `refresh_s`.
+    fn send_partition(
+        &mut self,
+        has_changed: bool,
+        now: SimTime,
+        messages: &mut Vec<AllocationMessage>,
+    ) {
+        let is_due = |last_sent| now.since(last_sent) >= self.refresh;
+        if has_changed || (self.next_part.is_none() && self.last_sent.is_none_or(is_due)) {
+            self.next_part = Some(0);
+            self.last_sent = Some(now);
         }
         self.partition.saw(self.me.robot, now);
-        // What does not go now goes in the next step.
-        while let Some(part) = self.next
-            && say.len() <= self.me.tasks
+        // The remaining parts are sent in the next step.
+        while let Some(part) = self.next_part
+            && messages.len() <= self.me.tasks
         {
-            say.push(AllocationMessage::Partition(self.partition.message(part)));
-            self.next = Some(part + 1).filter(|&next| next < self.partition.parts());
+            messages.push(AllocationMessage::Partition(self.partition.message(part)));
+            self.next_part = Some(part + 1).filter(|&next| next < self.partition.parts());
         }
     }
 }
@@ -163,7 +164,7 @@ impl Allocator for Grape {
             key: "refresh_s",
             unit: "s",
             default: ParameterDefault::Number(Config::default().refresh_s),
-            about: "time after which a robot tells the partition again",
+            about: "time between two broadcasts of the partition",
             range: ParameterRange::Above(0.0, 1e9),
         }]
     }
@@ -175,17 +176,17 @@ impl Allocator for Grape {
             unit: Unit::default(),
             partition: Partition::default(),
             inbox: Inbox::default(),
-            heard: Vec::new(),
-            said: None,
-            next: None,
+            met: Vec::new(),
+            last_sent: None,
+            next_part: None,
         }
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         let before = decision.active;
         let must_decide = self.unit.look(&self.me, input, before);
-        let is_adopted = self.hear(input);
-        let is_struck = self.forget(input);
+        let is_adopted = self.receive(input);
+        let is_struck = self.remove_silent(input);
         let is_pushed_out = before.is_some() && self.partition.task_of(self.me.robot).is_none();
         let mut has_moved = is_struck;
         if must_decide || is_adopted || is_struck {
@@ -204,7 +205,7 @@ impl Allocator for Grape {
                 Reason::Claimed
             });
         }
-        self.say(is_adopted || has_moved, input.now, &mut decision.say);
+        self.send_partition(is_adopted || has_moved, input.now, &mut decision.say);
         let holder = |task| self.partition.first_of(task);
         let under_way = self.unit.under_way();
         under_way.log(&self.me, input, decision, holder);

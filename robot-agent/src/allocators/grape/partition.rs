@@ -1,5 +1,5 @@
-//! Who is in which coalition, as one value that robots hand to each other whole: of two the one of more decisions counts, of as many the
-//! one with the larger stamp (the D-mutex of Jang, Shin, Tsourdos 2018).
+//! The coalition of each robot, exchanged as one value. The partition with more decisions wins; a tie goes to the
+//! larger stamp (the D-mutex of Jang, Shin, Tsourdos 2018).
 
 use std::cmp::Ordering;
 
@@ -7,57 +7,49 @@ use alliance_proto::allocation::grape::{MEMBERS_MAX, Member, Partition as Messag
 use alliance_proto::ids::{RobotId, TaskId};
 use alliance_proto::time::SimTime;
 
-/// What decides between two partitions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Version {
-    /// Decisions so far.
+    /// The number of decisions so far.
     pub evolution: u64,
-    /// Drawn with the last one.
+    /// The random number drawn with the last decision.
     pub stamp: f64,
 }
 
 impl Version {
-    /// Whether it counts before another.
     pub fn is_newer_than(&self, other: &Self) -> bool {
         let by_stamp = || self.stamp.total_cmp(&other.stamp);
         self.evolution.cmp(&other.evolution).then_with(by_stamp) == Ordering::Greater
     }
 }
 
-/// A partition.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Partition {
-    /// Which one it is.
     pub version: Version,
-    /// Who has a task, in ascending order.
+    /// The robots with a task, in ascending order.
     members: Vec<Member>,
 }
 
-/// A partition of which parts are still missing.
 #[derive(Clone, Debug, PartialEq)]
 struct Incomplete {
     version: Version,
     parts: Vec<Option<Vec<Member>>>,
 }
 
-/// What a robot has heard of the newest partition.
+/// The received parts of the newest partition.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Inbox(Option<Incomplete>);
 
 impl Partition {
-    /// The task of a robot.
     pub fn task_of(&self, robot: RobotId) -> Option<TaskId> {
         let at = self.place(robot).ok()?;
         Some(self.members[at].task)
     }
 
-    /// How many others are in a coalition.
     pub fn others(&self, task: TaskId, me: RobotId) -> usize {
         let of = |member: &&Member| member.task == task && member.robot != me;
         self.members.iter().filter(of).count()
     }
 
-    /// The lowest-ranked member of a coalition.
     pub fn first_of(&self, task: TaskId) -> Option<RobotId> {
         let mut members = self.members.iter();
         members
@@ -65,7 +57,6 @@ impl Partition {
             .map(|member| member.robot)
     }
 
-    /// A robot that lives moves to a coalition, or out of all.
     pub fn put(&mut self, robot: RobotId, task: Option<TaskId>, seen: SimTime) {
         match (self.place(robot), task) {
             (Ok(at), Some(task)) => self.members[at] = Member { robot, task, seen },
@@ -77,7 +68,6 @@ impl Partition {
         }
     }
 
-    /// A robot gave a sign of life then.
     pub fn saw(&mut self, robot: RobotId, seen: SimTime) {
         if let Ok(at) = self.place(robot) {
             let member = &mut self.members[at];
@@ -85,7 +75,7 @@ impl Partition {
         }
     }
 
-    /// Strikes those whose last sign of life is τ ago, of whom `has_met` is true. Whether there was one.
+    /// Removes the members without a sign of life for τ for which `has_met` is true. Returns whether there were any.
     pub fn strike(
         &mut self,
         now: SimTime,
@@ -98,15 +88,15 @@ impl Partition {
         self.members.len() < before
     }
 
-    /// Takes over what another one knows of signs of life.
+    /// Merges the signs of life that another robot reports.
     fn merge_seen(&mut self, members: &[Member], now: SimTime) {
-        // Of the future nobody knows.
+        // Times in the future are invalid.
         for member in members.iter().filter(|member| member.seen <= now) {
             self.saw(member.robot, member.seen);
         }
     }
 
-    /// A decision has been made.
+    /// Counts a decision and stores its stamp.
     pub fn evolve(&mut self, stamp: f64) {
         self.version = Version {
             evolution: self.version.evolution.saturating_add(1),
@@ -119,14 +109,13 @@ impl Partition {
             .binary_search_by_key(&robot, |member| member.robot)
     }
 
-    /// How many messages it takes.
+    /// Returns the number of messages that the partition needs.
     pub fn parts(&self) -> u16 {
         let parts = self.members.len().div_ceil(MEMBERS_MAX).max(1);
         // A team has at most 65,536 robots.
         parts as u16
     }
 
-    /// One of its messages.
     pub fn message(&self, part: u16) -> Message {
         let mut chunks = self.members.chunks(MEMBERS_MAX);
         Message {
@@ -140,8 +129,8 @@ impl Partition {
 }
 
 impl Inbox {
-    /// Takes a message; whether this was the last of a newer partition than the one that is known, which it is now. What no robot of
-    /// such a team would say is ignored.
+    /// Stores a part. Returns whether it completed a newer partition, which then replaces `known`. Invalid messages are
+    /// ignored.
     pub fn take(
         &mut self,
         message: &Message,
@@ -153,7 +142,7 @@ impl Inbox {
             evolution: message.evolution,
             stamp: message.stamp,
         };
-        // What is known already is most of what is heard.
+        // Most messages repeat the known partition.
         if !version.is_newer_than(&known.version) {
             if version == known.version {
                 known.merge_seen(&message.members, now);
@@ -172,7 +161,7 @@ impl Inbox {
         true
     }
 
-    /// All members, if this was the last part.
+    /// Returns all members if this was the last missing part.
     fn complete(
         &mut self,
         version: Version,
@@ -181,7 +170,7 @@ impl Inbox {
         tasks: usize,
     ) -> Option<Vec<Member>> {
         let parts = usize::from(message.parts);
-        let in_team = |it: &Member| it.robot.index() < team && it.task.index() < tasks;
+        let in_team = |member: &Member| member.robot.index() < team && member.task.index() < tasks;
         let is_sound = (0.0..1.0).contains(&version.stamp)
             && (1..=team.div_ceil(MEMBERS_MAX)).contains(&parts)
             && message.part < message.parts

@@ -1,4 +1,4 @@
-//! The laws of GRAPE (ALLOCATORS.md §8).
+//! The properties of GRAPE (docs/ALLOCATORS.md §8).
 
 use alliance_proto::allocation::AllocationMessage;
 use alliance_proto::allocation::grape::{MEMBERS_MAX, Member, Partition as Message};
@@ -18,7 +18,7 @@ const NEVER: SimTime = SimTime(1_000_000_000);
 const TAU: SimTime = SimTime(5000);
 
 #[test]
-fn grape_keeps_the_laws_of_all_allocators() {
+fn grape_keeps_the_properties_of_all_allocators() {
     testkit::allocator::<Grape>(&Config::default());
     testkit::allocator::<Grape>(&Config { refresh_s: 0.1 });
 }
@@ -38,20 +38,21 @@ fn random_team(seed: u64, refresh_s: f64) -> Team<Grape> {
     team
 }
 
-/// Nobody would be better off elsewhere, by other arithmetic than the allocator's.
+/// Checks with independent arithmetic that no robot gains by a move.
 #[track_caller]
 fn check_stable(team: &Team<Grape>, seed: u64) {
     let active = team.active();
     let work = &team.work;
-    for (robot, own) in active.iter().enumerate() {
+    for (robot, current) in active.iter().enumerate() {
         let worth = |task: usize| {
-            let others = (0..active.len()).filter(|&it| it != robot && active[it] == Some(task));
+            let others =
+                (0..active.len()).filter(|&other| other != robot && active[other] == Some(task));
             let members = 1 + others.count();
             let utility = work.reward[task] * libm::pow(0.98, work.first_s[robot][task]);
             let worth = (work.priority[task], utility / members as f64);
             (members <= work.max_robots[task]).then_some(worth)
         };
-        let mine = own.map(|task| worth(task).expect("nobody is one too many"));
+        let mine = current.map(|task| worth(task).expect("no coalition exceeds its limit"));
         for task in 0..work.tasks() {
             assert!(
                 worth(task) <= mine || worth(task).is_none(),
@@ -61,9 +62,10 @@ fn check_stable(team: &Team<Grape>, seed: u64) {
     }
 }
 
-/// It ends within n² decisions, each known to all after D rounds, in a Nash-stable partition; evolution never falls.
+/// The algorithm ends within n² decisions, each known to all robots after D rounds, in a Nash-stable partition. The
+/// evolution number never falls.
 #[test]
-fn it_ends_in_a_stable_partition_that_all_know() {
+fn all_robots_agree_on_a_stable_partition() {
     for seed in 0..300 {
         let mut team = random_team(seed, [1e6, 0.05][seed as usize % 2]);
         let robots = team.members.len();
@@ -80,7 +82,9 @@ fn it_ends_in_a_stable_partition_that_all_know() {
         check_stable(&team, seed);
         let tasks_of = |partition: &Partition| {
             let members = partition.message(0).members.into_iter();
-            members.map(|it| (it.robot, it.task)).collect::<Vec<_>>()
+            members
+                .map(|member| (member.robot, member.task))
+                .collect::<Vec<_>>()
         };
         let agreed = tasks_of(&team.members[0].allocator.partition);
         for _ in 0..10 {
@@ -94,7 +98,7 @@ fn it_ends_in_a_stable_partition_that_all_know() {
 }
 
 #[test]
-fn it_ends_so_with_loss_too() {
+fn the_partition_is_stable_despite_message_loss() {
     for loss in [0.3, 0.6] {
         for seed in 0..80 {
             let mut team = random_team(seed, 0.05);
@@ -107,9 +111,9 @@ fn it_ends_so_with_loss_too() {
     }
 }
 
-/// A coalition loses its dead τ after their last word, and nobody brings them back.
+/// A coalition loses a crashed robot τ after its last message, and no teammate adds it again.
 #[test]
-fn the_dead_are_struck() {
+fn crashed_robots_are_removed() {
     let mut chance = ChaCha8Rng::seed_from_u64(1);
     let work = Work::random(&mut chance, 3, 1);
     let mut team = Team::<Grape>::new(1, work, &Config::default(), TAU);
@@ -118,23 +122,24 @@ fn the_dead_are_struck() {
     }
     let holder = team.active().iter().position(Option::is_some).unwrap();
     team.dead[holder] = true;
-    let last_word = SimTime(1000);
+    let last_message = SimTime(1000);
     while team.active().iter().flatten().count() < 2 {
         team.step();
         assert!(team.tick < 1000);
     }
     let taken = SimTime(team.now().0 - 50);
-    assert_eq!(taken, last_word + TAU);
+    assert_eq!(taken, last_message + TAU);
     for _ in 0..200 {
         team.step();
     }
-    // The dead robot's last decision is still there; of the living one has the task.
+    // The crashed robot's last decision is still recorded; one of the running robots has the task.
     assert_eq!(team.active().iter().flatten().count(), 2);
 }
 
-/// Who is too far away to be heard any more is vouched for by those in between: nobody is struck, and the partition stays as it is.
+/// Robots in between report the signs of life of a distant robot. No robot is removed, and the partition stays the
+/// same.
 #[test]
-fn who_moves_out_of_earshot_keeps_its_task() {
+fn a_robot_that_moves_out_of_range_keeps_its_task() {
     for seed in 0..20 {
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
         let work = Work::random(&mut chance, 4, 4);
@@ -144,7 +149,10 @@ fn who_moves_out_of_earshot_keeps_its_task() {
         }
         team.connect_as_line(0.0);
         let versions = |team: &Team<Grape>| {
-            let versions = team.members.iter().map(|it| it.allocator.partition.version);
+            let versions = team
+                .members
+                .iter()
+                .map(|member| member.allocator.partition.version);
             versions.collect::<Vec<_>>()
         };
         let before = versions(&team);
@@ -156,7 +164,7 @@ fn who_moves_out_of_earshot_keeps_its_task() {
 }
 
 #[test]
-fn what_no_robot_would_say_is_ignored() {
+fn invalid_messages_are_ignored() {
     let known = Version {
         evolution: 3,
         stamp: 0.5,
@@ -183,17 +191,17 @@ fn what_no_robot_would_say_is_ignored() {
         task: TaskId(task),
         seen: SimTime(0),
     };
-    let wild: [fn(&mut Message); 8] = [
-        |it| it.stamp = f64::NAN,
-        |it| it.stamp = 1.0,
-        |it| it.evolution = 2,
-        |it| it.part = 1,
-        |it| it.parts = 0,
-        |it| it.parts = 2,
-        |it| it.members[0].robot = RobotId(3),
-        |it| it.members[0].task = TaskId(2),
+    let invalid: [fn(&mut Message); 8] = [
+        |message| message.stamp = f64::NAN,
+        |message| message.stamp = 1.0,
+        |message| message.evolution = 2,
+        |message| message.part = 1,
+        |message| message.parts = 0,
+        |message| message.parts = 2,
+        |message| message.members[0].robot = RobotId(3),
+        |message| message.members[0].task = TaskId(2),
     ];
-    for change in wild {
+    for change in invalid {
         let mut message = sound.clone();
         change(&mut message);
         assert!(!take(&message), "{message:?}");
@@ -205,9 +213,9 @@ fn what_no_robot_would_say_is_ignored() {
     assert!(!take(&twice));
 }
 
-/// A large team's partition goes in parts, in any order, from whomever, each of at most 1,200 bytes.
+/// A large team's partition is sent in parts of at most 1,200 bytes, which may arrive in any order and from any robots.
 #[test]
-fn parts_make_the_whole() {
+fn parts_combine_to_the_whole_partition() {
     let mut partition = Partition::default();
     for robot in 0..1000 {
         let seen = SimTime(1 << 40);
@@ -224,6 +232,5 @@ fn parts_make_the_whole() {
         let is_whole = inbox.take(&message, &mut whole, (65_536, 65_536), SimTime(1 << 41));
         assert_eq!(is_whole, part == 0);
     }
-    // Of a team that large there may be more parts than these.
     assert_eq!(whole, partition);
 }

@@ -3,54 +3,45 @@
 use alliance_proto::scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 
-/// `[allocators.l-alliance]`.
+/// The parameters in `[allocators.l-alliance]`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
-    /// By whose times robots are patient and yield.
+    /// The source of the times that determine patience and yielding.
     pub strategy: Strategy,
-    /// Which task a robot is drawn to first; of strategies I to III.
     pub ordering: Ordering,
-    /// μ: number of trials that are remembered of each robot and task.
     pub trials: usize,
-    /// Shortest time in which a motivation grows to θ while nobody is at the task, s.
     pub min_delay_s: f64,
-    /// The longest, s; at least the shortest.
     pub max_delay_s: f64,
-    /// Boredom from which on a robot looks at tasks that others are better at.
     pub boredom_threshold: f64,
-    /// How fast boredom grows while the robot has nothing to do, 1/s.
     pub boredom_rate: f64,
-    /// What a robot is believed to need before its first trial, in units of the task's work.
     pub prior_units: f64,
-    /// Active learning goes on until there are so many trials of each own task; 0: there is none.
     pub learning_trials: u32,
-    /// Its longest time, s.
     pub learning_limit_s: f64,
 }
 
-/// By whose times robots are patient and yield.
+/// The source of the times that determine patience and yielding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum Strategy {
-    /// Distrust performance knowledge about teammates: all by one's own time.
+    /// Distrust performance knowledge about teammates: the robot's own time for all.
     I,
-    /// Let the best robot win: all by the best time.
+    /// Let the best robot win: the best time for all.
     II,
-    /// Give robots a fighting chance: each by its own time.
+    /// Give robots a fighting chance: the time of each robot for itself.
     III,
-    /// As III, with an order of its own: what the robot is best at longest first, else shortest first.
+    /// The same as III, with its own order: the longest first where the robot is best, else the shortest.
     IV,
 }
 
-/// Which task a robot is drawn to first.
+/// The order in which a robot prefers tasks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ordering {
-    /// The longest first, whoever is best at it.
+    /// The longest task first, independent of the best robot.
     LongestFirst,
-    /// What the robot is best at before the rest; of each the shortest first.
+    /// Tasks at which the robot is best, then the rest; in each group the shortest first.
     ShortestFirst,
-    /// What the robot is best at before the rest; of each any.
+    /// Tasks at which the robot is best, then the rest; in each group in random order.
     Random,
 }
 
@@ -72,7 +63,6 @@ impl Default for Config {
 }
 
 impl Config {
-    /// Its keys.
     pub(super) fn parameters() -> Vec<ParameterSpec> {
         let default = Self::default();
         let number = |key, unit, value, about, range| ParameterSpec {
@@ -94,67 +84,67 @@ impl Config {
             spec(
                 "strategy",
                 ParameterDefault::Text("IV"),
-                "by whose times robots are patient and yield: I own, II best, III each by its own, IV as III with its own ordering (Parker 1995)",
+                "times that determine patience and yielding: I the robot's own, II the best, III each robot's own, IV as III with its own ordering (Parker 1995)",
                 ParameterRange::Choice(&["I", "II", "III", "IV"]),
             ),
             spec(
                 "ordering",
                 ParameterDefault::Text("longest-first"),
-                "which task a robot is drawn to first, with strategies I to III (Parker 1995)",
+                "order in which a robot prefers tasks, with strategies I to III (Parker 1995)",
                 ParameterRange::Choice(&["longest-first", "shortest-first", "random"]),
             ),
             spec(
                 "trials",
                 ParameterDefault::Whole(default.trials as i64),
-                "μ: trials that are remembered of each robot and task (Parker 1995: 5 to 10)",
+                "μ: number of trials stored per robot and task (Parker 1995: 5 to 10)",
                 ParameterRange::Whole(1, 100),
             ),
             number(
                 "min_delay_s",
                 "s",
                 default.min_delay_s,
-                "shortest time in which a motivation grows to θ while nobody is at the task (decided here)",
+                "shortest time in which a motivation rises to θ while no robot executes the task (decided here)",
                 above(0.0, 1e6),
             ),
             number(
                 "max_delay_s",
                 "s",
                 default.max_delay_s,
-                "the longest; min_delay_s at least (decided here)",
+                "longest time in which a motivation rises to θ while no robot executes the task; at least min_delay_s (decided here)",
                 above(0.0, 1e6),
             ),
             number(
                 "boredom_threshold",
                 "",
                 default.boredom_threshold,
-                "boredom from which on a robot looks at tasks that others are better at (decided here)",
+                "boredom at which a robot considers tasks that others are better at (decided here)",
                 within(0.0, 1e6),
             ),
             number(
                 "boredom_rate",
                 "1/s",
                 default.boredom_rate,
-                "how fast boredom grows while the robot has nothing to do (decided here)",
+                "growth of boredom while the robot has no task (decided here)",
                 above(0.0, 1e6),
             ),
             number(
                 "prior_units",
                 "",
                 default.prior_units,
-                "what a robot is believed to need before its first trial, in units of the task's work (decided here)",
+                "assumed time before the first trial, in units of the task's work (decided here)",
                 above(0.0, 1e6),
             ),
             spec(
                 "learning_trials",
                 ParameterDefault::Whole(i64::from(default.learning_trials)),
-                "active learning goes on until there are so many trials of each own task; 0: there is none (decided here)",
+                "number of trials of each task before active learning ends; 0 disables it (decided here)",
                 ParameterRange::Whole(0, 100),
             ),
             number(
                 "learning_limit_s",
                 "s",
                 default.learning_limit_s,
-                "longest time of active learning (decided here)",
+                "maximum duration of active learning (decided here)",
                 above(0.0, 1e6),
             ),
         ]

@@ -1,4 +1,4 @@
-//! L-ALLIANCE as an allocator that scenarios name.
+//! The registration of L-ALLIANCE as an allocator.
 
 use std::sync::Arc;
 
@@ -7,7 +7,6 @@ use alliance_proto::scenario::{AllocatorSpec, Setup};
 use super::{Config, Learner};
 use crate::allocator::{ConfigError, Kind, Me, Mind, Prepared, config};
 
-/// L-ALLIANCE.
 #[derive(Clone, Copy, Debug)]
 pub struct LAlliance;
 
@@ -19,7 +18,7 @@ impl Kind for LAlliance {
     fn spec(&self) -> AllocatorSpec {
         AllocatorSpec {
             name: Self::NAME,
-            about: "ALLIANCE with learned times: motivations and patience by how long each robot needs (Parker 1995)",
+            about: "ALLIANCE with learned times: motivation and patience follow each robot's measured task times (Parker 1995)",
             parameters: Config::parameters(),
             wants_truth: false,
             learns: true,

@@ -1,13 +1,11 @@
-//! L-ALLIANCE: ALLIANCE whose φ, ψ, δ_slow and δ_fast come from measured times (Parker, ORNL report 1995; Advanced Robotics 11(4),
-//! 1997; ALLOCATORS.md §3).
+//! L-ALLIANCE: ALLIANCE with φ, ψ, δ_slow and δ_fast computed from measured task times (Parker, ORNL report 1995;
+//! Advanced Robotics 11(4), 1997; docs/ALLOCATORS.md §3).
 //!
-//! Motivations, states and heartbeats are ALLIANCE's own engine, with θ, the switches, ρ and τ of `[alliance]`. In each step this rule
-//! measures, and gives the engine the values that follow. It says nothing beside heartbeats.
+//! ALLIANCE's engine computes motivations, states and heartbeats, with θ, the switches, ρ and τ of `[alliance]`. In
+//! each step this module measures task times and sets the engine's parameters.
 //!
-//! - `monitor`: how long each robot needs for each task;
-//! - `rates`: which values follow from that, by strategy and ordering;
-//! - `config`: the parameters;
-//! - `kind`: L-ALLIANCE as an allocator that scenarios name.
+//! - `monitor`: the measured time of each robot for each task.
+//! - `rates`: the parameters by strategy and ordering.
 
 mod config;
 mod kind;
@@ -29,7 +27,6 @@ use rates::{Category, Knowledge, Rates};
 pub use config::{Config, Ordering, Strategy};
 pub use kind::LAlliance;
 
-/// The learning motivational behaviors of one robot.
 #[derive(Clone, Debug)]
 pub struct Learner {
     me: Me,
@@ -37,46 +34,43 @@ pub struct Learner {
     threshold: f64,
     engine: Engine,
     monitor: Monitor,
-    /// The own tasks, each once, in the order of the catalog.
+    /// The robot's tasks without duplicates, in the order of the catalog.
     tasks: Vec<TaskId>,
-    /// When the incarnation began.
     began: Option<SimTime>,
-    /// Whether a behavior was active after the latest step.
     was_active: bool,
     boredom: f64,
-    /// From [0, 1), by own task: the order of [`Ordering::Random`].
+    /// A random number in [0, 1) per task, for [`Ordering::Random`].
     draws: Vec<f64>,
-    /// What the robot knew of its tasks and made of it in the latest step; kept for its memory.
-    lessons: Vec<Lesson>,
-    /// φ and δ_slow toward single teammates; kept for its memory.
+    /// The values of the robot's tasks in the latest step.
+    task_values: Vec<TaskValues>,
+    /// A buffer for φ and δ_slow toward single teammates.
     toward: Vec<(RobotId, Toward)>,
 }
 
-/// What a robot knows of an own task, and what follows.
 #[derive(Clone, Copy, Debug)]
-struct Lesson {
+struct TaskValues {
     knowledge: Knowledge,
     rates: Rates,
-    /// How active learning goes about the task, while it goes on.
-    drill: Option<Drill>,
+    /// The step of active learning; `None` once it has ended.
+    learning: Option<LearningStep>,
 }
 
-/// What active learning wants of a task.
+/// The role of a task in active learning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Drill {
-    /// A trial.
+enum LearningStep {
+    /// The robot tries the task next.
     Try,
-    /// Nothing for now.
+    /// The robot does not try the task now.
     Rest,
-    /// It is left for another one after the trial that has just ended.
+    /// The robot leaves the task, because its trial has just ended and another task is next.
     Leave,
 }
 
 impl Learner {
-    /// A robot at the start of an incarnation, with θ and the switches of `[alliance]`.
+    /// Creates a robot at the start of an incarnation, with θ and the switches of `[alliance]`.
     #[must_use]
     pub fn new(me: &Me, config: &Config, threshold: f64, switches: Switches) -> Self {
-        let mut tasks: Vec<TaskId> = me.behaviors.iter().map(|own| own.task).collect();
+        let mut tasks: Vec<TaskId> = me.behaviors.iter().map(|behavior| behavior.task).collect();
         tasks.sort_unstable();
         tasks.dedup();
         let wishes_at_work = switches.wish_when_suppressed;
@@ -89,17 +83,17 @@ impl Learner {
             was_active: false,
             boredom: 0.0,
             draws: vec![0.0; tasks.len()],
-            lessons: Vec::with_capacity(tasks.len()),
+            task_values: Vec::with_capacity(tasks.len()),
             toward: Vec::new(),
             tasks,
             me: me.clone(),
         }
     }
 
-    /// Takes in what the robot has learned in earlier runs.
+    /// Loads the times that the robot has learned in earlier runs.
     pub(super) fn recall(&mut self, setup: &Setup) {
-        let own = setup.profile.robots.get(setup.roster.name(self.me.robot));
-        for (task, times) in own.into_iter().flatten() {
+        let profile = setup.profile.robots.get(setup.roster.name(self.me.robot));
+        for (task, times) in profile.into_iter().flatten() {
             for (robot, times) in times {
                 let task = setup.catalog.task_named(task);
                 let robot = setup.roster.robot_named(robot);
@@ -111,12 +105,14 @@ impl Learner {
     }
 
     fn task_of(&self, behavior: BehaviorId) -> Option<TaskId> {
-        let mut own = self.me.behaviors.iter();
-        own.find(|own| own.id == behavior).map(|own| own.task)
+        let mut behaviors = self.me.behaviors.iter();
+        behaviors
+            .find(|known| known.id == behavior)
+            .map(|known| known.task)
     }
 
-    /// Boredom, and a new order whenever the robot becomes free.
-    fn wait(&mut self, input: &Input<'_>) {
+    /// Updates the boredom, and draws a new order when the robot becomes free.
+    fn update_boredom(&mut self, input: &Input<'_>) {
         let is_active = self.engine.active().is_some();
         if self.began.is_none() || (self.was_active && !is_active) {
             let mut stream = input.draws.stream();
@@ -125,7 +121,7 @@ impl Learner {
         self.boredom = if is_active || self.began.is_none() {
             0.0
         } else {
-            // There is nothing beyond the threshold.
+            // Boredom stops at its threshold.
             let bored = self.boredom + self.config.boredom_rate * input.step_s;
             bored.min(self.config.boredom_threshold)
         };
@@ -133,10 +129,10 @@ impl Learner {
         self.began.get_or_insert(input.now);
     }
 
-    fn know(&self, task: TaskId, now: SimTime) -> Knowledge {
+    fn knowledge_of(&self, task: TaskId, now: SimTime) -> Knowledge {
         let (me, brief) = (self.me.robot, &self.me.briefs[task.index()]);
         let own_s = self.monitor.time_s(task, me);
-        let has_tried = |robot| self.monitor.tried(task).any(|(it, _)| it == robot);
+        let has_tried = |robot| self.monitor.tried(task).any(|(other, _)| other == robot);
         let able = self
             .monitor
             .present(now)
@@ -161,8 +157,8 @@ impl Learner {
         }
     }
 
-    /// What is known of each own task, and what follows from it by strategy and ordering.
-    fn study(&mut self, now: SimTime) {
+    /// Computes the values of each task by strategy and ordering.
+    fn update_values(&mut self, now: SimTime) {
         let (mut low_s, mut high_s) = (f64::INFINITY, 0.0_f64);
         for &task in &self.tasks {
             let own_s = self.monitor.time_s(task, self.me.robot);
@@ -171,58 +167,57 @@ impl Learner {
                 (low_s, high_s) = (low_s.min(time_s), high_s.max(time_s));
             }
         }
-        let mut lessons = std::mem::take(&mut self.lessons);
-        lessons.clear();
-        lessons.extend(self.tasks.iter().zip(&self.draws).map(|(&task, &draw)| {
-            let knowledge = self.know(task, now);
-            Lesson {
+        let mut task_values = std::mem::take(&mut self.task_values);
+        task_values.clear();
+        task_values.extend(self.tasks.iter().zip(&self.draws).map(|(&task, &draw)| {
+            let knowledge = self.knowledge_of(task, now);
+            TaskValues {
                 rates: rates::rates(&self.config, &knowledge, (low_s, high_s), draw),
                 knowledge,
-                drill: None,
+                learning: None,
             }
         }));
-        self.lessons = lessons;
+        self.task_values = task_values;
     }
 
-    /// Active learning: of the applicable tasks at which nobody is heard, the one that the robot has tried least.
-    fn drill(&mut self, input: &Input<'_>) {
-        let wanted = self.config.learning_trials;
+    /// Plans active learning: the next trial is the least tried applicable task that no teammate executes.
+    fn plan_learning(&mut self, input: &Input<'_>) {
+        let required = self.config.learning_trials;
         let since = input.now.since(self.began.unwrap_or_default());
         let is_over = since >= SimTime::from_secs_f64(self.config.learning_limit_s)
-            || (self.tasks.iter()).all(|&task| self.monitor.own_trials(task) >= wanted);
+            || (self.tasks.iter()).all(|&task| self.monitor.own_trials(task) >= required);
         if is_over {
             return;
         }
         let can = |task: TaskId| {
-            let mut own = self.me.behaviors.iter().zip(input.applicable);
-            own.any(|(own, applicable)| own.task == task && *applicable)
+            let mut pairs = self.me.behaviors.iter().zip(input.applicable);
+            pairs.any(|(behavior, applicable)| behavior.task == task && *applicable)
         };
         let free = self.tasks.iter().copied();
         let free = free.filter(|&task| can(task) && self.monitor.executing(task) == 0);
         let next = free.min_by_key(|&task| self.monitor.own_trials(task));
         let at = self.monitor.own().map(|(task, _)| task);
-        for (&task, lesson) in self.tasks.iter().zip(&mut self.lessons) {
+        for (&task, values) in self.tasks.iter().zip(&mut self.task_values) {
             let has_ended = at == Some(task) && input.progressed.contains(&task);
-            lesson.drill = Some(if next == Some(task) {
-                Drill::Try
+            values.learning = Some(if next == Some(task) {
+                LearningStep::Try
             } else if has_ended && next.is_some() {
-                Drill::Leave
+                LearningStep::Leave
             } else {
-                Drill::Rest
+                LearningStep::Rest
             });
         }
     }
 
-    /// Gives the engine what has been learned.
     fn apply(&mut self) {
         let mut list = std::mem::take(&mut self.toward);
-        for (place, own) in self.me.behaviors.iter().enumerate() {
-            // The list is of the tasks of all own behaviors.
-            let index = self.tasks.binary_search(&own.task).unwrap_or_default();
+        for (place, behavior) in self.me.behaviors.iter().enumerate() {
+            // The list contains the tasks of all behaviors of the robot.
+            let index = self.tasks.binary_search(&behavior.task).unwrap_or_default();
             list.clear();
-            let values = match self.lessons[index].drill {
-                None => self.adaptive(own.task, &self.lessons[index], &mut list),
-                Some(drill) => self.active(own.task, drill),
+            let values = match self.task_values[index].learning {
+                None => self.adaptive(behavior.task, &self.task_values[index], &mut list),
+                Some(step) => self.active(behavior.task, step),
             };
             let toward = &list;
             self.engine.learn(place, &Values { toward, ..values });
@@ -230,25 +225,26 @@ impl Learner {
         self.toward = list;
     }
 
-    /// Adaptive learning. Writes to `list` the teammates for whom φ is another than for who has made no trial.
+    /// Computes the values of adaptive learning. Adds to `list` the teammates whose φ differs from that of a robot
+    /// without trials.
     fn adaptive(
         &self,
         task: TaskId,
-        lesson: &Lesson,
+        values: &TaskValues,
         list: &mut Vec<(RobotId, Toward)>,
     ) -> Values<'static> {
-        let Lesson {
+        let TaskValues {
             knowledge, rates, ..
-        } = lesson;
+        } = values;
         let toward = |theirs_s| {
             let strategy = self.config.strategy;
             self.toward_within(rates::patience_s(strategy, knowledge, theirs_s))
         };
         let toward_most = toward(self.monitor.prior_s(task));
         for (robot, theirs_s) in self.monitor.tried(task) {
-            let it = toward(theirs_s);
-            if robot != self.me.robot && it != toward_most {
-                list.push((robot, it));
+            let theirs = toward(theirs_s);
+            if robot != self.me.robot && theirs != toward_most {
+                list.push((robot, theirs));
             }
         }
         let others = list.iter().map(|(_, toward)| toward.phi);
@@ -270,11 +266,11 @@ impl Learner {
         }
     }
 
-    /// Active learning: patient with all for as long as it lasts, without ψ.
-    fn active(&self, task: TaskId, drill: Drill) -> Values<'static> {
+    /// Computes the values of active learning: patience until its end, and no ψ.
+    fn active(&self, task: TaskId, step: LearningStep) -> Values<'static> {
         let prior_s = self.monitor.prior_s(task);
         let longest_s = self.config.learning_limit_s.max(prior_s);
-        let leaves = drill == Drill::Leave;
+        let leaves = step == LearningStep::Leave;
         let lambda_s = if leaves {
             0.0
         } else {
@@ -287,8 +283,8 @@ impl Learner {
             psi: SimTime(u64::MAX),
             lambda: SimTime::from_secs_f64(lambda_s),
             learned: Learned {
-                is_withheld: drill != Drill::Try,
-                // Whoever leaves does so at once: its time counts from activation.
+                is_withheld: step != LearningStep::Try,
+                // A robot that leaves does so at once, because its time counts from activation.
                 trial: if leaves {
                     SimTime::ZERO
                 } else {
@@ -298,14 +294,14 @@ impl Learner {
         }
     }
 
-    /// Since when the robot's own trial of a task goes on, if one does.
+    /// Returns the start of the robot's current trial of a task; 0 if there is none.
     fn trial_of(&self, task: TaskId) -> SimTime {
-        let own = self.monitor.own().filter(|(at, _)| *at == task);
-        own.map_or(SimTime::ZERO, |(_, began)| began)
+        let trial = self.monitor.own().filter(|(at, _)| *at == task);
+        trial.map_or(SimTime::ZERO, |(_, began)| began)
     }
 
     fn toward_within(&self, patience_s: f64) -> Toward {
-        // To the millisecond, as all times: the motivation is at θ when patience is over.
+        // Rounded to the millisecond as all times, so that the motivation reaches θ when φ ends.
         let phi = SimTime::from_secs_f64(patience_s).max(SimTime(1));
         Toward {
             slow: self.threshold / phi.as_secs_f64(),
@@ -330,9 +326,9 @@ impl Mind for Learner {
     fn step(&mut self, input: &Input<'_>, outcome: &mut Outcome) {
         self.monitor.hear(input.now, input.heard);
         self.monitor.note_progress(input.now, input.progressed);
-        self.wait(input);
-        self.study(input.now);
-        self.drill(input);
+        self.update_boredom(input);
+        self.update_values(input.now);
+        self.plan_learning(input);
         self.apply();
         Mind::step(&mut self.engine, input, outcome);
         let active = outcome.active.and_then(|active| self.task_of(active));

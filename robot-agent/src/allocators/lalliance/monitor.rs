@@ -1,8 +1,8 @@
-//! The monitor: how long each robot needs for each task, from what it says it does.
+//! The monitor: the time of each robot for each task, measured from heartbeats.
 //!
-//! A trial begins when a robot is first heard executing a task, and at each progress that it reports on it. Progress ends it. A trial
-//! that ends otherwise has failed: the task was released, the robot turned to something else, fell silent for τ, or began a new
-//! incarnation. Times are those of the sender's words, never of their arrival.
+//! A trial begins with the first report of execution, and with each reported progress, which ends the previous trial
+//! successfully. A trial fails if the robot releases the task, executes another one, is silent for τ or restarts. Send
+//! times count, not receive times.
 
 use std::sync::Arc;
 
@@ -15,38 +15,34 @@ use smallvec::SmallVec;
 use crate::allocator::Me;
 use crate::by_rank::ByRank;
 
-/// What one robot knows of the times of all, itself included.
+/// The task times of all robots, as one robot measures them.
 #[derive(Clone, Debug)]
 pub(super) struct Monitor {
     me: RobotId,
     team: usize,
     tau: SimTime,
     step_s: f64,
-    /// μ.
+    /// μ, the number of stored trials.
     window: usize,
-    /// Whether a robot that executes a task may wish for another one meanwhile.
+    /// True if a robot may wish for another task while it executes one.
     wishes_at_work: bool,
-    /// By task: what is believed of who has made no trial, s; `None` of tasks that the robot itself has no behavior for.
+    /// The assumed time for robots without trials, s, by task; `None` for tasks without a behavior of this robot.
     priors: Vec<Option<f64>>,
-    /// By teammate: those that have spoken.
-    seen: ByRank<Seen>,
-    /// What the robot itself is at.
+    teammates: ByRank<Teammate>,
     own: Option<Attempt>,
-    /// By task and robot: those who have made one.
     trials: Vec<((TaskId, RobotId), Trials)>,
 }
 
-/// What was heard from a teammate.
 #[derive(Clone, Copy, Debug, Default)]
-struct Seen {
+struct Teammate {
     latest: (Incarnation, u64),
-    /// When it was heard last, and when that was sent.
-    heard: SimTime,
+    /// The receive time and the send time of the last message.
+    received: SimTime,
     sent: SimTime,
     at: Option<Attempt>,
 }
 
-/// A trial that goes on.
+/// A trial in progress.
 #[derive(Clone, Copy, Debug)]
 struct Attempt {
     task: TaskId,
@@ -54,20 +50,22 @@ struct Attempt {
     progress: u32,
 }
 
-/// The latest trials of a robot on a task.
 #[derive(Clone, Debug, Default)]
 struct Trials {
-    /// At most μ, from the oldest on, s.
+    /// The times of at most μ trials, the oldest first, s.
     times: SmallVec<[f64; 8]>,
-    /// How many there have been.
     count: u32,
     estimate: f64,
 }
 
 impl Monitor {
-    /// Nothing heard yet; `prior_units` units of a task's work are believed to be needed for it.
+    /// Creates a monitor without trials, with an assumed time of `prior_units` units of each task's work.
     pub fn new(me: &Me, window: usize, prior_units: f64, wishes_at_work: bool) -> Self {
-        let is_own = |task: usize| me.behaviors.iter().any(|own| own.task.index() == task);
+        let is_own = |task: usize| {
+            me.behaviors
+                .iter()
+                .any(|behavior| behavior.task.index() == task)
+        };
         let priors = me.briefs.iter().enumerate().map(|(task, brief)| {
             let prior_s = (prior_units * brief.unit_s).max(me.step_s);
             is_own(task).then_some(prior_s)
@@ -80,13 +78,12 @@ impl Monitor {
             window,
             wishes_at_work,
             priors: priors.collect(),
-            seen: ByRank::default(),
+            teammates: ByRank::default(),
             own: None,
             trials: Vec::new(),
         }
     }
 
-    /// Takes in what was learned of a robot and a task in an earlier run, as if it had just been seen.
     pub fn recall(&mut self, task: TaskId, robot: RobotId, times: &KnownTimes) {
         for &time_s in &times.latest_s {
             self.store(robot, task, time_s);
@@ -96,7 +93,7 @@ impl Monitor {
         }
     }
 
-    /// All that is known, by task and robot. A trial that goes on is none yet.
+    /// Returns all times, by task and robot, without trials in progress.
     pub fn learned(&self) -> Vec<(TaskId, RobotId, KnownTimes)> {
         let known = self.trials.iter().map(|((task, robot), trials)| {
             let times = KnownTimes {
@@ -108,23 +105,23 @@ impl Monitor {
         known.collect()
     }
 
-    /// Takes in what is heard in a step, and ends the trials of those who have been silent for τ.
+    /// Processes the messages of a step, and ends the trials of teammates silent for τ.
     pub fn hear<'a>(&mut self, now: SimTime, heard: impl IntoIterator<Item = &'a Arc<Broadcast>>) {
         for broadcast in heard {
-            self.take(now, broadcast);
+            self.receive(now, broadcast);
         }
-        for place in self.seen.places() {
-            let (robot, seen) = self.seen.entry_mut(place);
-            if now.since(seen.heard) >= self.tau
-                && let Some(attempt) = seen.at.take()
+        for place in self.teammates.places() {
+            let (robot, teammate) = self.teammates.entry_mut(place);
+            if now.since(teammate.received) >= self.tau
+                && let Some(attempt) = teammate.at.take()
             {
-                let sent = seen.sent;
+                let sent = teammate.sent;
                 self.fail(robot, attempt, sent);
             }
         }
     }
 
-    fn take(&mut self, now: SimTime, broadcast: &Broadcast) {
+    fn receive(&mut self, now: SimTime, broadcast: &Broadcast) {
         let sender = broadcast.sender;
         let task = match &broadcast.body {
             Content::Heartbeat(heartbeat) => heartbeat.task,
@@ -135,31 +132,31 @@ impl Monitor {
         if sender == self.me || sender.index() >= self.team || !task.is_none_or(is_known) {
             return;
         }
-        let seen = self.seen.get_or_insert_with(sender, Seen::default);
+        let teammate = self.teammates.get_or_insert_with(sender, Teammate::default);
         let stamp = (broadcast.incarnation, broadcast.seq);
-        if stamp <= seen.latest {
+        if stamp <= teammate.latest {
             return;
         }
-        let before = *seen;
-        // Nobody speaks in the future, whatever it says.
+        let before = *teammate;
+        // A send time in the future is invalid.
         let sent = broadcast.sent.min(now);
-        (seen.latest, seen.heard, seen.sent) = (stamp, now, sent);
+        (teammate.latest, teammate.received, teammate.sent) = (stamp, now, sent);
         let mut at = before.at;
         if stamp.0 > before.latest.0
             && let Some(attempt) = at.take()
         {
             self.fail(sender, attempt, before.sent);
         }
-        let (progress, goes_on) = match &broadcast.body {
+        let (progress, continues) = match &broadcast.body {
             Content::Heartbeat(heartbeat) => {
                 let is_same = at.is_some_and(|at| Some(at.task) == heartbeat.task);
-                let goes_on = match heartbeat.state {
+                let continues = match heartbeat.state {
                     TaskState::Executing => is_same,
                     TaskState::Released => !is_same,
                     TaskState::Waiting => self.wishes_at_work && !is_same,
                     TaskState::Idle => false,
                 };
-                (is_same.then_some(heartbeat.progress), goes_on)
+                (is_same.then_some(heartbeat.progress), continues)
             }
             Content::Bulletin(bulletin) => {
                 let about = bulletin.about.as_ref();
@@ -173,7 +170,7 @@ impl Monitor {
             attempt.progress = attempt.progress.max(progress);
             self.succeed(sender, attempt, units, sent);
         }
-        if !goes_on && let Some(attempt) = at.take() {
+        if !continues && let Some(attempt) = at.take() {
             self.fail(sender, attempt, sent);
         }
         if let Content::Heartbeat(heartbeat) = &broadcast.body
@@ -185,10 +182,11 @@ impl Monitor {
                 progress: heartbeat.progress,
             });
         }
-        self.seen.get_or_insert_with(sender, Seen::default).at = at;
+        self.teammates
+            .get_or_insert_with(sender, Teammate::default)
+            .at = at;
     }
 
-    /// Takes note of what the robot itself achieved since its step before.
     pub fn note_progress(&mut self, now: SimTime, progressed: &[TaskId]) {
         if let Some(mut attempt) = self.own {
             let units = progressed.iter().filter(|&&task| task == attempt.task);
@@ -198,7 +196,6 @@ impl Monitor {
         }
     }
 
-    /// Takes note of what the robot itself is at after a step.
     pub fn note_active(&mut self, now: SimTime, active: Option<TaskId>) {
         if self.own.map(|attempt| attempt.task) == active {
             return;
@@ -213,49 +210,49 @@ impl Monitor {
         });
     }
 
-    /// What the robot itself is at, and since when its trial goes on.
+    /// Returns the robot's own current task and the start of its trial.
     pub fn own(&self) -> Option<(TaskId, SimTime)> {
         self.own.map(|attempt| (attempt.task, attempt.began))
     }
 
-    /// task_time(k, j) of one of the robot's own tasks, s; the prior of any other.
+    /// Returns task_time(k, j) of a task of this robot, s; the assumed time if there is no trial.
     pub fn time_s(&self, task: TaskId, robot: RobotId) -> f64 {
         let prior_s = || self.priors[task.index()].unwrap_or(self.step_s);
         let known = self.place(task, robot);
         known.map_or_else(|_| prior_s(), |place| self.trials[place].1.estimate)
     }
 
-    /// What is believed of who has made no trial of an own task, s.
+    /// Returns the assumed time of a robot without trials of the task, s.
     pub fn prior_s(&self, task: TaskId) -> f64 {
         self.priors[task.index()].unwrap_or(self.step_s)
     }
 
-    /// The robots that have made trials of a task, the robot itself included, and what they need, by rank.
+    /// Returns the robots with trials of a task and their times, s, by rank. This robot is included.
     pub fn tried(&self, task: TaskId) -> impl Iterator<Item = (RobotId, f64)> {
-        let from = self.trials.partition_point(|((of, _), _)| *of < task);
-        let those = self.trials[from..].iter();
-        those
-            .take_while(move |((of, _), _)| *of == task)
+        let from = self.trials.partition_point(|((other, _), _)| *other < task);
+        let rest = self.trials[from..].iter();
+        rest.take_while(move |((other, _), _)| *other == task)
             .map(|((_, robot), trials)| (*robot, trials.estimate))
     }
 
-    /// How many trials of a task the robot itself has made.
     pub fn own_trials(&self, task: TaskId) -> u32 {
         let known = self.place(task, self.me);
         known.map_or(0, |place| self.trials[place].1.count)
     }
 
-    /// How many teammates are heard executing a task.
+    /// Returns the number of teammates that report executing a task.
     pub fn executing(&self, task: TaskId) -> usize {
-        let seen = self.seen.iter();
-        seen.filter(|(_, seen)| seen.at.is_some_and(|at| at.task == task))
+        let teammates = self.teammates.iter();
+        teammates
+            .filter(|(_, teammate)| teammate.at.is_some_and(|at| at.task == task))
             .count()
     }
 
-    /// Those of the teammates that were heard within τ, by rank.
+    /// Returns the teammates received within τ, by rank.
     pub fn present(&self, now: SimTime) -> impl Iterator<Item = RobotId> {
-        let seen = self.seen.iter();
-        seen.filter(move |(_, seen)| now.since(seen.heard) < self.tau)
+        let teammates = self.teammates.iter();
+        teammates
+            .filter(move |(_, teammate)| now.since(teammate.received) < self.tau)
             .map(|(robot, _)| robot)
     }
 
@@ -264,20 +261,20 @@ impl Monitor {
             .binary_search_by_key(&(task, robot), |&(key, _)| key)
     }
 
-    /// Progress of so many units: as many trials, of which each took its share of the time.
+    /// Stores progress of several units as one trial each, with equal shares of the time.
     fn succeed(&mut self, robot: RobotId, attempt: &mut Attempt, units: u32, now: SimTime) {
         if units == 0 {
             return;
         }
         let time_s = now.since(attempt.began).as_secs_f64() / f64::from(units);
         attempt.began = now;
-        // More than μ of the same leave no trace of older ones.
+        // More than μ equal trials would only replace each other.
         for _ in 0..units.min(self.window as u32) {
             self.store(robot, attempt.task, time_s);
         }
     }
 
-    /// A trial that led to nothing takes what was believed, or longer. One that has only just begun is none.
+    /// Stores a failed trial with its duration, at least the current estimate. A trial of zero duration does not count.
     fn fail(&mut self, robot: RobotId, attempt: Attempt, now: SimTime) {
         let spent_s = now.since(attempt.began).as_secs_f64();
         if spent_s > 0.0 {
@@ -295,7 +292,7 @@ impl Monitor {
                 .insert(place, ((task, robot), Trials::default()));
             place
         });
-        // What takes no time is not told from what takes a step.
+        // The resolution is one step.
         let time_s = time_s.max(self.step_s);
         self.trials[place].1.push(time_s, self.window);
     }
@@ -312,13 +309,16 @@ impl Trials {
     }
 }
 
-/// Mean plus one standard deviation (n - 1; 0 of one value).
+/// Returns the mean plus one sample standard deviation (n - 1; 0 for one value).
 fn mean_and_deviation(values: &[f64]) -> f64 {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
     if values.len() < 2 {
         return mean;
     }
-    let squares: f64 = values.iter().map(|it| (it - mean) * (it - mean)).sum();
+    let squares: f64 = values
+        .iter()
+        .map(|value| (value - mean) * (value - mean))
+        .sum();
     mean + (squares / (count - 1.0)).sqrt()
 }

@@ -1,57 +1,54 @@
-//! From learned times to the values of ALLIANCE: strategies, orderings, categories (ALLOCATORS.md §3).
+//! The parameters of ALLIANCE computed from measured times: strategies, orderings and categories (docs/ALLOCATORS.md
+//! §3).
 
 use alliance_proto::ids::RobotId;
 
 use super::config::{Config, Ordering, Strategy};
 
-/// φ is at most so many times the shortest time that is known of any robot: else the failed trials of a robot that only talks would buy
-/// it patience without end.
+/// The limit of φ in units of the shortest known time of any robot. Without it, failed trials would extend the patience
+/// without limit.
 pub(super) const PATIENCE_CAP: f64 = 3.0;
 
-/// λ in units of ψ.
+/// The value of λ in units of ψ.
 pub(super) const GIVING_UP: f64 = 3.0;
 
-/// A delay is at most this part of the shortest φ, so that δ_slow < δ_fast.
+/// The limit of a delay as a share of the shortest φ, so that δ_slow < δ_fast.
 const SLOWEST: f64 = 0.9;
 
-/// Who is best at a task and whether somebody is at it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Category {
-    /// The robot is the best one of those present, and nobody is at it.
+    /// The robot is the best of those present, and the task has a free place.
     Mine,
-    /// All other tasks.
     Others,
 }
 
-/// What a robot knows of one of its own tasks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Knowledge {
-    /// What the robot itself needs, s.
     pub own_s: f64,
-    /// The shortest time of those present who can do it, itself included, s.
+    /// The shortest time of the present robots that can do the task, this one included, s.
     pub best_s: f64,
-    /// The shortest time of any robot that has made a trial, or of the robot itself, s.
+    /// The shortest time of any robot with a trial, or of this robot, s.
     pub shortest_s: f64,
     pub category: Category,
 }
 
-/// What follows from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Rates {
-    /// Time in which the motivation grows to θ while nobody is at the task, s, before it is clamped.
+    /// The time in which the motivation rises to θ while no robot executes the task, s, before the clamp.
     pub delay_s: f64,
-    /// ψ, s.
+    /// The time active before yielding, ψ, s.
     pub psi_s: f64,
-    /// λ, s.
+    /// The time active before giving up, λ, s.
     pub lambda_s: f64,
 }
 
-/// Whether the first of two robots is better at a task: of equal times the lower rank.
+/// Returns whether the first of two robots is better at a task; of equal times the lower rank is better.
 pub(super) fn goes_before(one: (f64, RobotId), other: (f64, RobotId)) -> bool {
     one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)).is_lt()
 }
 
-/// Delay, ψ and λ. `span_s` are the shortest and the longest time of any robot on any task, `draw` is from [0, 1).
+/// Computes the delay, ψ and λ. `span_s` contains the shortest and the longest time of any robot on any task; `draw` is
+/// in [0, 1).
 pub(super) fn rates(
     config: &Config,
     knowledge: &Knowledge,
@@ -88,7 +85,7 @@ pub(super) fn rates(
     }
 }
 
-/// φ toward a teammate that needs `theirs_s`, s.
+/// Returns φ toward a teammate with the time `theirs_s`, s.
 pub(super) fn patience_s(strategy: Strategy, knowledge: &Knowledge, theirs_s: f64) -> f64 {
     let by_strategy = match strategy {
         Strategy::I => knowledge.own_s,
@@ -98,12 +95,12 @@ pub(super) fn patience_s(strategy: Strategy, knowledge: &Knowledge, theirs_s: f6
     by_strategy.min(PATIENCE_CAP * knowledge.shortest_s)
 }
 
-/// A delay that is in keeping with the shortest patience.
+/// Limits a delay to a share of the shortest patience.
 pub(super) fn clamped_s(delay_s: f64, shortest_patience_s: f64) -> f64 {
     delay_s.min(SLOWEST * shortest_patience_s)
 }
 
-/// Whether tasks that others are better at have to wait until the robot is bored.
+/// Returns whether tasks that others are better at must wait until the robot is bored.
 pub(super) fn has_categories(config: &Config) -> bool {
     config.strategy == Strategy::IV || config.ordering != Ordering::LongestFirst
 }

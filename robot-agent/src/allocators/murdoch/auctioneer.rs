@@ -1,4 +1,4 @@
-//! Announces tasks, closes auctions, renews contracts.
+//! The auctioneer: announces tasks, closes auctions, renews contracts.
 
 use std::cmp::Reverse;
 
@@ -8,35 +8,30 @@ use alliance_proto::time::SimTime;
 use smallvec::SmallVec;
 
 use super::ledger::Ledger;
-use super::{Life, Monitor, Offers, Terms};
+use super::{Monitor, Offers, Settings, Teammate};
 use crate::allocator::utility::Bid;
 use crate::allocator::{Input, Me};
 use crate::by_rank::ByRank;
 
-/// One robot as auctioneer of the tasks that it can do itself.
 #[derive(Clone, Debug)]
 pub struct Auctioneer {
     me: RobotId,
     incarnation: Incarnation,
-    terms: Terms,
-    /// Number of the next auction.
+    settings: Settings,
     number: u32,
-    /// By place of the task.
-    desks: SmallVec<[Desk; 6]>,
-    /// Who does not get which task until when.
+    entries: SmallVec<[Entry; 6]>,
+    /// The excluded robots as (index of the task, robot, end of the exclusion).
     bans: Vec<(usize, RobotId, SimTime)>,
 }
 
-/// What the auctioneer has to do with a task.
 #[derive(Clone, Debug)]
-struct Desk {
+struct Entry {
     task: TaskId,
     priority: i32,
-    /// Time without progress after which a contract is not renewed.
+    /// The time without progress after which a contract is not renewed.
     patience: SimTime,
-    /// Since when this robot has been its auctioneer.
-    in_office: Option<SimTime>,
-    /// When a lower-ranked one that can do it was last heard to care for it, or it was not due.
+    auctioneer_since: Option<SimTime>,
+    /// The last time at which a lower-ranked auctioneer sent a message, or the task was not due.
     attended: SimTime,
     open: Option<Open>,
 }
@@ -51,14 +46,14 @@ struct Open {
 }
 
 impl Auctioneer {
-    pub fn new(me: &Me, tasks: &[TaskId], terms: Terms) -> Self {
-        let desk = |task: &TaskId| {
+    pub fn new(me: &Me, tasks: &[TaskId], settings: Settings) -> Self {
+        let entry = |task: &TaskId| {
             let brief = &me.briefs[task.index()];
-            Desk {
+            Entry {
                 task: *task,
                 priority: brief.priority,
-                patience: SimTime::from_secs_f64(terms.progress_units * brief.unit_s),
-                in_office: None,
+                patience: SimTime::from_secs_f64(settings.progress_units * brief.unit_s),
+                auctioneer_since: None,
                 attended: SimTime::ZERO,
                 open: None,
             }
@@ -66,23 +61,23 @@ impl Auctioneer {
         Self {
             me: me.robot,
             incarnation: me.incarnation,
-            terms,
+            settings,
             number: 0,
-            desks: tasks.iter().map(desk).collect(),
+            entries: tasks.iter().map(entry).collect(),
             bans: Vec::new(),
         }
     }
 
-    /// An auctioneer cares for a task.
+    /// Records a message of another auctioneer about a task.
     pub fn attended(&mut self, place: usize, by: RobotId, now: SimTime) {
         if by < self.me {
-            self.desks[place].attended = now;
+            self.entries[place].attended = now;
         }
     }
 
-    /// A bid, as far as it is one: a number, for an auction that is open.
+    /// Stores a bid if it is finite and its auction is open.
     pub fn bid(&mut self, place: usize, auction: AuctionId, robot: RobotId, utility: f32) {
-        if let Some(open) = &mut self.desks[place].open
+        if let Some(open) = &mut self.entries[place].open
             && open.auction == auction
             && utility.is_finite()
             && !open.bids.iter().any(|(known, _)| *known == robot)
@@ -91,93 +86,92 @@ impl Auctioneer {
         }
     }
 
-    /// Whether a robot is not to get a task.
     pub fn is_banned(&self, place: usize, robot: RobotId, now: SimTime) -> bool {
         let mut bans = self.bans.iter();
-        bans.any(|&(what, who, until)| what == place && who == robot && now < until)
+        bans.any(|&(banned_place, banned_robot, until)| {
+            banned_place == place && banned_robot == robot && now < until
+        })
     }
 
-    /// What the office asks for in a step.
     pub fn act(
         &mut self,
         offers: &Offers<'_>,
         input: &Input<'_>,
         me: &Me,
-        alive: &ByRank<Life>,
+        teammates: &ByRank<Teammate>,
         ledger: &mut Ledger,
-        said: &mut Vec<Negotiation>,
+        outgoing: &mut Vec<Negotiation>,
     ) {
         let now = input.now;
         self.bans.retain(|(_, _, until)| now < *until);
-        for place in 0..self.desks.len() {
-            self.take_office(place, offers, me, alive, now);
+        for place in 0..self.entries.len() {
+            self.update_role(place, offers, me, teammates, now);
             if let Some(offer) = &offers[place] {
                 ledger.void(place, offer.choice.round);
             }
-            if self.desks[place].in_office.is_some() {
-                self.renew(place, ledger, said, now);
+            if self.entries[place].auctioneer_since.is_some() {
+                self.renew(place, ledger, outgoing, now);
             }
         }
-        self.close(ledger, said, now);
-        self.open(offers, ledger, said, now);
+        self.close(ledger, outgoing, now);
+        self.open(offers, ledger, outgoing, now);
     }
 
-    /// Whether this robot is auctioneer of the task.
-    fn take_office(
+    fn update_role(
         &mut self,
         place: usize,
         offers: &Offers<'_>,
         me: &Me,
-        alive: &ByRank<Life>,
+        teammates: &ByRank<Teammate>,
         now: SimTime,
     ) {
-        let Terms {
+        let Settings {
             lease,
             ceased_after,
             ..
-        } = self.terms;
-        let desk = &mut self.desks[place];
+        } = self.settings;
+        let entry = &mut self.entries[place];
         if offers[place].is_none() {
-            desk.attended = now;
+            entry.attended = now;
         }
-        let able = &me.briefs[desk.task.index()].robots;
+        let able = &me.briefs[entry.task.index()].robots;
         let mut lower = able.iter().take_while(|robot| **robot < self.me);
         let is_alive = |robot: &RobotId| {
-            let known = alive.place(*robot).ok().map(|it| alive.at(it));
-            known.is_some_and(|life| now.since(life.heard) < ceased_after)
+            let known = teammates.place(*robot).ok().map(|at| teammates.at(at));
+            known.is_some_and(|teammate| now.since(teammate.received) < ceased_after)
         };
         let is_first = !lower.any(is_alive);
-        let is_unattended = now.since(desk.attended) >= lease + ceased_after;
+        let is_unattended = now.since(entry.attended) >= lease + ceased_after;
         if !is_first && !is_unattended {
-            desk.in_office = None;
-            desk.open = None;
-        } else if desk.in_office.is_none() {
-            desk.in_office = Some(now);
+            entry.auctioneer_since = None;
+            entry.open = None;
+        } else if entry.auctioneer_since.is_none() {
+            entry.auctioneer_since = Some(now);
         }
     }
 
-    /// Renews the contracts that hold, unless their winners get nowhere.
+    /// Renews the valid contracts, except those without progress if progress is monitored.
     fn renew(
         &mut self,
         place: usize,
         ledger: &mut Ledger,
-        said: &mut Vec<Negotiation>,
+        outgoing: &mut Vec<Negotiation>,
         now: SimTime,
     ) {
-        let desk = &self.desks[place];
+        let entry = &self.entries[place];
         let mut useless = None;
         for contract in ledger.of_mut(place) {
-            if self.terms.monitor == Monitor::Progress
-                && now.since(contract.progressed) > desk.patience
+            if self.settings.monitor == Monitor::Progress
+                && now.since(contract.progressed) > entry.patience
             {
                 useless = Some(contract.winner);
                 continue;
             }
-            let is_due = |renewed: SimTime| now.since(renewed) >= self.terms.renew_every;
+            let is_due = |renewed: SimTime| now.since(renewed) >= self.settings.renew_every;
             if contract.renewed.is_none_or(is_due) {
                 contract.renewed = Some(now);
-                said.push(Negotiation {
-                    task: desk.task,
+                outgoing.push(Negotiation {
+                    task: entry.task,
                     round: contract.round,
                     auction: contract.auction,
                     word: Word::Renew {
@@ -188,44 +182,44 @@ impl Auctioneer {
         }
         if let Some(winner) = useless {
             ledger.end(place, winner);
-            self.bans.push((place, winner, now + self.terms.ban));
+            self.bans.push((place, winner, now + self.settings.ban));
         }
     }
 
     /// Awards the auctions that close, the best bid first.
-    fn close(&mut self, ledger: &mut Ledger, said: &mut Vec<Negotiation>, now: SimTime) {
-        let closes = |desk: &Desk| desk.open.as_ref().is_some_and(|open| open.closes <= now);
-        if !self.desks.iter().any(closes) {
+    fn close(&mut self, ledger: &mut Ledger, outgoing: &mut Vec<Negotiation>, now: SimTime) {
+        let closes = |entry: &Entry| entry.open.as_ref().is_some_and(|open| open.closes <= now);
+        if !self.entries.iter().any(closes) {
             return;
         }
         while let Some((place, robot)) = self.best_bid(ledger, now) {
-            let desk = &mut self.desks[place];
-            let Some(open) = desk.open.take() else { break };
+            let entry = &mut self.entries[place];
+            let Some(open) = entry.open.take() else { break };
             ledger.award(place, open.auction, open.round, robot, now);
             if let Some(contract) = ledger
                 .of_mut(place)
                 .iter_mut()
-                .find(|it| it.winner == robot)
+                .find(|contract| contract.winner == robot)
             {
                 contract.renewed = Some(now);
             }
-            said.push(Negotiation {
-                task: desk.task,
+            outgoing.push(Negotiation {
+                task: entry.task,
                 round: open.round,
                 auction: open.auction,
                 word: Word::Renew { winner: robot },
             });
         }
-        for desk in self.desks.iter_mut().filter(|desk| closes(desk)) {
-            desk.open = None;
+        for entry in self.entries.iter_mut().filter(|entry| closes(entry)) {
+            entry.open = None;
         }
     }
 
-    /// The best bid of all auctions that close, of those who are free.
+    /// Returns the best bid of a free robot in the auctions that close.
     fn best_bid(&self, ledger: &Ledger, now: SimTime) -> Option<(usize, RobotId)> {
         let mut best: Option<(usize, Bid)> = None;
-        for (place, desk) in self.desks.iter().enumerate() {
-            let Some(open) = desk.open.as_ref().filter(|open| open.closes <= now) else {
+        for (place, entry) in self.entries.iter().enumerate() {
+            let Some(open) = entry.open.as_ref().filter(|open| open.closes <= now) else {
                 continue;
             };
             if !ledger.has_room(place) {
@@ -233,10 +227,10 @@ impl Auctioneer {
             }
             for &(robot, utility) in &open.bids {
                 let bid = Bid {
-                    priority: desk.priority,
+                    priority: entry.priority,
                     utility: f64::from(utility),
                     robot,
-                    task: desk.task,
+                    task: entry.task,
                 };
                 let is_better = best.is_none_or(|(_, known)| bid.order(&known).is_gt());
                 if is_better && !ledger.is_busy(robot) && !self.is_banned(place, robot, now) {
@@ -247,35 +241,35 @@ impl Auctioneer {
         best.map(|(place, bid)| (place, bid.robot))
     }
 
-    /// Announces what is due and has room, the highest priority first.
+    /// Announces due tasks by priority.
     fn open(
         &mut self,
         offers: &Offers<'_>,
         ledger: &Ledger,
-        said: &mut Vec<Negotiation>,
+        outgoing: &mut Vec<Negotiation>,
         now: SimTime,
     ) {
         let mut running = 0;
-        for (place, desk) in self.desks.iter_mut().enumerate() {
+        for (place, entry) in self.entries.iter_mut().enumerate() {
             if offers[place].is_none() || !ledger.has_room(place) {
-                desk.open = None;
+                entry.open = None;
             }
-            running += usize::from(desk.open.is_some());
+            running += usize::from(entry.open.is_some());
         }
-        while running < self.terms.parallel {
-            let may_open = |place: usize, desk: &Desk| {
-                let has_listened = desk
-                    .in_office
-                    .is_some_and(|since| now.since(since) >= self.terms.lease);
+        while running < self.settings.parallel {
+            let may_open = |place: usize, entry: &Entry| {
+                let has_listened = entry
+                    .auctioneer_since
+                    .is_some_and(|since| now.since(since) >= self.settings.lease);
                 has_listened
-                    && desk.open.is_none()
+                    && entry.open.is_none()
                     && offers[place].is_some()
                     && ledger.has_room(place)
             };
-            let desks = self.desks.iter().enumerate();
-            let next = desks
-                .filter(|&(place, desk)| may_open(place, desk))
-                .min_by_key(|(_, desk)| (Reverse(desk.priority), desk.task));
+            let entries = self.entries.iter().enumerate();
+            let next = entries
+                .filter(|&(place, entry)| may_open(place, entry))
+                .min_by_key(|(_, entry)| (Reverse(entry.priority), entry.task));
             let Some((place, offer)) = next.and_then(|(place, _)| Some((place, offers[place]?)))
             else {
                 return;
@@ -286,16 +280,16 @@ impl Auctioneer {
                 number: self.number,
             };
             self.number = self.number.wrapping_add(1);
-            let (round, closes) = (offer.choice.round, now + self.terms.auction);
-            let desk = &mut self.desks[place];
-            desk.open = Some(Open {
+            let (round, closes) = (offer.choice.round, now + self.settings.auction);
+            let entry = &mut self.entries[place];
+            entry.open = Some(Open {
                 auction,
                 round,
                 closes,
                 bids: SmallVec::new(),
             });
-            said.push(Negotiation {
-                task: desk.task,
+            outgoing.push(Negotiation {
+                task: entry.task,
                 round,
                 auction,
                 word: Word::Announce { closes },

@@ -1,4 +1,4 @@
-//! Bids for tasks, and does the one that it has a contract for.
+//! The bidder: bids for tasks, and executes the task of its contract.
 
 use alliance_proto::allocation::murdoch::{AuctionId, Negotiation, Status, Word};
 use alliance_proto::ids::{RobotId, TaskId};
@@ -7,154 +7,150 @@ use alliance_proto::time::SimTime;
 use smallvec::SmallVec;
 
 use super::ledger::Ledger;
-use super::{Offer, Offers, Terms};
+use super::{Offer, Offers, Settings};
 use crate::allocator::utility::COMMIT;
 use crate::allocator::{Decision, Input, Me};
 
-/// One robot as bidder and worker.
 #[derive(Clone, Debug)]
 pub struct Bidder {
     me: RobotId,
-    terms: Terms,
-    /// The own tasks.
+    settings: Settings,
     tasks: SmallVec<[TaskId; 6]>,
-    /// The latest auction of each in which it bid.
+    /// The latest auction of each task in which the robot has bid.
     bids: SmallVec<[Option<AuctionId>; 6]>,
     contract: Option<Held>,
-    /// The contract has ended, but the load is not yet brought away: which task, and since when.
-    delivers: Option<(usize, SimTime)>,
+    /// The task and end time of a contract whose load is not delivered yet.
+    delivery: Option<(usize, SimTime)>,
     reason: Option<Reason>,
 }
 
-/// The contract of this robot.
 #[derive(Clone, Copy, Debug)]
 struct Held {
     place: usize,
     auction: AuctionId,
     round: SimTime,
     renewed: SimTime,
-    /// When it last said so; `None`: not yet.
+    /// The time of the last Ack; `None` before the first one.
     acked: Option<SimTime>,
     progress: u32,
 }
 
 impl Bidder {
-    pub fn new(me: &Me, tasks: &[TaskId], terms: Terms) -> Self {
+    pub fn new(me: &Me, tasks: &[TaskId], settings: Settings) -> Self {
         Self {
             me: me.robot,
-            terms,
+            settings,
             tasks: tasks.into(),
             bids: tasks.iter().map(|_| None).collect(),
             contract: None,
-            delivers: None,
+            delivery: None,
             reason: None,
         }
     }
 
-    /// An auction is open: a bid, once, from who is free and could do the task.
+    /// Bids once in an open auction if the robot is free and can do the task.
     pub fn invited(
         &mut self,
         place: usize,
-        said: &Negotiation,
+        message: &Negotiation,
         closes: SimTime,
         offer: &Option<Offer<'_>>,
         now: SimTime,
         answers: &mut Vec<Negotiation>,
     ) {
         let is_free =
-            self.contract.is_none() && self.delivers.is_none_or(|(task, _)| task == place);
+            self.contract.is_none() && self.delivery.is_none_or(|(task, _)| task == place);
         let utility = offer.and_then(|offer| offer.utility);
         if let Some(utility) = utility
             && is_free
             && now < closes
-            && self.bids[place] != Some(said.auction)
+            && self.bids[place] != Some(message.auction)
         {
-            self.bids[place] = Some(said.auction);
+            self.bids[place] = Some(message.auction);
             answers.push(Negotiation {
                 word: Word::Bid { utility },
-                ..*said
+                ..*message
             });
         }
     }
 
-    /// The contract is awarded to this robot, or renewed.
+    /// Applies an award or a renewal of this robot's contract.
     pub fn renewed(
         &mut self,
         place: usize,
-        said: &Negotiation,
+        message: &Negotiation,
         offer: &Option<Offer<'_>>,
         now: SimTime,
         answers: &mut Vec<Negotiation>,
     ) {
         if let Some(held) = &mut self.contract
-            && (held.place, held.auction) == (place, said.auction)
+            && (held.place, held.auction) == (place, message.auction)
         {
             held.renewed = now;
             return;
         }
-        // Of an earlier incarnation's bid it knows nothing.
-        let has_bid = self.bids[place] == Some(said.auction);
+        // Bids of an earlier incarnation are not stored.
+        let has_bid = self.bids[place] == Some(message.auction);
         if self.contract.is_some() || offer.is_none() || !has_bid {
-            answers.push(ack(said, Status::Abort, 0));
+            answers.push(ack(message, Status::Abort, 0));
             return;
         }
-        self.delivers = None;
+        self.delivery = None;
         self.reason = Some(Reason::Awarded);
         self.contract = Some(Held {
             place,
-            auction: said.auction,
-            round: said.round,
+            auction: message.auction,
+            round: message.round,
             renewed: now,
             acked: None,
             progress: 0,
         });
     }
 
-    /// What the contract asks for in a step.
     pub fn act(
         &mut self,
         offers: &Offers<'_>,
         input: &Input<'_>,
         ledger: &Ledger,
         decision: &mut Decision,
-        said: &mut Vec<Negotiation>,
+        outgoing: &mut Vec<Negotiation>,
     ) {
         let now = input.now;
         if let Some(mut held) = self.contract.take() {
-            let about = self.about(&held);
-            let ended = if offers[held.place].is_none_or(|it| it.choice.round > held.round) {
+            let renewal = self.renewal_of(&held);
+            let ended = if offers[held.place].is_none_or(|offer| offer.choice.round > held.round) {
                 Some((Status::Done, None))
             } else if ledger.is_surplus(held.place, &held.auction, self.me) {
                 Some((Status::Abort, Some(Reason::Outbid)))
-            } else if now.since(held.renewed) > self.terms.lease {
+            } else if now.since(held.renewed) > self.settings.lease {
                 Some((Status::Abort, Some(Reason::LeaseEnded)))
             } else {
                 None
             };
             if let Some((status, reason)) = ended {
-                said.push(ack(&about, status, held.progress));
+                outgoing.push(ack(&renewal, status, held.progress));
                 self.reason = reason;
                 self.bids[held.place] = None;
                 let has_load = input.is_laden && status == Status::Abort;
-                self.delivers = has_load.then_some((held.place, now));
+                self.delivery = has_load.then_some((held.place, now));
             } else {
                 let done = input.progressed.iter();
-                let done = done.filter(|task| **task == about.task).count() as u32;
+                let done = done.filter(|task| **task == renewal.task).count() as u32;
                 held.progress += done;
-                let is_due = |acked: SimTime| now.since(acked) >= self.terms.renew_every;
+                let is_due = |acked: SimTime| now.since(acked) >= self.settings.renew_every;
                 if done > 0 || held.acked.is_none_or(is_due) {
                     held.acked = Some(now);
-                    said.push(ack(&about, Status::Ongoing, held.progress));
+                    outgoing.push(ack(&renewal, Status::Ongoing, held.progress));
                 }
                 self.contract = Some(held);
             }
         }
-        self.delivers = self.delivers.filter(|&(place, since)| {
+        self.delivery = self.delivery.filter(|&(place, since)| {
             input.is_laden && offers[place].is_some() && now.since(since) < COMMIT
         });
 
         let place = self.contract.map(|held| held.place);
-        let place = place.or(self.delivers.map(|(place, _)| place));
+        let place = place.or(self.delivery.map(|(place, _)| place));
         let active = place.and_then(|place| offers[place]);
         let active = active.map(|offer| offer.choice.behavior);
         if active != decision.active {
@@ -163,7 +159,7 @@ impl Bidder {
         decision.active = active;
     }
 
-    fn about(&self, held: &Held) -> Negotiation {
+    fn renewal_of(&self, held: &Held) -> Negotiation {
         Negotiation {
             task: self.tasks[held.place],
             round: held.round,
@@ -173,10 +169,9 @@ impl Bidder {
     }
 }
 
-/// The answer to a word about a contract.
-fn ack(about: &Negotiation, status: Status, progress: u32) -> Negotiation {
+fn ack(message: &Negotiation, status: Status, progress: u32) -> Negotiation {
     Negotiation {
         word: Word::Ack { status, progress },
-        ..*about
+        ..*message
     }
 }

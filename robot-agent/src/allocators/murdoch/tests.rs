@@ -1,4 +1,4 @@
-//! The laws of MURDOCH (ALLOCATORS.md §5), and those for all.
+//! The properties of MURDOCH (docs/ALLOCATORS.md §5), and those of all allocators.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -34,31 +34,31 @@ fn steps(count: u64) -> SimTime {
 
 fn negotiations(team: &Team<Murdoch>) -> Vec<(RobotId, Negotiation)> {
     words(&team.air)
-        .filter_map(|(robot, word)| match word {
-            AllocationMessage::Murdoch(said) => Some((robot, *said)),
+        .filter_map(|(robot, message)| match message {
+            AllocationMessage::Murdoch(negotiation) => Some((robot, *negotiation)),
             _ => None,
         })
         .collect()
 }
 
-/// An auction's name, to be sorted by.
-type Name = (RobotId, Incarnation, u32);
+/// The sortable id of an auction.
+type AuctionKey = (RobotId, Incarnation, u32);
 
-fn name(said: &Negotiation) -> Name {
-    let auction = said.auction;
+fn key_of(message: &Negotiation) -> AuctionKey {
+    let auction = message.auction;
     (auction.auctioneer, auction.incarnation, auction.number)
 }
 
-/// Runs until somebody is at the task.
+/// Makes steps until a robot executes the task.
 fn until_taken(team: &mut Team<Murdoch>, task: usize) {
     let limit = team.now() + SimTime(60_000);
     while team.executors(task).is_empty() {
-        assert!(team.now() < limit, "nobody takes task {task}");
+        assert!(team.now() < limit, "no robot takes task {task}");
         team.step();
     }
 }
 
-/// Changes some costs, and which tasks are due.
+/// Changes some costs, and sets some tasks due or done.
 fn change(situation: &mut Situation, chance: &mut ChaCha8Rng) {
     for row in &mut situation.cost_s {
         for cost_s in row.iter_mut().flatten() {
@@ -75,7 +75,7 @@ fn change(situation: &mut Situation, chance: &mut ChaCha8Rng) {
 }
 
 #[test]
-fn it_keeps_the_laws_for_all() {
+fn murdoch_keeps_the_properties_of_all_allocators() {
     testkit::allocator::<Murdoch>(&Config::default());
     let quick = Config {
         auction_s: 0.1,
@@ -89,7 +89,8 @@ fn it_keeps_the_laws_for_all() {
     testkit::allocator::<Murdoch>(&quick);
 }
 
-/// The whole course: an auctioneer listens for a lease, takes bids, awards to the best; the winner is at it a step later.
+/// A complete auction: the auctioneer waits for a lease, takes bids and awards to the best. The winner starts one step
+/// later.
 #[test]
 fn an_auction_from_announcement_to_work() {
     let mut team = Team::<Murdoch>::new(
@@ -101,7 +102,7 @@ fn an_auction_from_announcement_to_work() {
     let change = &team.robots[1].outcome.changes[0];
     assert_eq!(change.reason, Reason::Awarded);
     assert_eq!(team.now() - STEP, LEASE + AUCTION + STEP);
-    // A nearer one gets nothing that is given away.
+    // A nearer robot does not get a task under contract.
     team.situation.cost_s[0][0] = Some(1.0);
     team.run(300);
     assert_eq!(team.executors(0), [1]);
@@ -110,10 +111,10 @@ fn an_auction_from_announcement_to_work() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// M1: a contract that is no longer answered is announced again a lease and a step after the last answer was heard, and is at work
-    /// again an auction and a step later, if one hears it who is free and can.
+    /// M1: a task whose contract is no longer answered is announced a lease and a step after the receipt of the last
+    /// answer. A free, able robot executes it an auction and a step later.
     #[test]
-    fn m1_the_contract_of_the_dead_is_auctioned_anew(
+    fn m1_the_task_of_a_crashed_robot_is_auctioned_again(
         costs in prop::collection::vec(1..200_u32, 3..6),
         wait in 1..300_u64,
     ) {
@@ -125,15 +126,15 @@ proptest! {
         for _ in 0..wait {
             let now = team.now();
             team.step();
-            if negotiations(&team).iter().any(|(_, it)| matches!(it.word, Word::Ack { .. })) {
+            if negotiations(&team).iter().any(|(_, message)| matches!(message.word, Word::Ack { .. })) {
                 answered = now;
             }
         }
         let winner = team.executors(0)[0];
-        let (mut heard_last, mut announced) = (SimTime::ZERO, None);
-        for (robot, _) in team.air.iter().map(|it| (it.sender, ())) {
+        let (mut last_received, mut announced) = (SimTime::ZERO, None);
+        for (robot, _) in team.air.iter().map(|broadcast| (broadcast.sender, ())) {
             if robot.index() == winner {
-                heard_last = team.now();
+                last_received = team.now();
             }
         }
         team.kill(winner);
@@ -141,16 +142,16 @@ proptest! {
             let now = team.now();
             prop_assert!(now < answered + SimTime(60_000));
             team.step();
-            let mut said = negotiations(&team).into_iter();
-            if announced.is_none() && said.any(|(_, it)| matches!(it.word, Word::Announce { .. })) {
+            let mut sent = negotiations(&team).into_iter();
+            if announced.is_none() && sent.any(|(_, message)| matches!(message.word, Word::Announce { .. })) {
                 announced = Some(now);
             }
         }
         let (announced, taken) = (announced.unwrap(), team.now() - STEP);
         prop_assert_eq!(taken, announced + AUCTION + STEP);
         if winner == 0 {
-            // The auctioneer died with the winner: τ until the next one takes office, and it listens for a lease.
-            prop_assert!(announced <= heard_last.max(answered) + TAU + SimTime(1000) + LEASE + steps(2));
+            // The auctioneer crashed with the winner. The next one takes over after τ and then waits for a lease.
+            prop_assert!(announced <= last_received.max(answered) + TAU + SimTime(1000) + LEASE + steps(2));
             prop_assert!(taken <= answered + SimTime(1000) + TAU + LEASE + LEASE + AUCTION + steps(4));
         } else {
             prop_assert_eq!(announced, answered + STEP + LEASE + STEP);
@@ -158,8 +159,8 @@ proptest! {
         }
     }
 
-    /// M2: the winner is the best of the bids heard, of those who have no contract yet. M3: nobody holds two contracts, and who holds
-    /// one does not bid. M4: lossless and with one auctioneer a task never has more executors than may be.
+    /// M2: the winner is the best received bid of a robot without a contract. M3: no robot has two contracts, and a
+    /// robot with one does not bid. M4: without message loss and with one auctioneer, no task exceeds its limit.
     #[test]
     fn m2_m3_m4_in_lossless_teams(
         situation in Situation::any(5, 4),
@@ -167,16 +168,16 @@ proptest! {
     ) {
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
         let mut team = Team::<Murdoch>::new(situation, Config::default());
-        // All can do all: there is one auctioneer.
+        // All robots can do all tasks, so that there is one auctioneer.
         for row in &mut team.situation.cost_s {
             for cost_s in row.iter_mut() {
                 *cost_s = Some(chance.random_range(1.0..99.0));
             }
         }
         let mut team = Team::<Murdoch>::new(team.situation, Config::default());
-        let mut bids: BTreeMap<Name, Vec<(f32, RobotId)>> = BTreeMap::new();
-        let mut awarded: BTreeSet<Name> = BTreeSet::new();
-        // When each was last seen to have a contract.
+        let mut bids: BTreeMap<AuctionKey, Vec<(f32, RobotId)>> = BTreeMap::new();
+        let mut awarded: BTreeSet<AuctionKey> = BTreeSet::new();
+        // The last time at which each robot had a contract.
         let mut busy = vec![SimTime::ZERO; team.robots.len()];
         let mut awards = 0;
         for _ in 0..1200 {
@@ -195,26 +196,26 @@ proptest! {
                 }
             }
             let mut winners = BTreeSet::new();
-            for (robot, said) in negotiations(&team) {
-                match said.word {
-                    Word::Renew { winner } if awarded.insert(name(&said)) => {
+            for (robot, message) in negotiations(&team) {
+                match message.word {
+                    Word::Renew { winner } if awarded.insert(key_of(&message)) => {
                         awards += 1;
                         prop_assert!(winners.insert(winner), "M3: one award at a time");
-                        let bids = bids.remove(&name(&said)).unwrap_or_default();
-                        // That a contract has ended is heard a step later.
-                        let is_free = |it: &RobotId| now.since(busy[it.index()]) > steps(2) && !winners.contains(it);
-                        let free = bids.iter().filter(|(_, it)| *it == winner || is_free(it));
+                        let bids = bids.remove(&key_of(&message)).unwrap_or_default();
+                        // The end of a contract is received one step later.
+                        let is_free = |robot: &RobotId| now.since(busy[robot.index()]) > steps(2) && !winners.contains(robot);
+                        let free = bids.iter().filter(|(_, bidder)| *bidder == winner || is_free(bidder));
                         let best = free.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
-                        prop_assert_eq!(best.map(|it| it.1), Some(winner), "M2: {:?}", bids);
-                        // It may give the award back, which is heard two steps later.
+                        prop_assert_eq!(best.map(|bid| bid.1), Some(winner), "M2: {:?}", bids);
+                        // The winner may return the award, which is received two steps later.
                         busy[winner.index()] = now;
                     }
                     Word::Bid { utility } => {
                         let active = team.robots[robot.index()].active;
-                        // It may be awarded another in the very step in which it bids.
-                        let began = team.robots[robot.index()].outcome.changes.iter().any(|it| it.reason == Reason::Awarded);
-                        prop_assert!(active.is_none() || began, "M3: who has a contract does not bid");
-                        bids.entry(name(&said)).or_default().push((utility, robot));
+                        // The robot may win another auction in the step in which it bids.
+                        let began = team.robots[robot.index()].outcome.changes.iter().any(|change| change.reason == Reason::Awarded);
+                        prop_assert!(active.is_none() || began, "M3: a robot with a contract does not bid");
+                        bids.entry(key_of(&message)).or_default().push((utility, robot));
                     }
                     _ => {}
                 }
@@ -223,49 +224,50 @@ proptest! {
                 prop_assert!(team.executors(id).len() <= task.max_robots, "M4");
             }
         }
-        // Where nothing was due for long enough, nothing was tried.
+        // A case in which no task was due for long enough tests nothing.
         prop_assume!(awards > 0);
-        // What goes on costs a renewal and an answer a second, what nobody has time for two announcements.
+        // A running contract costs one renewal and one answer per second, an unassigned task two announcements per
+        // second.
         for task in &mut team.situation.tasks {
             task.units = None;
         }
         team.run(200);
-        // Progress is told besides, as often as there is any.
-        let (mut words, mut told) = (0, BTreeMap::new());
+        // Reports of progress are excluded from the count.
+        let (mut count, mut reported) = (0, BTreeMap::new());
         for _ in 0..200 {
             team.step();
-            for (robot, said) in negotiations(&team) {
-                let is_news = match said.word {
-                    Word::Ack { progress, .. } => told.insert((robot, said.task), progress) < Some(progress),
+            for (robot, message) in negotiations(&team) {
+                let is_news = match message.word {
+                    Word::Ack { progress, .. } => reported.insert((robot, message.task), progress) < Some(progress),
                     _ => false,
                 };
-                words += usize::from(!is_news);
+                count += usize::from(!is_news);
             }
         }
-        prop_assert!(words <= 10 * 3 * team.situation.tasks.len() * 2, "{words} in 10 s");
+        prop_assert!(count <= 10 * 3 * team.situation.tasks.len() * 2, "{count} in 10 s");
     }
 
-    /// M3, whatever is lost: of nobody two contracts are alive by its own words.
+    /// M3: no robot acknowledges two contracts at once, for any message loss.
     #[test]
-    fn m3_nobody_holds_two_contracts(
+    fn m3_no_robot_holds_two_contracts(
         situation in Situation::any(4, 4),
         seed in any::<u64>(),
         loss in 0.0..0.8_f64,
     ) {
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
         let mut team = Team::<Murdoch>::new(situation, Config::default());
-        let mut held: Vec<BTreeSet<Name>> = vec![BTreeSet::new(); team.robots.len()];
+        let mut held: Vec<BTreeSet<AuctionKey>> = vec![BTreeSet::new(); team.robots.len()];
         for _ in 0..1200 {
             if chance.random_bool(0.01) {
                 change(&mut team.situation, &mut chance);
             }
             team.step_with(|_, _| !chance.random_bool(loss));
-            for (robot, said) in negotiations(&team) {
-                if let Word::Ack { status, .. } = said.word {
+            for (robot, message) in negotiations(&team) {
+                if let Word::Ack { status, .. } = message.word {
                     let held = &mut held[robot.index()];
                     match status {
-                        Status::Ongoing => held.insert(name(&said)),
-                        Status::Done | Status::Abort => held.remove(&name(&said)),
+                        Status::Ongoing => held.insert(key_of(&message)),
+                        Status::Done | Status::Abort => held.remove(&key_of(&message)),
                     };
                 }
             }
@@ -273,9 +275,9 @@ proptest! {
         }
     }
 
-    /// M5: no robot keeps a task without progress for longer than progress_s + lease_s, nor gets it back within ban_s.
+    /// M5: no robot keeps a task without progress for longer than progress_s + lease_s, nor gets it again within ban_s.
     #[test]
-    fn m5_who_gets_nowhere_loses_the_task(
+    fn m5_a_robot_without_progress_loses_the_task(
         robots in 2..5_usize,
         costs in prop::collection::vec(1..60_u32, 1..4),
         useless in any::<prop::sample::Index>(),
@@ -285,7 +287,7 @@ proptest! {
         let (progress_units, ban) = (config.progress_units, SimTime::from_secs_f64(config.ban_s));
         let useless = useless.index(robots);
         let mut situation = Situation::of(&vec![&costs[..]; robots]);
-        // It always has the best bid.
+        // The useless robot always has the best bid.
         situation.cost_s[useless] = costs.iter().map(|cost| Some(cost / 2.0)).collect();
         let mut team = Team::<Murdoch>::new(situation, config);
         team.robots[useless].works = false;
@@ -302,30 +304,30 @@ proptest! {
                 if let Some(task) = active {
                     stints += 1;
                     if let Some(left) = left.get(&task) {
-                        prop_assert!(now >= *left + ban - LEASE - steps(2), "banned at the latest when it leaves");
+                        prop_assert!(now >= *left + ban - LEASE - steps(2), "the ban starts when the robot leaves, at the latest");
                     }
                 }
                 (since, before) = (now, active);
             }
             if let Some(task) = active {
                 let patience = SimTime::from_secs_f64(progress_units * costs[task.index()]);
-                // The watch begins with the award, which takes a step.
+                // The time without progress counts from the award, which takes a step.
                 prop_assert!(now.since(since) <= patience + LEASE + steps(3));
             }
         }
         prop_assert!(stints > 0);
     }
 
-    /// G5: alone, or deaf to all others, a robot that can do everything completes it.
+    /// G5: without any messages, a robot that can do all tasks completes them.
     #[test]
-    fn g5_with_all_links_cut_everything_is_done(robots in 1..4_usize, costs in prop::collection::vec(1..8_u32, 1..5)) {
+    fn g5_all_tasks_are_done_with_all_links_cut(robots in 1..4_usize, costs in prop::collection::vec(1..8_u32, 1..5)) {
         let costs: Vec<f64> = costs.into_iter().map(f64::from).collect();
         let mut situation = Situation::of(&vec![&costs[..]; robots]);
         for task in &mut situation.tasks {
             task.units = Some(2);
         }
         let mut team = Team::<Murdoch>::new(situation, Config::default());
-        // All believe to be auctioneers once nobody has been heard for a lease; an auction comes before each task.
+        // Each robot acts as auctioneer after a lease without messages, and an auction precedes each task.
         let limit_s = 6.0 + 2.0 * costs.iter().sum::<f64>() + 0.7 * costs.len() as f64 + 1.0;
         while team.now().as_secs_f64() < limit_s {
             team.step_with(|_, _| false);
@@ -333,15 +335,15 @@ proptest! {
         prop_assert!(team.is_done());
     }
 
-    /// Whatever is lost, what can be done is done.
+    /// All tasks that can be done are done, for any message loss.
     #[test]
-    fn with_losses_everything_is_done(
+    fn all_tasks_are_done_despite_message_loss(
         costs in prop::collection::vec(prop::collection::vec(1..8_u32, 3), 2..5),
         seed in any::<u64>(),
         loss in 0.0..0.6_f64,
     ) {
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
-        let costs: Vec<Vec<f64>> = costs.iter().map(|row| row.iter().map(|&it| f64::from(it)).collect()).collect();
+        let costs: Vec<Vec<f64>> = costs.iter().map(|row| row.iter().map(|&cost| f64::from(cost)).collect()).collect();
         let rows: Vec<&[f64]> = costs.iter().map(|row| &row[..]).collect();
         let mut situation = Situation::of(&rows);
         for task in &mut situation.tasks {
@@ -355,7 +357,8 @@ proptest! {
     }
 }
 
-/// Both sides of a partition have an auctioneer; healed, the contract of the lower-ranked one holds, within a renewal and two steps.
+/// Both sides of a partition have an auctioneer. After the partition heals, the lower-ranked auctioneer's contract wins
+/// within a renewal and two steps.
 #[test]
 fn a_partition_that_heals_leaves_the_contract_of_the_lower_rank() {
     let mut team = Team::<Murdoch>::new(
@@ -372,9 +375,9 @@ fn a_partition_that_heals_leaves_the_contract_of_the_lower_rank() {
     assert_eq!(team.executors(0), [0]);
 }
 
-/// The auctioneer dies, the winner works on: the next auctioneer knows the contract and renews it.
+/// The auctioneer crashes and the winner continues. The next auctioneer has the contract and renews it.
 #[test]
-fn a_new_auctioneer_adopts_what_goes_on() {
+fn a_new_auctioneer_adopts_running_contracts() {
     let mut team = Team::<Murdoch>::new(
         Situation::of(&[&[70.0], &[60.0], &[50.0]]),
         Config::default(),
@@ -386,7 +389,7 @@ fn a_new_auctioneer_adopts_what_goes_on() {
         team.step();
         assert_eq!(team.executors(0), [2]);
     }
-    // The old one comes back, listens, and takes it over in turn.
+    // The old auctioneer restarts, waits, and takes the contract over in turn.
     team.restart(0);
     for _ in 0..1000 {
         team.step();
@@ -394,9 +397,10 @@ fn a_new_auctioneer_adopts_what_goes_on() {
     }
 }
 
-/// The lowest rank is heard, but nobody hears it announce: the next one takes the office after τ and a lease, and listens for one more.
+/// Teammates receive the lowest rank's heartbeats, but not its announcements. The next robot becomes auctioneer after τ
+/// and a lease, and waits for another lease.
 #[test]
-fn a_task_that_the_auctioneer_does_not_care_for_is_auctioned_by_the_next() {
+fn a_task_without_announcements_is_auctioned_by_the_next_robot() {
     let mut situation = Situation::of(&[&[90.0, 90.0], &[50.0, 10.0]]);
     situation.tasks[0] = Task {
         max_robots: 2,
@@ -413,9 +417,9 @@ fn a_task_that_the_auctioneer_does_not_care_for_is_auctioned_by_the_next() {
     assert_eq!(team.now() - STEP, TAU + LEASE + LEASE + AUCTION + STEP);
 }
 
-/// What is no bid, no award and no answer changes nothing: no numbers, times to come, robots and tasks that there are not.
+/// Invalid bids, awards and answers change nothing: invalid numbers, future times, unknown robots and unknown tasks.
 #[test]
-fn forged_words_change_nothing() {
+fn forged_messages_change_nothing() {
     let mut team = Team::<Murdoch>::new(
         Situation::of(&[&[30.0], &[20.0], &[40.0]]),
         Config::default(),
@@ -426,7 +430,8 @@ fn forged_words_change_nothing() {
         open = negotiations(&team).pop();
     }
     let (_, announced) = open.unwrap();
-    let forge = |team: &mut Team<Murdoch>, said| team.forge(2, AllocationMessage::Murdoch(said));
+    let forge =
+        |team: &mut Team<Murdoch>, message| team.forge(2, AllocationMessage::Murdoch(message));
     for utility in [f32::NAN, f32::INFINITY] {
         forge(
             &mut team,
@@ -436,7 +441,7 @@ fn forged_words_change_nothing() {
             },
         );
     }
-    for said in [
+    for message in [
         Negotiation {
             task: TaskId(9),
             ..announced
@@ -459,16 +464,16 @@ fn forged_words_change_nothing() {
             ..announced
         },
     ] {
-        forge(&mut team, said);
+        forge(&mut team, message);
     }
     until_taken(&mut team, 0);
     assert_eq!(team.executors(0), [1]);
     assert_eq!(team.now() - STEP, LEASE + AUCTION + STEP);
 }
 
-/// A robot that starts again knows nothing of its contract, and says so: the task is auctioned at once.
+/// A restarted robot has no contract and reports that, so that the task is auctioned at once.
 #[test]
-fn a_new_life_gives_its_old_contract_back() {
+fn a_new_incarnation_returns_its_old_contract() {
     let mut team = Team::<Murdoch>::new(
         Situation::of(&[&[90.0], &[10.0], &[50.0]]),
         Config::default(),
@@ -479,39 +484,38 @@ fn a_new_life_gives_its_old_contract_back() {
     let mut renewed = None;
     while renewed.is_none() {
         team.step();
-        let mut said = negotiations(&team).into_iter();
-        renewed = said.find(|(_, it)| matches!(it.word, Word::Renew { .. }));
+        let mut sent = negotiations(&team).into_iter();
+        renewed = sent.find(|(_, message)| matches!(message.word, Word::Renew { .. }));
     }
     team.restart(1);
     let back = team.now();
-    // A renewal that is still on its way names it, and is given back.
+    // A renewal in flight names the old contract, and the robot returns it.
     let (_, renewed) = renewed.unwrap();
     team.step();
     assert!(team.executors(0).is_empty());
-    assert!(negotiations(&team).iter().any(|(robot, it)| {
-        let gives_back = matches!(
-            it.word,
+    assert!(negotiations(&team).iter().any(|(robot, message)| {
+        let returns_contract = matches!(
+            message.word,
             Word::Ack {
                 status: Status::Abort,
                 ..
             }
         );
-        *robot == RobotId(1) && gives_back && it.auction == renewed.auction
+        *robot == RobotId(1) && returns_contract && message.auction == renewed.auction
     }));
     until_taken(&mut team, 0);
     assert_eq!(team.executors(0), [1]);
     assert_eq!(team.now() - STEP, back + STEP + AUCTION + STEP);
 }
 
-/// An answer that is overtaken by a later one of its sender, or comes twice, is none.
+/// An overtaken or repeated answer is ignored.
 #[test]
-fn old_words_bring_no_contract_back() {
+fn old_messages_restore_no_contract() {
     let mut team = Team::<Murdoch>::new(Situation::of(&[&[90.0], &[10.0]]), Config::default());
     until_taken(&mut team, 0);
-    let answer = team
-        .air
-        .iter()
-        .find(|it| it.sender == RobotId(1) && matches!(it.body, Content::Allocation(_)));
+    let answer = team.air.iter().find(|broadcast| {
+        broadcast.sender == RobotId(1) && matches!(broadcast.body, Content::Allocation(_))
+    });
     let answer = answer.unwrap().clone();
     team.run(5);
     team.situation.tasks[0].units = Some(0);

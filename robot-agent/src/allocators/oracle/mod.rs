@@ -1,6 +1,6 @@
-//! `oracle`: in each step the best assignment there is, from the truth. The world tells each robot what all of them have to offer that can
-//! work, and each works out the same assignment from it: by the Hungarian method, of the largest sum of utilities. Only ever a
-//! reference, for no team has this.
+//! The `oracle` allocator: in each step the assignment with the largest sum of utilities, from the ground truth. The
+//! world sends each robot the offers of all working robots, and each computes the same assignment. No real team has
+//! this information.
 
 mod plan;
 #[cfg(test)]
@@ -12,7 +12,6 @@ use crate::allocator::utility::UnderWay;
 use crate::allocator::{Allocator, Decision, Input, Me, NoParameters};
 use plan::Plan;
 
-/// One robot's copy of the plan.
 #[derive(Clone, Debug)]
 pub struct Oracle {
     me: Me,
@@ -39,15 +38,20 @@ impl Allocator for Oracle {
         self.under_way.note_progress(&self.me, input);
         self.plan.make(input.truth, &self.me.briefs);
         let plan = || self.plan.taken(input.truth);
-        let mine = plan().find(|it| it.robot == self.me.robot);
-        // What could be done a step ago may not be applicable any more.
-        decision.active = mine.map(|it| it.behavior).filter(|behavior| {
+        let mine = plan().find(|offer| offer.robot == self.me.robot);
+        // An offer of the previous step may not be applicable any more.
+        decision.active = mine.map(|offer| offer.behavior).filter(|behavior| {
             let mut choices = input.choices.iter();
-            choices.any(|it| it.behavior == *behavior && it.applicable)
+            choices.any(|choice| choice.behavior == *behavior && choice.applicable)
         });
         decision.reason = Some(Reason::Awarded);
-        let holder = |task| plan().find(|it| it.task == task).map(|it| it.robot);
-        // What it offers now is weighed in the next step: with the bonus of what it has just taken up, else it would be taken from it.
+        let holder = |task| {
+            plan()
+                .find(|offer| offer.task == task)
+                .map(|offer| offer.robot)
+        };
+        // The next step weighs the offers logged now. They need the bonus of the new behavior, or the plan would take
+        // it away again.
         self.under_way.note_active(decision.active, input.now);
         self.under_way.log(&self.me, input, decision, holder);
     }

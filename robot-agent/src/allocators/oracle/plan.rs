@@ -1,96 +1,89 @@
-//! The assignment of most worth: each robot has one of its offers or none, no task more robots than it may have. By shortest augmenting
-//! paths, one robot after the other (the Hungarian method, Kuhn 1955, on what is on offer alone).
+//! The assignment with the largest total value, by shortest augmenting paths (the Hungarian method, Kuhn 1955,
+//! restricted to the existing offers).
 
 use alliance_proto::tick::Offer;
 use smallvec::SmallVec;
 
 use crate::allocator::TaskBrief;
 
-/// Utilities are compared as whole shares of the largest of them.
+/// The number of integer units into which the largest utility is divided for comparison.
 const SHARES: f64 = (1 << 30) as f64;
 
-/// Distance of a task that the search has not reached.
-const FAR: i64 = i64::MAX;
+const UNREACHED: i64 = i64::MAX;
 
-/// A plan, with the memory in which it was made.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Plan {
     robots: Vec<Robot>,
     tasks: Vec<Task>,
-    /// Worth of each offer.
     worth: Vec<i64>,
-    /// Priorities that are on offer, in order.
+    /// The priorities of the offered tasks, in ascending order.
     priorities: SmallVec<[i32; 4]>,
-    /// Robots that the search has reached, with their distances.
     seen: Vec<(usize, i64)>,
-    /// Tasks that the search has reached.
     touched: Vec<usize>,
 }
 
-/// A robot with its offers, which are next to each other.
+/// A robot and the range of its offers.
 #[derive(Clone, Debug)]
 struct Robot {
     from: usize,
     to: usize,
-    /// The offer that it is assigned.
-    has: Option<usize>,
-    /// Its dual variable: no less than the worth of any of its offers without the task's price, and exactly that of the one that it is assigned.
+    /// The index of the assigned offer.
+    assigned: Option<usize>,
+    /// The dual variable of the robot: at least the value of each offer minus the task's price, with equality for the
+    /// assigned offer.
     gain: i64,
 }
 
 #[derive(Clone, Debug, Default)]
 struct Task {
-    /// Robots that it is assigned to.
     holders: SmallVec<[usize; 2]>,
-    /// Its dual variable, 0 while it has a place left.
+    /// The dual variable of the task; 0 while it has a free place.
     price: i64,
-    /// Distance of the task from where the search began.
+    /// The distance from the start of the search.
     at: i64,
-    /// Whether the search has gone on from this task.
-    is_left: bool,
-    /// The robot and its offer by which the search reached this task.
+    is_visited: bool,
+    /// The robot and the offer from which the search reached this task.
     by: (usize, usize),
 }
 
-/// Where an augmenting path ends.
+/// The end of an augmenting path.
 enum End {
-    /// At a robot that is left without a task.
+    /// A robot that loses its task.
     Leaves(usize),
-    /// At a task with a place left.
+    /// A task with a free place.
     Place(usize),
 }
 
 impl Plan {
-    /// Makes the plan of most worth: the most of the higher priorities, then the largest sum of utilities. Offers are in the order of
-    /// robots.
+    /// Computes the best plan: first by the higher priorities, then by the sum of utilities. The offers are sorted by
+    /// robot.
     pub fn make(&mut self, offers: &[Offer], briefs: &[TaskBrief]) {
         self.weigh(offers, briefs);
         self.tasks.resize_with(briefs.len(), Task::default);
         for task in &mut self.tasks {
             task.holders.clear();
-            (task.price, task.at, task.is_left) = (0, FAR, false);
+            (task.price, task.at, task.is_visited) = (0, UNREACHED, false);
         }
         self.robots.clear();
         let mut from = 0;
-        for own in offers.chunk_by(|a, b| a.robot == b.robot) {
+        for group in offers.chunk_by(|a, b| a.robot == b.robot) {
             self.robots.push(Robot {
                 from,
-                to: from + own.len(),
-                has: None,
+                to: from + group.len(),
+                assigned: None,
                 gain: 0,
             });
-            from += own.len();
+            from += group.len();
             self.join(self.robots.len() - 1, offers, briefs);
         }
     }
 
-    /// The offers that are taken, in the order of robots.
     pub fn taken<'a>(&'a self, offers: &'a [Offer]) -> impl Iterator<Item = &'a Offer> {
-        let taken = self.robots.iter().filter_map(|robot| robot.has);
+        let taken = self.robots.iter().filter_map(|robot| robot.assigned);
         taken.map(|offer| &offers[offer])
     }
 
-    /// What each offer is worth; 0 for a task that there is not.
+    /// Computes the value of each offer; 0 for an unknown task.
     fn weigh(&mut self, offers: &[Offer], briefs: &[TaskBrief]) {
         let brief = |offer: &Offer| briefs.get(offer.task.index());
         self.priorities.clear();
@@ -108,8 +101,8 @@ impl Plan {
             let Some(TaskBrief { priority, .. }) = brief(offer) else {
                 return 0;
             };
-            // One step of priority is worth more than all utilities together, and any work more than none.
-            let rank = self.priorities.partition_point(|it| it < priority) as i64;
+            // One priority level outweighs all utilities together, and any work outweighs none.
+            let rank = self.priorities.partition_point(|lower| lower < priority) as i64;
             let shares = (offer.utility / largest * SHARES) as i64;
             rank * SHARES as i64 * (offers.len() as i64 + 1) + shares.max(1)
         };
@@ -117,7 +110,7 @@ impl Plan {
         self.worth.extend(offers.iter().map(worth));
     }
 
-    /// One robot more: it takes what is best, and whoever had that something else, along the way on which the least is lost.
+    /// Adds one robot. It takes its best task, and displaced robots change tasks along the path with the least loss.
     fn join(&mut self, robot: usize, offers: &[Offer], briefs: &[TaskBrief]) {
         let Robot { from, to, .. } = self.robots[robot];
         let gain = |offer: usize| {
@@ -131,7 +124,7 @@ impl Plan {
         let (mut end, mut loss) = (End::Leaves(robot), gain);
         self.look(robot, 0, loss, offers);
         while let Some(task) = self.nearest(loss) {
-            self.tasks[task].is_left = true;
+            self.tasks[task].is_visited = true;
             let Task {
                 at, ref holders, ..
             } = self.tasks[task];
@@ -141,7 +134,7 @@ impl Plan {
             }
             for holder in holders.clone() {
                 let leaves = at + self.robots[holder].gain;
-                // Of two with the same claim the lower rank keeps it.
+                // Of two equal claims the lower rank keeps the task.
                 let is_later = matches!(end, End::Leaves(other) if holder > other);
                 if leaves < loss || (leaves == loss && is_later) {
                     (end, loss) = (End::Leaves(holder), leaves);
@@ -159,47 +152,46 @@ impl Plan {
         while let Some(task) = free {
             let (robot, offer) = self.tasks[task].by;
             free = self.release(robot, offers);
-            self.robots[robot].has = Some(offer);
+            self.robots[robot].assigned = Some(offer);
             self.tasks[task].holders.push(robot);
         }
         for &task in &self.touched {
             let task = &mut self.tasks[task];
             task.price += (loss - task.at).max(0);
-            (task.at, task.is_left) = (FAR, false);
+            (task.at, task.is_visited) = (UNREACHED, false);
         }
     }
 
-    /// The search reaches a robot, and from it the tasks that are nearer than `loss`.
+    /// Adds a robot to the search, and its tasks that are nearer than `loss`.
     fn look(&mut self, robot: usize, at: i64, loss: i64, offers: &[Offer]) {
         self.seen.push((robot, at));
         let Robot { from, to, gain, .. } = self.robots[robot];
-        for (offer, it) in (from..to).zip(&offers[from..to]) {
-            let number = it.task.index();
+        for (index, offer) in (from..to).zip(&offers[from..to]) {
+            let number = offer.task.index();
             let Some(task) = self.tasks.get_mut(number) else {
                 continue;
             };
-            let far = at + gain + task.price - self.worth[offer];
-            if far < task.at && far < loss {
-                if task.at == FAR {
+            let distance = at + gain + task.price - self.worth[index];
+            if distance < task.at && distance < loss {
+                if task.at == UNREACHED {
                     self.touched.push(number);
                 }
-                (task.at, task.by) = (far, (robot, offer));
+                (task.at, task.by) = (distance, (robot, index));
             }
         }
     }
 
-    /// The nearest task from which the search has not gone on, if it is nearer than `loss`.
+    /// Returns the nearest reached task without further search, if it is nearer than `loss`.
     fn nearest(&self, loss: i64) -> Option<usize> {
-        let left = self.touched.iter().map(|&it| (self.tasks[it].at, it));
-        let left = left.filter(|&(at, it)| at < loss && !self.tasks[it].is_left);
-        left.min().map(|(_, it)| it)
+        let left = self.touched.iter().map(|&task| (self.tasks[task].at, task));
+        let left = left.filter(|&(at, task)| at < loss && !self.tasks[task].is_visited);
+        left.min().map(|(_, task)| task)
     }
 
-    /// Takes a robot's task away from it; returns that task.
     fn release(&mut self, robot: usize, offers: &[Offer]) -> Option<usize> {
-        let offer = self.robots[robot].has.take()?;
+        let offer = self.robots[robot].assigned.take()?;
         let task = offers[offer].task.index();
-        self.tasks[task].holders.retain(|it| *it != robot);
+        self.tasks[task].holders.retain(|holder| *holder != robot);
         Some(task)
     }
 }

@@ -1,4 +1,4 @@
-//! The laws of the oracle (ALLOCATORS.md §7).
+//! The properties of the oracle (docs/ALLOCATORS.md §7).
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::tick::Offer;
@@ -11,11 +11,11 @@ use crate::allocators::team::{Situation, Team};
 use crate::testkit;
 
 #[test]
-fn the_oracle_keeps_the_laws_of_all_allocators() {
+fn the_oracle_keeps_the_properties_of_all_allocators() {
     testkit::allocator::<Oracle>(&NoParameters {});
 }
 
-/// Worth of a plan: sum of the ranks of its priorities, then sum of its utilities.
+/// The value of a plan: the sum of its priority ranks, then the sum of its utilities.
 type Worth = (usize, f64);
 
 fn briefs(tasks: &[(usize, i32)]) -> Vec<TaskBrief> {
@@ -28,16 +28,16 @@ fn briefs(tasks: &[(usize, i32)]) -> Vec<TaskBrief> {
     tasks.iter().map(brief).collect()
 }
 
-/// The best that there is, by trying all.
-fn tried(rows: &[Vec<Option<f64>>], left: &mut [usize], rank: &[usize]) -> Worth {
+/// Returns the best value by trying all assignments.
+fn exhaustive_best(rows: &[Vec<Option<f64>>], left: &mut [usize], rank: &[usize]) -> Worth {
     let Some((row, rest)) = rows.split_first() else {
         return (0, 0.0);
     };
-    let mut best = tried(rest, left, rank);
+    let mut best = exhaustive_best(rest, left, rank);
     for (task, utility) in row.iter().enumerate() {
         if let (Some(utility), 1..) = (utility, left[task]) {
             left[task] -= 1;
-            let (ranks, sum) = tried(rest, left, rank);
+            let (ranks, sum) = exhaustive_best(rest, left, rank);
             left[task] += 1;
             let worth = (ranks + rank[task], sum + utility);
             if worth > best {
@@ -66,7 +66,7 @@ fn offer(robot: usize, task: usize, utility: f64) -> Offer {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
 
-    /// No assignment is worth more: against all of them. Nobody has two tasks, and none more robots than it may have.
+    /// Compares the plan with all assignments. No robot has two tasks, and no task exceeds its limit.
     #[test]
     fn no_assignment_is_worth_more(
         tasks in prop::collection::vec((1..3_usize, prop_oneof![Just(0), -1..2_i32]), 1..5),
@@ -85,33 +85,33 @@ proptest! {
             })
             .collect();
         let plan = best(&offers, &briefs(&tasks));
-        // Only of tasks that are on offer.
+        // Only offered tasks count.
         let on_offer = |task: usize| rows.iter().any(|row| row[task].is_some());
         let mut priorities: Vec<i32> =
-            (0..tasks.len()).filter(|&it| on_offer(it)).map(|it| tasks[it].1).collect();
+            (0..tasks.len()).filter(|&task| on_offer(task)).map(|task| tasks[task].1).collect();
         priorities.sort_unstable();
         priorities.dedup();
         let rank: Vec<usize> =
-            tasks.iter().map(|(_, own)| priorities.partition_point(|it| it < own)).collect();
-        let mut left: Vec<usize> = tasks.iter().map(|it| it.0).collect();
-        let (ranks, most) = tried(&rows, &mut left, &rank);
-        for it in &plan {
-            prop_assert!(offers.contains(it));
-            prop_assert_eq!(plan.iter().filter(|other| other.robot == it.robot).count(), 1);
-            left[it.task.index()] = left[it.task.index()].checked_sub(1).expect("a place is left");
+            tasks.iter().map(|(_, priority)| priorities.partition_point(|lower| lower < priority)).collect();
+        let mut left: Vec<usize> = tasks.iter().map(|task| task.0).collect();
+        let (ranks, most) = exhaustive_best(&rows, &mut left, &rank);
+        for offer in &plan {
+            prop_assert!(offers.contains(offer));
+            prop_assert_eq!(plan.iter().filter(|other| other.robot == offer.robot).count(), 1);
+            left[offer.task.index()] = left[offer.task.index()].checked_sub(1).expect("the task has a free place");
         }
-        let sum: f64 = plan.iter().map(|it| it.utility).sum();
-        prop_assert_eq!(plan.iter().map(|it| rank[it.task.index()]).sum::<usize>(), ranks);
+        let sum: f64 = plan.iter().map(|offer| offer.utility).sum();
+        prop_assert_eq!(plan.iter().map(|offer| rank[offer.task.index()]).sum::<usize>(), ranks);
         prop_assert!((sum - most).abs() < 1e-6, "{} {}", sum, most);
     }
 
-    /// All robots work out the same plan without a word; who cannot work has none of the tasks from the next step on, and whoever comes
-    /// back is counted upon at once.
+    /// All robots compute the same plan without messages. A robot that cannot work has no task from the next step on,
+    /// and a returning robot gets one again.
     #[test]
-    fn all_have_the_same_plan(situation in Situation::any(4, 4), victim in 0..4_usize, dies: bool) {
+    fn all_robots_compute_the_same_plan(situation in Situation::any(4, 4), victim in 0..4_usize, dies: bool) {
         let robots = situation.cost_s.len();
         let victim = victim % robots;
-        let most: Vec<usize> = situation.tasks.iter().map(|it| it.max_robots).collect();
+        let most: Vec<usize> = situation.tasks.iter().map(|task| task.max_robots).collect();
         let mut team = Team::<Oracle>::new(situation, NoParameters {});
         for step in 0..90 {
             match step {
@@ -129,14 +129,14 @@ proptest! {
                 prop_assert_eq!(team.robots[victim].active, None);
             }
         }
-        // What is best for a team that has all its robots, it has again.
-        let now: Vec<_> = team.robots.iter().map(|it| it.active).collect();
+        // The complete team keeps its best plan.
+        let now: Vec<_> = team.robots.iter().map(|robot| robot.active).collect();
         team.run(3);
-        prop_assert_eq!(now, team.robots.iter().map(|it| it.active).collect::<Vec<_>>());
+        prop_assert_eq!(now, team.robots.iter().map(|robot| robot.active).collect::<Vec<_>>());
     }
 }
 
-/// Each takes the task that is second best for it where that is better for both.
+/// Each robot takes its second best task if the sum is then larger.
 #[test]
 fn the_sum_counts_and_not_the_best_pair() {
     let offers = [
@@ -146,7 +146,10 @@ fn the_sum_counts_and_not_the_best_pair() {
         offer(1, 1, 0.1),
     ];
     let plan = best(&offers, &briefs(&[(1, 0), (1, 0)]));
-    let pairs: Vec<_> = plan.iter().map(|it| (it.robot.0, it.task.0)).collect();
+    let pairs: Vec<_> = plan
+        .iter()
+        .map(|offer| (offer.robot.0, offer.task.0))
+        .collect();
     assert_eq!(pairs, [(0, 1), (1, 0)]);
     assert_eq!(best(&[], &briefs(&[(1, 0)])), []);
 }

@@ -1,6 +1,6 @@
-//! `threshold`: response thresholds. A robot takes a task with a probability that grows with the task's stimulus and falls with the
-//! robot's own threshold, which falls while it performs the task and rises while it does not: so robots specialise without a word
-//! (Theraulaz, Bonabeau, Deneubourg 1998; ALLOCATORS.md §8).
+//! Response thresholds (Theraulaz, Bonabeau, Deneubourg 1998; docs/ALLOCATORS.md §8). The probability that a robot
+//! takes a task rises with the task's stimulus and falls with the robot's threshold. The threshold falls while the
+//! robot performs the task and rises otherwise, so that robots specialize.
 
 #[cfg(test)]
 mod tests;
@@ -14,34 +14,28 @@ use serde::Deserialize;
 
 use crate::allocator::{Allocator, Choice, Decision, Input, Me};
 
-/// One robot's stimuli and thresholds.
 #[derive(Clone, Debug)]
 pub struct Threshold {
     me: Me,
     config: Config,
-    /// Of each own task.
     tasks: Vec<Response>,
 }
 
-/// `[allocators.threshold]`.
+/// The parameters in `[allocators.threshold]`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
-    /// δ: what a stimulus grows by while its task is due, per s.
+    /// δ, the growth of a stimulus while its task is due, per s.
     pub delta: f64,
-    /// α: what a stimulus falls by at progress on its task.
+    /// α, the fall of a stimulus at progress on its task.
     pub alpha: f64,
-    /// ξ: what the threshold of the task that is performed falls by, per s.
+    /// ξ, the fall of the threshold of the performed task, per s.
     pub xi: f64,
-    /// φ: what the thresholds of all other tasks rise by, per s.
+    /// φ, the rise of the thresholds of all other tasks, per s.
     pub phi: f64,
-    /// The least threshold.
     pub theta_min: f64,
-    /// The largest threshold; the least at least.
     pub theta_max: f64,
-    /// Every threshold at the start of an incarnation; brought into bounds.
     pub theta_start: f64,
-    /// Probability to leave a task, per s.
     pub leave: f64,
 }
 
@@ -60,59 +54,58 @@ impl Default for Config {
     }
 }
 
-/// What drives a robot to a task.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Response {
     task: TaskId,
-    /// s.
+    /// The stimulus s, at least 0.
     stimulus: f64,
-    /// θ.
+    /// The threshold θ, in units of the stimulus.
     threshold: f64,
-    /// The latest round known.
     round: SimTime,
 }
 
 impl Response {
-    /// P = s²/(s² + θ²): probability that a free robot takes the task within a second.
+    /// Computes P = s²/(s² + θ²), the probability that a free robot takes the task within a second.
     fn probability(&self) -> f64 {
         let (s, theta) = (self.stimulus, self.threshold);
         s * s / (s * s + theta * theta)
     }
 
-    /// The rate per s that has this probability within a second: -ln(1 - P).
+    /// Computes the rate per s with this probability within a second: -ln(1 - P).
     fn rate(&self) -> f64 {
         let ratio = self.stimulus / self.threshold;
         libm::log1p(ratio * ratio)
     }
 
-    /// The task calls for work while it is due, and less after progress: the robot's own, or any of which a newer round tells.
+    /// Raises the stimulus while the task is due, and lowers it at progress of this robot or at a newer round.
     fn note(&mut self, config: &Config, input: &Input<'_>) {
         let mut choices = input.choices.iter();
-        let round = choices.find(|it| it.task == self.task).map(|it| it.round);
+        let round = choices
+            .find(|choice| choice.task == self.task)
+            .map(|choice| choice.round);
         let is_newer = round.is_some_and(|round| round > self.round);
         self.round = round.unwrap_or(self.round);
-        let own = input.progressed.iter().filter(|it| **it == self.task);
-        let progress = own.count().max(usize::from(is_newer));
+        let progressed = input.progressed.iter().filter(|task| **task == self.task);
+        let progress = progressed.count().max(usize::from(is_newer));
         if self.offer(input).is_some() {
             self.stimulus += config.delta * input.step_s;
         }
         self.stimulus = (self.stimulus - config.alpha * progress as f64).max(0.0);
     }
 
-    /// Of the behaviors for the task that are applicable the cheapest; of equal ones the first.
+    /// Returns the cheapest applicable behavior for the task; the first of equal ones.
     fn offer<'a>(&self, input: &Input<'a>) -> Option<&'a Choice> {
-        let due = |it: &&Choice| it.task == self.task && it.applicable;
-        let cost_s = |it: &Choice| it.cost_s.unwrap_or(f64::INFINITY);
+        let due = |choice: &&Choice| choice.task == self.task && choice.applicable;
+        let cost_s = |choice: &Choice| choice.cost_s.unwrap_or(f64::INFINITY);
         let due = input.choices.iter().filter(due);
         due.min_by(|a, b| cost_s(a).total_cmp(&cost_s(b)))
     }
 
-    /// A threshold within bounds.
     fn within(config: &Config, threshold: f64) -> f64 {
         threshold.min(config.theta_max).max(config.theta_min)
     }
 
-    /// Performing a task makes the robot more ready for it, anything else less.
+    /// Lowers the threshold of the performed task and raises the others.
     fn learn(&mut self, config: &Config, performs: bool, step_s: f64) {
         let change = if performs { -config.xi } else { config.phi };
         self.threshold = Self::within(config, self.threshold + change * step_s);
@@ -120,29 +113,30 @@ impl Response {
 }
 
 impl Threshold {
-    /// What a free robot takes in this step, if anything. Each task that is due calls at its own rate; the first call is followed.
+    /// Draws the task that a free robot takes in this step, if any. Each due task triggers at its own rate; the first
+    /// trigger decides.
     fn take(&self, input: &Input<'_>) -> Option<BehaviorId> {
         let offers = || {
-            let due = |it: &Response| Some((it.offer(input)?.behavior, it.rate()));
+            let due =
+                |response: &Response| Some((response.offer(input)?.behavior, response.rate()));
             self.tasks.iter().filter_map(due)
         };
         let total: f64 = offers().map(|(_, rate)| rate).sum();
         let mut draws = input.draws.stream();
-        let (whether, mut which): (f64, f64) = (draws.random(), draws.random());
-        if whether >= -libm::expm1(-total * input.step_s) {
+        let (draw, mut remaining): (f64, f64) = (draws.random(), draws.random());
+        if draw >= -libm::expm1(-total * input.step_s) {
             return None;
         }
-        which *= total;
-        let followed = offers().find(|(_, rate)| {
-            which -= rate;
-            which < 0.0
+        remaining *= total;
+        let chosen = offers().find(|(_, rate)| {
+            remaining -= rate;
+            remaining < 0.0
         });
-        // A sum of rates may be rounded up beyond the last of them.
-        let followed = followed.or_else(|| offers().next_back());
-        followed.map(|(behavior, _)| behavior)
+        // Rounding can make the sum of rates larger than the last partial sum.
+        let chosen = chosen.or_else(|| offers().next_back());
+        chosen.map(|(behavior, _)| behavior)
     }
 
-    /// Whether a robot that is at a task leaves it in this step.
     fn leaves(&self, input: &Input<'_>) -> bool {
         let stays = libm::pow(1.0 - self.config.leave, input.step_s);
         !input.is_laden && input.draws.stream().random::<f64>() >= stays
@@ -184,7 +178,7 @@ impl Allocator for Threshold {
                 "1/s",
                 default.xi,
                 rate(),
-                "fall of the threshold of the task that is performed (Theraulaz et al. 1998)",
+                "fall of the threshold of the performed task (Theraulaz et al. 1998)",
             ),
             of(
                 "phi",
@@ -198,21 +192,21 @@ impl Allocator for Threshold {
                 "",
                 default.theta_min,
                 level(),
-                "least threshold (Theraulaz et al. 1998)",
+                "smallest threshold (Theraulaz et al. 1998)",
             ),
             of(
                 "theta_max",
                 "",
                 default.theta_max,
                 level(),
-                "largest threshold; theta_min at least (Theraulaz et al. 1998)",
+                "largest threshold; at least theta_min (Theraulaz et al. 1998)",
             ),
             of(
                 "theta_start",
                 "",
                 default.theta_start,
                 level(),
-                "every threshold at the start (Theraulaz et al. 1998)",
+                "threshold at the start (Theraulaz et al. 1998)",
             ),
             of(
                 "leave",
@@ -231,7 +225,7 @@ impl Allocator for Threshold {
             threshold: Response::within(config, config.theta_start),
             round: SimTime::ZERO,
         };
-        let mut tasks: Vec<TaskId> = me.behaviors.iter().map(|own| own.task).collect();
+        let mut tasks: Vec<TaskId> = me.behaviors.iter().map(|behavior| behavior.task).collect();
         tasks.sort_unstable();
         tasks.dedup();
         Self {
@@ -246,9 +240,9 @@ impl Allocator for Threshold {
             response.note(&self.config, input);
         }
         let mut choices = input.choices.iter();
-        let held = decision
-            .active
-            .and_then(|active| choices.find(|it| it.behavior == active && it.applicable));
+        let held = decision.active.and_then(|active| {
+            choices.find(|choice| choice.behavior == active && choice.applicable)
+        });
         decision.active = match held {
             Some(_) if self.leaves(input) => None,
             Some(held) => Some(held.behavior),
@@ -256,9 +250,9 @@ impl Allocator for Threshold {
         };
         decision.reason = Some(Reason::Drawn);
         choices = input.choices.iter();
-        let performed = choices.find(|it| decision.active == Some(it.behavior));
+        let performed = choices.find(|choice| decision.active == Some(choice.behavior));
         for response in &mut self.tasks {
-            let performs = performed.is_some_and(|it| it.task == response.task);
+            let performs = performed.is_some_and(|choice| choice.task == response.task);
             response.learn(&self.config, performs, input.step_s);
         }
         self.log(input, decision);
@@ -266,10 +260,12 @@ impl Allocator for Threshold {
 }
 
 impl Threshold {
-    /// A row per applicable choice, with P in the place of a utility.
+    /// Logs a row per applicable choice, with P as the utility.
     fn log(&self, input: &Input<'_>, decision: &mut Decision) {
         for choice in input.choices.iter().filter(|choice| choice.applicable) {
-            let place = self.tasks.binary_search_by_key(&choice.task, |it| it.task);
+            let place = self
+                .tasks
+                .binary_search_by_key(&choice.task, |response| response.task);
             let is_active = decision.active == Some(choice.behavior);
             decision.rows.push(AllocationRow {
                 task: choice.task,

@@ -1,4 +1,4 @@
-//! The laws of response thresholds (ALLOCATORS.md §8).
+//! The properties of response thresholds (docs/ALLOCATORS.md §8).
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::telemetry::Reason;
@@ -11,12 +11,12 @@ use crate::allocators::team::{STEP, Situation, Team};
 use crate::testkit;
 
 #[test]
-fn thresholds_keep_the_laws_of_all_allocators() {
+fn thresholds_keep_the_properties_of_all_allocators() {
     testkit::allocator::<Threshold>(&Config::default());
     testkit::allocator::<Threshold>(&ready());
 }
 
-/// Takes the first task that is due within a few steps.
+/// Returns parameters with which a robot takes a due task within a few steps.
 fn ready() -> Config {
     Config {
         theta_start: 1.0,
@@ -34,10 +34,10 @@ fn response(stimulus: f64, threshold: f64) -> Response {
     }
 }
 
-/// s²/(s² + θ²), worked out by hand.
+/// The expected values of s²/(s² + θ²) are computed by hand.
 #[test]
-fn probability_against_numbers_by_hand() {
-    for (stimulus, threshold, wanted) in [
+fn probability_matches_values_computed_by_hand() {
+    for (stimulus, threshold, expected) in [
         (0.0, 1.0, 0.0),
         (1.0, 1.0, 0.5),
         (1.0, 2.0, 0.2),
@@ -48,34 +48,34 @@ fn probability_against_numbers_by_hand() {
     ] {
         let probability = response(stimulus, threshold).probability();
         assert!(
-            (probability - wanted).abs() < 1e-9,
+            (probability - expected).abs() < 1e-9,
             "{stimulus} {threshold}: {probability}"
         );
-        // As a rate: what is left of nobody taking it after a second.
+        // The rate gives the same probability that the task is taken within a second.
         let within_s = -libm::expm1(-response(stimulus, threshold).rate());
-        assert!((within_s - wanted).abs() < 1e-9, "{within_s}");
+        assert!((within_s - expected).abs() < 1e-9, "{within_s}");
     }
 }
 
 proptest! {
-    /// P grows with s and falls with θ.
+    /// P rises with s and falls with θ.
     #[test]
     fn probability_is_monotone(
         stimulus in 0.1..2000.0, threshold in 1.0..1000.0, more in 1.01..10.0,
     ) {
-        let of = |stimulus, threshold| {
+        let values = |stimulus, threshold| {
             let response = response(stimulus, threshold);
             (response.probability(), response.rate())
         };
-        let here = of(stimulus, threshold);
-        let stronger = of(stimulus * more, threshold);
-        let duller = of(stimulus, threshold * more);
+        let here = values(stimulus, threshold);
+        let stronger = values(stimulus * more, threshold);
+        let duller = values(stimulus, threshold * more);
         prop_assert!(stronger.0 > here.0 && stronger.1 > here.1);
         prop_assert!(duller.0 < here.0 && duller.1 < here.1);
         prop_assert!((0.0..=1.0).contains(&here.0));
     }
 
-    /// θ stays in bounds, s is never negative, whatever a team does and for how long.
+    /// θ stays within its limits and s is never negative, for any team and duration.
     #[test]
     fn thresholds_stay_in_bounds(
         situation in Situation::any(3, 4), least in 1.0..50.0, span in 0.0..50.0, start in 0.1..200.0,
@@ -97,15 +97,15 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// Whatever is due and never touched is touched in the end, by whoever can: with the published values, where other tasks are
-    /// always to be had as well.
+    /// An able robot finally takes each due task with the published parameters, although other tasks are always
+    /// available.
     #[test]
     fn tasks_that_are_due_are_taken(situation in Situation::any(3, 4)) {
         let tasks = situation.tasks.len();
         let able = |task: usize| situation.cost_s.iter().any(|row| row[task].is_some());
         let mut left: Vec<usize> = (0..tasks).filter(|&task| able(task)).collect();
         let mut team = Team::<Threshold>::new(situation.clone(), Config::default());
-        // More than half an hour; a threshold of 1000 and a stimulus of as much make it one half per second.
+        // More than half an hour. A threshold of 1000 and an equal stimulus give a probability of one half per second.
         for _ in 0..40_000 {
             team.step();
             left.retain(|&task| team.executors(task).is_empty());
@@ -114,15 +114,15 @@ proptest! {
     }
 }
 
-struct Nowhere;
+struct NoRoute;
 
-impl RouteCost for Nowhere {
+impl RouteCost for NoRoute {
     fn seconds(&self, _: &[TaskId], _: TaskId) -> Option<f64> {
         None
     }
 }
 
-/// A robot with two tasks, driven by hand.
+/// A robot with two tasks and scripted inputs.
 struct Solo {
     allocator: Threshold,
     decision: Decision,
@@ -170,7 +170,7 @@ impl Solo {
             choices: &choices,
             progressed,
             heard: &[],
-            route: &Nowhere,
+            route: &NoRoute,
             truth: &[],
             draws: Draws::of(self.seed, RobotId(0), self.tick),
         };
@@ -185,19 +185,20 @@ impl Solo {
     }
 }
 
-/// A task that is due grows by δ a second; progress takes α each, a newer round α, both at once no more than one of them.
+/// The stimulus of a due task grows by δ per second. Each progress and each newer round takes α; both in one step take
+/// α once.
 #[test]
 fn stimuli_grow_while_due_and_fall_at_progress() {
-    // Nothing is ever taken.
+    // The threshold is so high that the robot never takes a task.
     let config = Config {
         theta_start: 1e9,
         theta_min: 1e9,
         ..Config::default()
     };
     let mut solo = Solo::new(config, 1);
-    let near = |solo: &Solo, wanted: f64| {
+    let near = |solo: &Solo, expected: f64| {
         let stimulus = solo.response(0).stimulus;
-        assert!((stimulus - wanted).abs() < 1e-6, "{stimulus} {wanted}");
+        assert!((stimulus - expected).abs() < 1e-6, "{stimulus} {expected}");
     };
     for _ in 0..400 {
         solo.step(&[]);
@@ -220,9 +221,9 @@ fn stimuli_grow_while_due_and_fall_at_progress() {
     near(&solo, 5.0);
 }
 
-/// ξ and φ per second: performing the first task for 10 s takes 100 from its threshold and adds 10 to the other's.
+/// ξ and φ are per second: 10 s of the first task take 100 from its threshold and add 10 to the other's.
 #[test]
-fn thresholds_follow_what_is_done() {
+fn thresholds_follow_the_performed_task() {
     let config = Config {
         leave: 0.0,
         ..Config::default()
@@ -234,26 +235,30 @@ fn thresholds_follow_what_is_done() {
         performed += u32::from(solo.step(&[]).is_some());
     }
     let idle_s = f64::from(steps - performed) * 0.05;
-    let near = |value: f64, wanted: f64| assert!((value - wanted).abs() < 1e-6, "{value} {wanted}");
+    let near =
+        |value: f64, expected: f64| assert!((value - expected).abs() < 1e-6, "{value} {expected}");
     near(solo.response(0).threshold, 500.0 + idle_s - 100.0);
     near(solo.response(1).threshold, 500.0 + idle_s + 10.0);
-    // The row shows the probability by which it would be taken.
+    // The row contains the probability of taking the task.
     let row = solo.decision.rows[0];
     near(row.utility, solo.response(0).probability());
 }
 
-/// How many of 4,000 robots do something within a second, whatever the length of a step: within four standard deviations.
+/// Checks the share of 4,000 robots that act within a second, to four standard deviations, for any step length.
 #[track_caller]
-fn assert_share(wanted: f64, mut does: impl FnMut(u64) -> bool) {
+fn assert_share(expected: f64, mut acts: impl FnMut(u64) -> bool) {
     let tries = 4000_u64;
-    let share = (0..tries).filter(|&seed| does(seed)).count() as f64 / tries as f64;
-    let deviation = (wanted * (1.0 - wanted) / tries as f64).sqrt();
-    assert!((share - wanted).abs() < 4.0 * deviation, "{share} {wanted}");
+    let share = (0..tries).filter(|&seed| acts(seed)).count() as f64 / tries as f64;
+    let deviation = (expected * (1.0 - expected) / tries as f64).sqrt();
+    assert!(
+        (share - expected).abs() < 4.0 * deviation,
+        "{share} {expected}"
+    );
 }
 
 #[test]
-fn probabilities_are_per_second_whatever_the_step() {
-    // A stimulus that stands at 1 with θ = 2: a fifth within a second.
+fn probabilities_are_per_second_for_any_step_length() {
+    // A constant stimulus of 1 with θ = 2 gives one fifth within a second.
     let config = Config {
         theta_min: 2.0,
         theta_max: 2.0,
@@ -272,13 +277,13 @@ fn probabilities_are_per_second_whatever_the_step() {
             let mut solo = solo(seed);
             (0..steps).any(|_| solo.step(&[]).is_some())
         });
-        // Either of two alike is taken with 1 - 0.8², each by half of those robots.
+        // One of two equal tasks is taken with probability 1 - 0.8², and each by half of those robots.
         assert_share(0.18, |seed| {
             let mut solo = solo(seed);
             solo.due = [true, true];
             (0..steps).find_map(|_| solo.step(&[])) == Some(BehaviorId(1))
         });
-        // And a task is left with a fifth, too, unless the robot carries something.
+        // A robot leaves a task with probability one fifth too, unless it carries something.
         for is_laden in [false, true] {
             let leaves = |seed| {
                 let mut solo = solo(seed);

@@ -1,4 +1,4 @@
-//! How long teammates that achieve nothing can keep a task from a robot (docs/BOUNDS.md).
+//! The longest time for which teammates without progress can keep a robot from a task (docs/BOUNDS.md).
 
 use proptest::prelude::*;
 
@@ -9,7 +9,7 @@ use TaskState::{Executing, Idle, Released, Waiting};
 const STEP_MS: u64 = 200;
 const PRESETS: [Preset; 3] = [Preset::Thesis, Preset::Par98, Preset::Team];
 
-/// Parameters of the robot under test; the same toward all of its teammates.
+/// The parameters of the robot under test, equal toward all teammates.
 #[derive(Clone, Copy, Debug)]
 struct Values {
     fast: f64,
@@ -39,14 +39,14 @@ fn setup_of(preset: Preset, teammates: usize, values: Values) -> Setup {
         set.before_yielding_s = values.psi_s;
         set.before_giving_up_s = values.lambda_s;
         let slow = set.slow_impatience.values_mut();
-        slow.for_each(|it| *it = values.slow);
+        slow.for_each(|rate| *rate = values.slow);
         let phi = set.willing_to_affect_s.values_mut();
-        phi.for_each(|it| *it = values.phi_s);
+        phi.for_each(|time| *time = values.phi_s);
     });
     setup
 }
 
-/// B of docs/BOUNDS.md, s.
+/// Computes B of docs/BOUNDS.md, s.
 fn bound_s(preset: Preset, teammates: usize, values: Values) -> f64 {
     let n = teammates as f64;
     let step_s = STEP_MS as f64 / 1000.0;
@@ -60,29 +60,30 @@ fn bound_s(preset: Preset, teammates: usize, values: Values) -> f64 {
         + waits * (values.psi_s + values.tau_s + step_s)
 }
 
-/// What a teammate says in a step, if anything: state and age of the claim or wish.
-type Word = Option<(TaskState, SimTime)>;
+/// The broadcast of a teammate in one step, if any: the state and start time of the claim or wish.
+type Message = Option<(TaskState, SimTime)>;
 
-/// What the robot under test, of the highest rank, does before a teammate speaks.
+/// The state of the robot under test before a teammate sends. The robot has the highest rank.
 #[derive(Clone, Copy, Debug)]
 struct Situation {
     now: SimTime,
     state: BehaviorState,
     motivation: f64,
-    /// Since when it has been in that state.
+    /// The start time of that state.
     since: SimTime,
 }
 
-/// For how long the robot is not active before it has had a stint that it ended itself, by ψ or λ, s; gives up looking
-/// when that has become more than `limit_s`. `speak` says what each teammate says; a new incarnation counts `lives` up.
+/// Returns the time, s, for which the robot is not active before it first ends a stint itself, by ψ or λ. Stops once
+/// that time exceeds `limit_s`. `send` returns the message of each teammate; it increments the incarnation to simulate
+/// a restart.
 fn kept_away_s(
     setup: &Setup,
     limit_s: f64,
-    mut speak: impl FnMut(usize, &Situation, &mut u32) -> Word,
+    mut send: impl FnMut(usize, &Situation, &mut u32) -> Message,
 ) -> f64 {
     let teammates = setup.scenario.robots.len() - 1;
     let mut robot = Solo::new(RobotId(teammates as u16), setup);
-    let mut lives = vec![1; teammates];
+    let mut incarnations = vec![1; teammates];
     let mut situation = Situation {
         now: ms(0),
         state: BehaviorState::Hibernating,
@@ -92,15 +93,15 @@ fn kept_away_s(
     let mut away_s = 0.0;
     while away_s <= limit_s {
         situation.now = robot.now;
-        let mut heard = Vec::new();
-        for (rank, incarnation) in lives.iter_mut().enumerate() {
-            if let Some((state, since)) = speak(rank, &situation, incarnation) {
-                let mut message = robot.says(RobotId(rank as u16), state, since);
+        let mut received = Vec::new();
+        for (rank, incarnation) in incarnations.iter_mut().enumerate() {
+            if let Some((state, since)) = send(rank, &situation, incarnation) {
+                let mut message = robot.message(RobotId(rank as u16), state, since);
                 message.incarnation = *incarnation;
-                heard.push(message);
+                received.push(message);
             }
         }
-        let output = robot.step(ONLY_TOP, &heard);
+        let output = robot.step(ONLY_TOP, &received);
         let row = output.motivations[TOP];
         for change in &output.changes {
             situation.since = situation.now;
@@ -122,29 +123,32 @@ fn every(period_ms: u64, situation: &Situation) -> bool {
 
 #[test]
 fn no_misbehavior_keeps_a_task_for_longer_than_the_bound() {
-    type Misbehavior = fn(&Situation, &mut u32) -> Word;
+    type Misbehavior = fn(&Situation, &mut u32) -> Message;
     let all: [(&str, Misbehavior); 7] = [
-        ("babbling: claims for ever", |situation, _| {
+        ("babbling: claims without end", |situation, _| {
             every(400, situation).then_some((Executing, ms(0)))
         }),
-        ("babbling: wishes for ever", |situation, _| {
+        ("babbling: wishes without end", |situation, _| {
             every(400, situation).then_some((Waiting, ms(0)))
         }),
-        ("flapping: claims and lets go in turn", |situation, _| {
-            let state = if every(400, situation) {
-                Executing
-            } else {
-                Released
-            };
-            // Claimed in the very step in which the robot heard the release and activated.
-            Some((state, situation.now - ms(STEP_MS)))
-        }),
         (
-            "flapping: silent for a bit more than τ, with an old claim",
+            "flapping: alternates claims and releases",
+            |situation, _| {
+                let state = if every(400, situation) {
+                    Executing
+                } else {
+                    Released
+                };
+                // Claimed in the step in which the robot received the release and activated.
+                Some((state, situation.now - ms(STEP_MS)))
+            },
+        ),
+        (
+            "flapping: silent for slightly longer than τ, with an old claim",
             |situation, _| every(2000, situation).then_some((Executing, ms(0))),
         ),
         (
-            "flapping: a new incarnation every time",
+            "flapping: a new incarnation with each message",
             |situation, incarnation| {
                 *incarnation += 1;
                 let state = if every(400, situation) {
@@ -155,16 +159,13 @@ fn no_misbehavior_keeps_a_task_for_longer_than_the_bound() {
                 Some((state, situation.now - ms(STEP_MS)))
             },
         ),
+        ("deaf: executes, rests, executes again", |situation, _| {
+            let phase = situation.now.0 % 11_000;
+            let state = if phase < 9_000 { Executing } else { Idle };
+            every(400, situation).then_some((state, situation.now - ms(phase)))
+        }),
         (
-            "deaf: works a stint, rests, starts again",
-            |situation, _| {
-                let phase = situation.now.0 % 11_000;
-                let state = if phase < 9_000 { Executing } else { Idle };
-                every(400, situation).then_some((state, situation.now - ms(phase)))
-            },
-        ),
-        (
-            "always claims just as early as the robot, but has the lower rank",
+            "always claims at the same time as the robot, with a lower rank",
             |situation, _| {
                 Some(if situation.state == BehaviorState::Active {
                     (Executing, situation.since)
@@ -189,9 +190,9 @@ fn no_misbehavior_keeps_a_task_for_longer_than_the_bound() {
     }
 }
 
-/// A babbler that begins when the robot is about to activate.
+/// A babbling teammate starts when the robot is about to activate.
 #[test]
-fn the_bound_is_reached_but_for_some_steps() {
+fn the_bound_is_tight_within_a_few_steps() {
     for preset in PRESETS {
         let setup = setup_of(preset, 1, VALUES);
         let bound_s = bound_s(preset, 1, VALUES);
@@ -221,9 +222,9 @@ prop_compose! {
     }
 }
 
-/// One thing that a misbehaving robot does, before it waits for some steps.
+/// An action of a misbehaving robot, followed by some silent steps.
 #[derive(Clone, Copy, Debug)]
-struct Act {
+struct Action {
     state: TaskState,
     claim: Age,
     new_incarnation: bool,
@@ -234,30 +235,30 @@ struct Act {
 enum Age {
     Ancient,
     Fresh,
-    /// Just as old as what the robot under test does.
+    /// As old as the current state of the robot under test.
     Tie,
 }
 
 prop_compose! {
-    fn act()(
+    fn action()(
         state in prop::sample::select(vec![Executing, Executing, Waiting, Released, Idle]),
         claim in prop::sample::select(vec![Age::Ancient, Age::Fresh, Age::Tie]),
         new_incarnation in prop::bool::weighted(0.1),
         rests in prop_oneof![Just(1_u64), 1_u64..5, 1_u64..30],
-    ) -> Act {
-        Act { state, claim, new_incarnation, rests }
+    ) -> Action {
+        Action { state, claim, new_incarnation, rests }
     }
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
-    /// Each teammate goes through its acts again and again; nobody ever reports progress.
+    /// Each teammate repeats its actions without end and reports no progress.
     #[test]
-    fn whatever_teammates_say_without_progress_the_bound_holds(
+    fn the_bound_holds_for_any_messages_without_progress(
         preset in prop::sample::select(PRESETS.to_vec()),
         values in values(),
-        teammates in prop::collection::vec(prop::collection::vec(act(), 1..6), 1..4),
+        teammates in prop::collection::vec(prop::collection::vec(action(), 1..6), 1..4),
     ) {
         let setup = setup_of(preset, teammates.len(), values);
         let bound_s = bound_s(preset, teammates.len(), values);
@@ -268,16 +269,16 @@ proptest! {
                 *resting -= 1;
                 return None;
             }
-            let act = teammates[rank][*place];
+            let action = teammates[rank][*place];
             *place = (*place + 1) % teammates[rank].len();
-            *resting = act.rests - 1;
-            *incarnation += u32::from(act.new_incarnation);
-            let since = match act.claim {
+            *resting = action.rests - 1;
+            *incarnation += u32::from(action.new_incarnation);
+            let since = match action.claim {
                 Age::Ancient => ms(0),
                 Age::Fresh => situation.now - ms(STEP_MS),
                 Age::Tie => situation.since,
             };
-            Some((act.state, since))
+            Some((action.state, since))
         });
         prop_assert!(away_s <= bound_s, "{away_s} of {bound_s} s");
     }

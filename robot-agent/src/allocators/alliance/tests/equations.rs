@@ -1,4 +1,4 @@
-//! Each equation by itself, against tables worked out by hand.
+//! The equations one by one, compared with tables computed by hand.
 
 use super::*;
 use crate::allocators::alliance::history::History;
@@ -7,7 +7,7 @@ use crate::allocators::alliance::motivation::{
 };
 use crate::allocators::alliance::params::{Params, Toward};
 
-/// τ = 5 s; toward gold δ_slow = 1, φ = 30 s; toward green δ_slow = 2, φ = 10 s.
+/// Returns parameters with τ = 5 s, δ_slow = 1 and φ = 30 s toward gold, δ_slow = 2 and φ = 10 s toward green.
 fn params() -> Params {
     let toward = |slow, phi| Toward { slow, phi: ms(phi) };
     Params {
@@ -21,8 +21,8 @@ fn params() -> Params {
     }
 }
 
-/// The history after heartbeats (time in ms, sender, state) about move(top).
-fn heard(messages: &[(u64, RobotId, TaskState)], switches: &Switches) -> History {
+/// Returns the history after heartbeats (time in ms, sender, state) about move(top).
+fn history_of(messages: &[(u64, RobotId, TaskState)], switches: &Switches) -> History {
     let mut history = History::new(ALL.len());
     for (seq, &(at, sender, state)) in (1..).zip(messages) {
         let message = heartbeat(sender, seq, ms(at), state, ms(0), TOP);
@@ -36,20 +36,20 @@ use TaskState::{Executing, Released, Waiting};
 #[test]
 fn impatience_is_slow_within_tau_and_before_phi() {
     let switches = Preset::Par98.switches();
-    let history = heard(
+    let history = history_of(
         &[(1000, GOLD, Executing), (8000, GOLD, Executing)],
         &switches,
     );
-    let late = heard(
+    let late = history_of(
         &[(1000, GOLD, Executing), (30_000, GOLD, Executing)],
         &switches,
     );
     let table = [
-        // Windows are open at their start: 5 s after the last message is out.
+        // The window is open at its start: a message exactly 5 s old does not count.
         (&history, 8000, 1.0),
         (&history, 12_999, 1.0),
         (&history, 13_000, 5.0),
-        // φ counts from the first message and ends slowness 30 s after it.
+        // φ counts from the first message and ends the slow rate after 30 s.
         (&late, 30_000, 1.0),
         (&late, 30_999, 1.0),
         (&late, 31_000, 5.0),
@@ -61,7 +61,7 @@ fn impatience_is_slow_within_tau_and_before_phi() {
 }
 
 #[test]
-fn impatience_takes_the_slowest_rate_of_those_who_count() {
+fn impatience_takes_the_slowest_rate_of_the_teammates_that_count() {
     let switches = Preset::Par98.switches();
     let messages = [
         (1000, GREEN, Executing),
@@ -69,11 +69,11 @@ fn impatience_takes_the_slowest_rate_of_those_who_count() {
         (5000, GREEN, Executing),
         (8000, GREEN, Executing),
     ];
-    let history = heard(&messages, &switches);
+    let history = history_of(&messages, &switches);
     let table = [
         (5000, 1.0),
         (6999, 1.0),
-        // Gold has been silent for τ: green's rate, until green's φ.
+        // Gold has been silent for τ: green's rate applies until green's φ.
         (7000, 2.0),
         (10_999, 2.0),
         (11_000, 5.0),
@@ -87,7 +87,7 @@ fn impatience_takes_the_slowest_rate_of_those_who_count() {
 #[test]
 fn impatience_ignores_other_tasks() {
     let switches = Preset::Par98.switches();
-    let history = heard(&[(1000, GOLD, Executing)], &switches);
+    let history = history_of(&[(1000, GOLD, Executing)], &switches);
     let rate = impatience(&params(), history.about(task(BOTTOM).index()), ms(1000));
     assert_eq!(rate, 5.0);
 }
@@ -118,7 +118,7 @@ fn reset_comes_once_per_teammate_with_its_first_message() {
 #[test]
 fn reset_names_the_lowest_rank_of_two() {
     let switches = Preset::Par98.switches();
-    let history = heard(
+    let history = history_of(
         &[(1000, GREEN, Executing), (1000, GOLD, Executing)],
         &switches,
     );
@@ -131,31 +131,31 @@ fn reset_names_the_lowest_rank_of_two() {
 #[test]
 fn acquiescence_after_psi_if_wanted_and_after_lambda_anyway() {
     let switches = Preset::Team.switches();
-    let nobody = heard(&[], &switches);
-    let executing = heard(&[(28_000, GOLD, Executing)], &switches);
-    let waiting = heard(&[(28_000, GOLD, Waiting)], &switches);
-    let released = heard(
+    let none = history_of(&[], &switches);
+    let executing = history_of(&[(28_000, GOLD, Executing)], &switches);
+    let waiting = history_of(&[(28_000, GOLD, Waiting)], &switches);
+    let released = history_of(
         &[(27_000, GOLD, Waiting), (28_000, GOLD, Released)],
         &switches,
     );
     let yields = Some(Reason::AcquiescedPsi);
     let gives_up = Some(Reason::GaveUpLambda);
-    // Active since 10 s, so that ψ ends at 30 s and λ at 70 s.
+    // The set is active since 10 s, so that ψ ends at 30 s and λ at 70 s.
     let table = [
         (&executing, 30_000, None),
         (&executing, 30_001, yields),
         (&waiting, 30_001, yields),
         (&released, 30_001, None),
-        (&nobody, 30_001, None),
-        // Gold was last heard at 28 s.
+        (&none, 30_001, None),
+        // Gold's last message was received at 28 s.
         (&waiting, 32_999, yields),
         (&waiting, 33_000, None),
-        (&nobody, 70_000, None),
-        (&nobody, 70_001, gives_up),
+        (&none, 70_000, None),
+        (&none, 70_001, gives_up),
     ];
     for (history, now, expected) in table {
-        let heard = history.about(task(TOP).index());
-        let reason = acquiescence(&params(), ms(10_000), heard, ms(now));
+        let records = history.about(task(TOP).index());
+        let reason = acquiescence(&params(), ms(10_000), records, ms(now));
         assert_eq!(reason, expected, "at {now} ms");
     }
 }

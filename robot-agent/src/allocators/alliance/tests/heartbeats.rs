@@ -1,18 +1,25 @@
-//! When a robot speaks and what it says.
+//! The times and contents of a robot's heartbeats.
 
 use super::*;
 
 use TaskState::{Executing, Idle, Released, Waiting};
 
-/// (time in ms, state, since in ms, task) of each announcement of a step.
-fn said(at: SimTime, output: &Outcome) -> Vec<(u64, TaskState, u64, Option<TaskId>)> {
+/// Returns (time in ms, state, since in ms, task) of each announcement of a step.
+fn announced(at: SimTime, output: &Outcome) -> Vec<(u64, TaskState, u64, Option<TaskId>)> {
     let announcements = output.announcements.iter();
     announcements
-        .map(|it| (at.0, it.state, it.since.0, it.task))
+        .map(|announcement| {
+            (
+                at.0,
+                announcement.state,
+                announcement.since.0,
+                announcement.task,
+            )
+        })
         .collect()
 }
 
-/// What gold says while move(top) is applicable from the start to `until_ms`.
+/// Returns gold's announcements while move(top) is applicable from the start to `until_ms`.
 fn run(setup: &Setup, until_ms: u64, end_ms: u64) -> Vec<(u64, TaskState, u64, Option<TaskId>)> {
     let mut gold = Solo::new(GOLD, setup);
     let mut all = Vec::new();
@@ -24,19 +31,19 @@ fn run(setup: &Setup, until_ms: u64, end_ms: u64) -> Vec<(u64, TaskState, u64, O
             [false; 4]
         };
         let output = gold.step(applicable, &[]);
-        all.extend(said(at, &output));
+        all.extend(announced(at, &output));
     }
     all
 }
 
 #[test]
-fn at_once_on_a_change_and_every_period_after_it() {
+fn heartbeats_follow_a_change_at_once_and_then_every_period() {
     let setup = setup(Preset::Team, 2, 200);
-    // θ after 20 s of 5/s at 200 ms; 1/ρ = 1 s.
+    // θ is reached after 20 s at 5/s and 200 ms per step; 1/ρ = 1 s.
     let top = Some(task(TOP));
     let last: Vec<_> = run(&setup, 22_500, 24_000)
         .into_iter()
-        .filter(|it| it.0 >= 19_000)
+        .filter(|announced| announced.0 >= 19_000)
         .collect();
     assert_eq!(
         last,
@@ -56,16 +63,19 @@ fn at_once_on_a_change_and_every_period_after_it() {
 fn period_that_is_no_multiple_of_the_step_is_rounded_up() {
     let mut setup = setup(Preset::Team, 2, 200);
     every_set(&mut setup, |set| set.broadcast_rate_hz = 2.0);
-    let times: Vec<u64> = run(&setup, 0, 2000).into_iter().map(|it| it.0).collect();
+    let times: Vec<u64> = run(&setup, 0, 2000)
+        .into_iter()
+        .map(|announced| announced.0)
+        .collect();
     assert_eq!(times, [0, 600, 1200, 1800]);
 }
 
 #[test]
-fn silent_about_releases_and_idleness_by_the_switches() {
+fn releases_and_idle_heartbeats_depend_on_the_switches() {
     let setup = setup(Preset::Par98, 2, 200);
     let states: Vec<TaskState> = run(&setup, 22_500, 30_000)
         .into_iter()
-        .map(|it| it.1)
+        .map(|announced| announced.1)
         .collect();
     assert_eq!(states, [Executing; 3]);
 }
@@ -75,12 +85,15 @@ fn idle_heartbeats_come_at_the_longest_period() {
     let mut setup = setup(Preset::Team, 2, 200);
     let gold = setup.alliance.robots.get_mut("gold").unwrap();
     gold.sets.get_mut("report").unwrap().broadcast_rate_hz = 0.25;
-    let times: Vec<u64> = run(&setup, 0, 9000).into_iter().map(|it| it.0).collect();
+    let times: Vec<u64> = run(&setup, 0, 9000)
+        .into_iter()
+        .map(|announced| announced.0)
+        .collect();
     assert_eq!(times, [0, 4000, 8000]);
 }
 
 #[test]
-fn progress_is_told_at_once_and_counted() {
+fn progress_is_announced_at_once_and_counted() {
     let mut setup = setup(Preset::Team, 2, 200);
     every_set(&mut setup, |set| set.broadcast_rate_hz = 0.25);
     let mut gold = Solo::new(GOLD, &setup);
@@ -97,13 +110,15 @@ fn progress_is_told_at_once_and_counted() {
         );
         gold.now = gold.now + ms(200);
         let announcements = output.announcements.iter();
-        let counts: Vec<u32> = announcements.map(|it| it.progress).collect();
+        let counts: Vec<u32> = announcements
+            .map(|announcement| announcement.progress)
+            .collect();
         (counts, gold.engine.progress(task(TOP)))
     };
     assert_eq!(step(&[]), (vec![], 0));
     assert_eq!(step(&[task(TOP), task(TOP)]), (vec![2], 2));
     assert_eq!(step(&[]), (vec![], 2));
-    // Another task's progress is no news about this one.
+    // Progress on another task is not announced for this one.
     assert_eq!(step(&[task(BOTTOM)]), (vec![], 2));
 }
 
@@ -120,15 +135,15 @@ fn a_stopped_robot_does_not_make_up_for_missed_heartbeats() {
 }
 
 #[test]
-fn a_waiting_set_says_so_every_period_and_releases_when_it_gives_in() {
+fn a_waiting_set_announces_every_period_and_releases_when_it_stops() {
     let setup = setup(Preset::Team, 2, 200);
     let mut gold = Solo::new(GOLD, &setup);
     let mut all = Vec::new();
     while gold.now < ms(50_000) {
         let at = gold.now;
-        let heard: Vec<_> =
+        let received: Vec<_> =
             at.0.is_multiple_of(1000)
-                .then(|| gold.says(BLUE, Executing, ms(0)))
+                .then(|| gold.message(BLUE, Executing, ms(0)))
                 .into_iter()
                 .collect();
         let applicable = if at < ms(47_000) {
@@ -136,10 +151,14 @@ fn a_waiting_set_says_so_every_period_and_releases_when_it_gives_in() {
         } else {
             [false; 4]
         };
-        let output = gold.step(applicable, &heard);
-        all.extend(said(at, &output).into_iter().filter(|it| it.1 != Idle));
+        let output = gold.step(applicable, &received);
+        all.extend(
+            announced(at, &output)
+                .into_iter()
+                .filter(|announced| announced.1 != Idle),
+        );
     }
-    // Reset by blue's first word at 0, slow for φ = 30 s, then fast: θ at 44 s.
+    // Blue's first message resets the motivation at 0. It rises slowly for φ = 30 s, then fast: θ at 44 s.
     let top = Some(task(TOP));
     let expected = [
         (44_000, Waiting, 44_000, top),
@@ -151,8 +170,8 @@ fn a_waiting_set_says_so_every_period_and_releases_when_it_gives_in() {
 }
 
 #[test]
-fn no_release_while_another_set_goes_on_with_the_task() {
-    // Blue waits with both of its sets for find until gold leaves it.
+fn no_release_while_another_set_continues_the_task() {
+    // Blue waits with both of its sets for find until gold releases it.
     let mut setup = setup(Preset::Team, 2, 200);
     setup.scenario.robots[0].side_sensor = true;
     let blue = setup.alliance.robots.get_mut("blue").unwrap();
@@ -173,7 +192,7 @@ fn no_release_while_another_set_goes_on_with_the_task() {
         );
         let announcements = output.announcements.into_iter();
         announcements
-            .map(|it| (it.state, it.behavior))
+            .map(|announcement| (announcement.state, announcement.behavior))
             .collect::<Vec<_>>()
     };
     let methodical = Some(BehaviorId(0));

@@ -1,4 +1,4 @@
-//! comm_received, its origin, releases, and the memory it takes.
+//! comm_received, its origin, releases, and the memory use of the history.
 
 use alliance_proto::mission::Payload;
 use alliance_proto::team::About;
@@ -9,7 +9,7 @@ use crate::allocators::alliance::history::{History, Record};
 
 use TaskState::{Executing, Released, Waiting};
 
-/// Messages of gold about move(top), with everything that the history looks at.
+/// Returns the record of gold about move(top).
 fn gold(history: &History) -> &Record {
     let mut about = history.about(task(TOP).index()).iter();
     let (_, record) = about.find(|(teammate, _)| *teammate == GOLD).unwrap();
@@ -33,7 +33,7 @@ impl Gold {
         }
     }
 
-    fn says(&mut self, at: u64, state: TaskState, progress: u32) -> &mut Self {
+    fn reports(&mut self, at: u64, state: TaskState, progress: u32) -> &mut Self {
         self.seq += 1;
         let mut message = heartbeat(GOLD, self.seq, ms(at), state, ms(0), TOP);
         message.incarnation = self.incarnation;
@@ -70,105 +70,105 @@ impl Gold {
 #[test]
 fn progress_starts_the_history_anew() {
     let mut gold = Gold::new(Preset::Team.switches());
-    assert!(gold.says(1000, Executing, 0).begins(1000));
-    assert!(!gold.says(2000, Executing, 0).begins(2000));
+    assert!(gold.reports(1000, Executing, 0).begins(1000));
+    assert!(!gold.reports(2000, Executing, 0).begins(2000));
     assert!(gold.until(30_000, 31_000));
-    // An item delivered: one more reset, and φ counts from here.
-    assert!(gold.says(31_000, Executing, 1).begins(31_000));
+    // A delivered item causes one more reset, and φ counts from here.
+    assert!(gold.reports(31_000, Executing, 1).begins(31_000));
     assert!(!gold.until(30_000, 60_999));
     assert!(gold.until(30_000, 61_000));
-    assert!(!gold.says(32_000, Executing, 1).begins(32_000));
+    assert!(!gold.reports(32_000, Executing, 1).begins(32_000));
 }
 
 #[test]
-fn literal_history_knows_no_progress() {
+fn literal_history_ignores_progress() {
     let mut gold = Gold::new(Preset::Par98.switches());
-    gold.says(1000, Executing, 0);
-    assert!(!gold.says(31_000, Executing, 1).begins(31_000));
+    gold.reports(1000, Executing, 0);
+    assert!(!gold.reports(31_000, Executing, 1).begins(31_000));
     assert!(gold.until(30_000, 31_000));
 }
 
 #[test]
-fn progress_told_with_a_release_counts_from_the_next_message() {
+fn progress_reported_with_a_release_counts_from_the_next_message() {
     let mut gold = Gold::new(Preset::Team.switches());
-    gold.says(1000, Executing, 0);
-    assert!(!gold.says(5000, Released, 1).begins(5000));
-    assert!(gold.says(9000, Executing, 1).begins(9000));
+    gold.reports(1000, Executing, 0);
+    assert!(!gold.reports(5000, Released, 1).begins(5000));
+    assert!(gold.reports(9000, Executing, 1).begins(9000));
 }
 
 #[test]
-fn what_is_heard_in_the_step_of_the_report_belongs_to_the_new_history() {
+fn messages_in_the_step_of_the_report_belong_to_the_new_history() {
     let mut gold = Gold::new(Preset::Team.switches());
-    gold.says(1000, Executing, 0);
-    gold.says(5000, Executing, 0);
-    assert!(gold.says(5000, Released, 1).begins(5000));
-    assert!(!gold.says(9000, Executing, 1).begins(9000));
+    gold.reports(1000, Executing, 0);
+    gold.reports(5000, Executing, 0);
+    assert!(gold.reports(5000, Released, 1).begins(5000));
+    assert!(!gold.reports(9000, Executing, 1).begins(9000));
 }
 
 #[test]
-fn so_does_what_was_released_before_the_report_in_the_same_step() {
+fn a_claim_released_before_the_report_in_the_same_step_belongs_to_the_new_history() {
     let mut gold = Gold::new(Preset::Team.switches());
-    gold.says(5000, Executing, 0).says(5000, Released, 0);
-    assert!(gold.says(5000, Released, 1).begins(5000));
+    gold.reports(5000, Executing, 0).reports(5000, Released, 0);
+    assert!(gold.reports(5000, Released, 1).begins(5000));
     assert!(!gold.within(5000, 5000));
-    assert!(!gold.says(9000, Executing, 1).begins(9000));
+    assert!(!gold.reports(9000, Executing, 1).begins(9000));
 }
 
 #[test]
-fn new_stints_releases_and_lives_do_not_move_the_origin() {
+fn new_stints_releases_and_incarnations_do_not_move_the_origin() {
     let mut gold = Gold::new(Preset::Team.switches());
-    gold.says(1000, Executing, 3);
-    gold.says(2000, Released, 3);
-    assert!(!gold.says(3000, Executing, 3).begins(3000));
+    gold.reports(1000, Executing, 3);
+    gold.reports(2000, Released, 3);
+    assert!(!gold.reports(3000, Executing, 3).begins(3000));
     for incarnation in 0..100 {
-        // A flapping robot: starts, claims, never works.
+        // A flapping robot starts and claims, but never works.
         gold.restarts();
         let at = 4000 + 1000 * incarnation;
-        assert!(!gold.says(at, Executing, 0).begins(at));
+        assert!(!gold.reports(at, Executing, 0).begins(at));
     }
     assert!(gold.until(30_000, 31_000));
 }
 
 #[test]
-fn first_progress_of_a_new_life_is_progress() {
+fn first_progress_of_a_new_incarnation_is_progress() {
     let mut gold = Gold::new(Preset::Team.switches());
-    gold.says(1000, Executing, 3);
+    gold.reports(1000, Executing, 3);
     gold.restarts();
-    assert!(!gold.says(2000, Executing, 0).begins(2000));
-    assert!(gold.says(3000, Executing, 1).begins(3000));
+    assert!(!gold.reports(2000, Executing, 0).begins(2000));
+    assert!(gold.reports(3000, Executing, 1).begins(3000));
 }
 
 #[test]
 fn release_ends_the_window_at_once_and_the_next_message_opens_it() {
     let mut gold = Gold::new(Preset::Team.switches());
-    gold.says(1000, Executing, 0);
+    gold.reports(1000, Executing, 0);
     assert!(gold.within(5000, 1000));
-    gold.says(1500, Released, 0);
+    gold.reports(1500, Released, 0);
     assert!(!gold.within(5000, 1500));
     assert!(!gold.record().wanted_within(ms(5000), ms(1500)));
-    gold.says(2000, Executing, 0);
+    gold.reports(2000, Executing, 0);
     assert!(gold.within(5000, 2000));
 }
 
 #[test]
-fn a_wish_counts_in_acquiescence_and_elsewhere_by_the_switch() {
+fn a_wish_counts_in_acquiescence_and_elsewhere_if_the_switch_is_set() {
     for counts in [false, true] {
         let mut gold = Gold::new(Switches {
             waiting_counts: counts,
             ..Preset::Team.switches()
         });
-        gold.says(1000, Waiting, 0);
+        gold.reports(1000, Waiting, 0);
         assert!(gold.record().wanted_within(ms(5000), ms(1000)));
         assert_eq!(gold.within(5000, 1000), counts);
         assert_eq!(gold.begins(1000), counts);
-        assert_eq!(gold.says(2000, Executing, 0).begins(2000), !counts);
+        assert_eq!(gold.reports(2000, Executing, 0).begins(2000), !counts);
     }
 }
 
 #[test]
 fn a_position_update_counts_for_its_task_and_carries_progress() {
     let mut gold = Gold::new(Preset::Team.switches());
-    gold.says(1000, Executing, 0);
+    gold.reports(1000, Executing, 0);
     let mut update = heartbeat(GOLD, 2, ms(4000), Executing, ms(0), TOP);
     update.body = position_update(1);
     gold.history
@@ -212,7 +212,7 @@ fn memory_does_not_grow_with_the_mission() {
     let mut shape_after = |steps: std::ops::Range<u64>| {
         for step in steps {
             let now = ms(50 * step);
-            let heard: Vec<_> = [GOLD, GREEN]
+            let received: Vec<_> = [GOLD, GREEN]
                 .into_iter()
                 .flat_map(|sender| {
                     (0..4).map(move |index| {
@@ -225,15 +225,16 @@ fn memory_does_not_grow_with_the_mission() {
                 &mut engine,
                 &StepInput {
                     now,
-                    heard: &shared(&heard),
+                    heard: &shared(&received),
                     applicable: &ALL,
                     progressed: &[],
                 },
             );
         }
-        // The digits of times and counts aside, the state prints the same as long as it holds the same things.
+        // Apart from the digits of times and counts, the debug text keeps its shape while the state holds the same
+        // entries.
         let printed = format!("{engine:?}");
-        printed.matches("first:").count() + printed.matches("heard:").count()
+        printed.matches("first:").count() + printed.matches("received:").count()
     };
     let early = shape_after(1..31);
     assert_eq!(shape_after(31..30_001), early);

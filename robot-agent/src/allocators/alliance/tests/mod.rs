@@ -1,4 +1,4 @@
-//! Tests of the engine as a whole, and a small team of engines in one process to make them with.
+//! Tests of the complete engine, with a small team of engines in one process.
 
 mod bounds;
 mod equations;
@@ -26,21 +26,20 @@ use alliance_proto::time::SimTime;
 use super::{Engine, StepInput};
 use crate::allocator::{Announcement, Outcome};
 
-/// The sets of the default mission without a side sensor, by their place among the robot's own sets; the tasks have the
-/// same numbers.
+/// The index of each set of the default mission for a robot without a side sensor. The tasks have the same numbers.
 const FIND: usize = 0;
 const TOP: usize = 1;
 const BOTTOM: usize = 2;
 const REPORT: usize = 3;
 const ALL: [bool; 4] = [true; 4];
-/// Only move(top) is applicable.
+/// Sensory feedback for which only move(top) is applicable.
 const ONLY_TOP: [bool; 4] = [false, true, false, false];
 
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
 const GREEN: RobotId = RobotId(2);
 
-/// Catalog id of the own set at that place.
+/// Returns the catalog id of the set at `index`.
 fn set(index: usize) -> BehaviorId {
     BehaviorId(index as u16 + 1)
 }
@@ -53,8 +52,8 @@ fn ms(ms: u64) -> SimTime {
     SimTime(ms)
 }
 
-/// `count` robots with the values of ALLIANCE.md §4: θ=100, δ_fast=5, δ_slow=1, φ=30, τ=5; heartbeats every second, and ψ
-/// and λ out of the way.
+/// Creates a setup of `count` robots with the values of docs/ALLIANCE.md §4: θ=100, δ_fast=5, δ_slow=1, φ=30, τ=5.
+/// Heartbeats are sent every second; ψ and λ are too long to matter.
 fn setup(preset: Preset, count: usize, step_ms: u64) -> Setup {
     let names = ["blue", "gold", "green", "red"];
     let scenario = Scenario {
@@ -76,17 +75,19 @@ fn setup(preset: Preset, count: usize, step_ms: u64) -> Setup {
         set.broadcast_rate_hz = 1.0;
         set.ceased_after_s = 5.0;
         set.fast_impatience = 5.0;
-        set.slow_impatience.values_mut().for_each(|it| *it = 1.0);
+        set.slow_impatience
+            .values_mut()
+            .for_each(|slow| *slow = 1.0);
         set.willing_to_affect_s
             .values_mut()
-            .for_each(|it| *it = 30.0);
+            .for_each(|phi| *phi = 30.0);
         set.before_yielding_s = 10_000.0;
         set.before_giving_up_s = 10_000.0;
     });
     setup
 }
 
-/// As an engine takes them.
+/// Wraps broadcasts as the engine receives them.
 fn shared(broadcasts: &[Broadcast]) -> Vec<Arc<Broadcast>> {
     broadcasts.iter().cloned().map(Arc::new).collect()
 }
@@ -95,7 +96,7 @@ fn engine(robot: RobotId, setup: &Setup) -> Engine {
     Engine::new(robot, setup)
 }
 
-/// A task with other terms than the usual ones.
+/// Changes the section of one task in the scenario.
 fn with_task(mut setup: Setup, name: &str, edit: impl FnOnce(&mut TaskSection)) -> Setup {
     edit(setup.scenario.tasks.entry(name.to_owned()).or_default());
     setup.catalog = Arc::new(Catalog::of(&setup.scenario));
@@ -109,13 +110,13 @@ fn every_set(setup: &mut Setup, edit: impl FnMut(&mut BehaviorParams)) {
         .for_each(edit);
 }
 
-/// All sets of one robot.
+/// Edits all sets of one robot.
 fn behaviors_of(setup: &mut Setup, robot: &str, edit: impl FnMut(&mut BehaviorParams)) {
     let robot = setup.alliance.robots.get_mut(robot).unwrap();
     robot.sets.values_mut().for_each(edit);
 }
 
-/// A heartbeat about the own set at `index`, as a teammate would send it.
+/// Creates a teammate's heartbeat about the set at `index`.
 fn heartbeat(
     sender: RobotId,
     seq: u64,
@@ -134,7 +135,7 @@ fn heartbeat(
     broadcast(sender, seq, sent, &announcement)
 }
 
-fn broadcast(sender: RobotId, seq: u64, sent: SimTime, it: &Announcement) -> Broadcast {
+fn broadcast(sender: RobotId, seq: u64, sent: SimTime, announcement: &Announcement) -> Broadcast {
     Broadcast {
         sender,
         incarnation: 1,
@@ -143,11 +144,11 @@ fn broadcast(sender: RobotId, seq: u64, sent: SimTime, it: &Announcement) -> Bro
         seq,
         sent,
         body: Content::Heartbeat(Heartbeat {
-            state: it.state,
-            since: it.since,
-            set: it.behavior,
-            task: it.task,
-            progress: it.progress,
+            state: announcement.state,
+            since: announcement.since,
+            set: announcement.behavior,
+            task: announcement.task,
+            progress: announcement.progress,
             position: None,
             carrying: false,
             lore: Lore::default(),
@@ -155,7 +156,7 @@ fn broadcast(sender: RobotId, seq: u64, sent: SimTime, it: &Announcement) -> Bro
     }
 }
 
-/// One engine with scripted teammates.
+/// An engine with scripted teammates.
 struct Solo {
     engine: Engine,
     step_ms: u64,
@@ -173,14 +174,14 @@ impl Solo {
         }
     }
 
-    /// A step at `now`, which moves on after it.
-    fn step(&mut self, applicable: [bool; 4], heard: &[Broadcast]) -> Outcome {
-        let heard = &shared(heard);
+    /// Makes one step at `now` and advances the time.
+    fn step(&mut self, applicable: [bool; 4], messages: &[Broadcast]) -> Outcome {
+        let received = &shared(messages);
         let output = step_of(
             &mut self.engine,
             &StepInput {
                 now: self.now,
-                heard,
+                heard: received,
                 applicable: &applicable,
                 progressed: &[],
             },
@@ -189,13 +190,13 @@ impl Solo {
         output
     }
 
-    /// The next message of a teammate about move(top), sent now.
-    fn says(&mut self, sender: RobotId, state: TaskState, since: SimTime) -> Broadcast {
+    /// Returns the next message of a teammate about move(top), sent now.
+    fn message(&mut self, sender: RobotId, state: TaskState, since: SimTime) -> Broadcast {
         self.seq += 1;
         heartbeat(sender, self.seq, self.now, state, since, TOP)
     }
 
-    /// Steps in silence up to and without `end`.
+    /// Makes steps without messages until `end`, exclusive.
     fn quiet_until(&mut self, end: SimTime, applicable: [bool; 4]) {
         while self.now < end {
             self.step(applicable, &[]);
@@ -203,25 +204,24 @@ impl Solo {
     }
 }
 
-/// One step of an engine.
 fn step_of(engine: &mut Engine, input: &StepInput<'_>) -> Outcome {
     let mut output = Outcome::default();
     engine.step(input, &mut output);
     output
 }
 
-/// Engines that hear each other.
+/// Engines that receive each other's broadcasts.
 struct Team {
     engines: Vec<Engine>,
     step_ms: u64,
     order: StepOrder,
     now: SimTime,
     seq: u64,
-    /// What each robot hears in its next step.
+    /// The broadcasts that each robot receives in its next step.
     inboxes: Vec<Vec<Broadcast>>,
-    /// Whether a broadcast from the first to the second robot gets through.
+    /// Returns whether a broadcast from the first to the second robot is delivered.
     link: Box<dyn Fn(RobotId, RobotId) -> bool>,
-    /// Every change of state so far.
+    /// All state changes so far.
     changes: Vec<(SimTime, RobotId, StateChange)>,
 }
 
@@ -242,12 +242,12 @@ impl Team {
         }
     }
 
-    /// One step of all robots; what is applicable, by rank.
+    /// Makes one step of all robots; `applicable` is indexed by rank.
     fn step(&mut self, applicable: &[[bool; 4]]) -> Vec<Outcome> {
         self.step_with(applicable, &[])
     }
 
-    /// The same, with progress that robots made on tasks.
+    /// Makes one step with progress on some tasks.
     fn step_with(
         &mut self,
         applicable: &[[bool; 4]],
@@ -257,18 +257,18 @@ impl Team {
         let mut outputs = Vec::new();
         for (rank, applicable) in applicable.iter().enumerate() {
             let robot = RobotId(rank as u16);
-            let mut heard = std::mem::take(&mut self.inboxes[rank]);
-            heard.sort_by_key(|it| (it.sender, it.seq));
+            let mut received = std::mem::take(&mut self.inboxes[rank]);
+            received.sort_by_key(|broadcast| (broadcast.sender, broadcast.seq));
             let tasks: Vec<TaskId> = progressed
                 .iter()
-                .filter(|(who, _)| *who == robot)
+                .filter(|(actor, _)| *actor == robot)
                 .map(|&(_, task)| task)
                 .collect();
             let output = step_of(
                 &mut self.engines[rank],
                 &StepInput {
                     now: self.now,
-                    heard: &shared(&heard),
+                    heard: &shared(&received),
                     applicable,
                     progressed: &tasks,
                 },
@@ -276,7 +276,7 @@ impl Team {
             for announcement in &output.announcements {
                 self.seq += 1;
                 let message = broadcast(robot, self.seq, self.now, announcement);
-                for receiver in (0..self.engines.len()).filter(|&it| it != rank) {
+                for receiver in (0..self.engines.len()).filter(|&receiver| receiver != rank) {
                     if (self.link)(robot, RobotId(receiver as u16)) {
                         let same_step = self.order == StepOrder::InOrder && receiver > rank;
                         let inboxes = if same_step {
@@ -306,11 +306,11 @@ impl Team {
         }
     }
 
-    /// The changes of one robot's set as (ms, state, reason).
+    /// Returns the changes of one robot's set as (ms, state, reason).
     fn changes_of(&self, robot: RobotId, index: usize) -> Vec<(u64, BehaviorState, Reason)> {
         self.changes
             .iter()
-            .filter(|(_, who, change)| *who == robot && change.set == set(index))
+            .filter(|(_, changed, change)| *changed == robot && change.set == set(index))
             .map(|(at, _, change)| (at.0, change.to, change.reason))
             .collect()
     }

@@ -1,11 +1,11 @@
-//! What holds whatever is heard, sensed or lost.
+//! Properties that hold for all messages, sensor readings and message losses.
 
 use alliance_proto::scenario::HistoryOrigin;
 use proptest::prelude::*;
 
 use super::*;
 
-/// Values small enough for much to happen in a few hundred steps of 200 ms: θ after 2 s.
+/// Creates a setup with short times, so that a few hundred steps of 200 ms contain many changes: θ after 2 s.
 fn brisk(preset: Preset, count: usize) -> Setup {
     let mut setup = setup(preset, count, 200);
     setup.alliance.threshold = 10.0;
@@ -14,7 +14,7 @@ fn brisk(preset: Preset, count: usize) -> Setup {
         set.ceased_after_s = 1.5;
         set.willing_to_affect_s
             .values_mut()
-            .for_each(|it| *it = 3.0);
+            .for_each(|phi| *phi = 3.0);
         set.before_yielding_s = 4.0;
         set.before_giving_up_s = 9.0;
     });
@@ -47,7 +47,7 @@ prop_compose! {
 }
 
 prop_compose! {
-    /// Anything that a stranger or teammate might say: any state, task, age, incarnation and order.
+    /// Generates any message of a teammate or other sender: any state, task, age, incarnation and order.
     fn message()(
         sender in 0_u16..5,
         incarnation in 1_u32..4,
@@ -76,43 +76,43 @@ prop_compose! {
 
 #[derive(Clone, Debug)]
 struct Step {
-    heard: Vec<Broadcast>,
+    received: Vec<Broadcast>,
     applicable: [bool; 4],
     progressed: Vec<TaskId>,
 }
 
 prop_compose! {
     fn step()(
-        heard in prop::collection::vec(message(), 0..3),
-        talks in prop::bool::weighted(0.3),
+        received in prop::collection::vec(message(), 0..3),
+        sends in prop::bool::weighted(0.3),
         applicable in prop::array::uniform4(prop::bool::weighted(0.97)),
         progressed in prop::collection::vec((0_u16..4).prop_map(TaskId), 0..2),
     ) -> Step {
-        Step { heard: if talks { heard } else { Vec::new() }, applicable, progressed }
+        Step { received: if sends { received } else { Vec::new() }, applicable, progressed }
     }
 }
 
 prop_compose! {
-    /// In most steps nothing happens.
+    /// Generates steps of which most are empty.
     fn calm_step()(
         step in step(),
-        heard in prop::bool::weighted(0.15),
+        received in prop::bool::weighted(0.15),
         applicable in prop::bool::weighted(0.05),
         progressed in prop::bool::weighted(0.05),
     ) -> Step {
         Step {
-            heard: if heard { step.heard } else { Vec::new() },
+            received: if received { step.received } else { Vec::new() },
             applicable: if applicable { step.applicable } else { [true; 4] },
             progressed: if progressed { step.progressed } else { Vec::new() },
         }
     }
 }
 
-/// So many silent steps, and then what a teammate does about a task.
-type Talk = (usize, RobotId, TaskState, usize);
+/// A number of silent steps, then a teammate's report about a task.
+type Report = (usize, RobotId, TaskState, usize);
 
-/// Mostly that it executes move(top), often enough to be waited for.
-fn talk() -> impl Strategy<Value = Talk> {
+/// Generates mostly claims to move(top), often enough to cause waiting.
+fn report() -> impl Strategy<Value = Report> {
     let state = prop_oneof![
         12 => Just(TaskState::Executing),
         2 => Just(TaskState::Waiting),
@@ -128,17 +128,17 @@ fn talk() -> impl Strategy<Value = Talk> {
     )
 }
 
-/// The steps of a robot that could do nothing but move(top), and hears that.
-fn steps_of(talk: &[Talk]) -> Vec<Step> {
+/// Returns the steps of a robot that can only do move(top) and receives the reports.
+fn steps_of(reports: &[Report]) -> Vec<Step> {
     let mut steps = Vec::new();
-    for (seq, &(silent, sender, state, task)) in (0..).zip(talk) {
+    for (seq, &(silent, sender, state, task)) in (0..).zip(reports) {
         let step = Step {
-            heard: Vec::new(),
+            received: Vec::new(),
             applicable: ONLY_TOP,
             progressed: Vec::new(),
         };
         steps.extend(std::iter::repeat_n(step.clone(), silent));
-        let said = Announcement {
+        let announcement = Announcement {
             state,
             since: ms(0),
             behavior: None,
@@ -146,38 +146,35 @@ fn steps_of(talk: &[Talk]) -> Vec<Step> {
             progress: 0,
         };
         steps.push(Step {
-            heard: vec![broadcast(sender, seq, ms(0), &said)],
+            received: vec![broadcast(sender, seq, ms(0), &announcement)],
             ..step
         });
     }
     steps
 }
 
-/// Two engines make these steps, of which one makes all of them whole.
-fn compare_with_one_that_weighs_anew(
-    switches: Switches,
-    steps: &[Step],
-) -> Result<(), TestCaseError> {
+/// Compares an engine that may skip steps with one that evaluates every step.
+fn compare_with_full_evaluation(switches: Switches, steps: &[Step]) -> Result<(), TestCaseError> {
     let mut setup = brisk(Preset::Team, 3);
     setup.alliance.switches = switches;
     let mut engines = [engine(GOLD, &setup), engine(GOLD, &setup)];
     for (number, step) in (0..).zip(steps) {
         engines[0].weigh_anew();
-        let [anew, rested] = engines.each_mut().map(|engine| {
+        let [evaluated, skipped] = engines.each_mut().map(|engine| {
             let input = StepInput {
                 now: ms(200 * number),
-                heard: &shared(&step.heard),
+                heard: &shared(&step.received),
                 applicable: &step.applicable,
                 progressed: &step.progressed,
             };
             super::step_of(engine, &input)
         });
-        prop_assert_eq!(anew, rested, "at step {}", number);
+        prop_assert_eq!(evaluated, skipped, "at step {}", number);
     }
     Ok(())
 }
 
-/// Whether that reason is one of the factors that are 0 in the row.
+/// Returns whether the reason is one of the zero factors of the row.
 fn is_named(reason: Reason, row: &alliance_proto::telemetry::Motivation) -> bool {
     match reason {
         Reason::NotApplicable => !row.sensory_feedback,
@@ -192,7 +189,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn a_step_is_what_its_row_says(
+    fn each_step_matches_its_row(
         switches in switches(),
         steps in prop::collection::vec(step(), 1..300),
     ) {
@@ -204,11 +201,11 @@ proptest! {
         for (number, step) in (0..).zip(&steps) {
             let output = super::step_of(&mut engine, &StepInput {
                 now: ms(200 * number),
-                heard: &shared(&step.heard),
+                heard: &shared(&step.received),
                 applicable: &step.applicable,
                 progressed: &step.progressed,
             });
-            let active = output.motivations.iter().filter(|it| it.state == BehaviorState::Active);
+            let active = output.motivations.iter().filter(|row| row.state == BehaviorState::Active);
             prop_assert!(active.count() <= 1);
             for (index, row) in output.motivations.iter().enumerate() {
                 let factors = [
@@ -229,7 +226,7 @@ proptest! {
                 prop_assert_eq!(row.sensory_feedback, step.applicable[index]);
                 prop_assert!([1.0, 5.0].contains(&row.impatience));
 
-                let changes: Vec<_> = output.changes.iter().filter(|it| it.set == row.set).collect();
+                let changes: Vec<_> = output.changes.iter().filter(|change| change.set == row.set).collect();
                 prop_assert!(changes.len() <= 1);
                 if let Some(change) = changes.first() {
                     prop_assert_eq!(change.from, states[index]);
@@ -238,7 +235,7 @@ proptest! {
                         change.to != BehaviorState::Hibernating || is_named(change.reason, row)
                     );
                 }
-                let state = changes.first().map_or(states[index], |it| it.to);
+                let state = changes.first().map_or(states[index], |change| change.to);
                 prop_assert_eq!(row.state, state);
                 before[index] = row.motivation;
                 states[index] = state;
@@ -247,50 +244,50 @@ proptest! {
         }
     }
 
-    /// An engine that makes every step anew gives the same as one that repeats its rows while nothing can have changed.
+    /// An engine that skips steps gives the same outputs as one that evaluates every step.
     #[test]
-    fn a_step_that_is_left_out_would_have_changed_nothing(
+    fn skipped_steps_change_nothing(
         switches in switches(),
         steps in prop::collection::vec(calm_step(), 50..400),
     ) {
-        compare_with_one_that_weighs_anew(switches, &steps)?;
+        compare_with_full_evaluation(switches, &steps)?;
     }
 
-    /// The same of a robot that could do nothing but a task at which others are.
+    /// The same holds for a robot whose only applicable task is occupied by teammates.
     #[test]
-    fn a_step_that_is_left_out_while_it_waits_would_have_changed_nothing(
+    fn skipped_steps_of_a_waiting_robot_change_nothing(
         switches in switches(),
-        talk in prop::collection::vec(talk(), 50..150),
+        reports in prop::collection::vec(report(), 50..150),
     ) {
-        let steps = steps_of(&talk);
-        compare_with_one_that_weighs_anew(switches, &steps)?;
+        let steps = steps_of(&reports);
+        compare_with_full_evaluation(switches, &steps)?;
     }
 
-    /// Of two robots that execute an exclusive task the later one leaves it in the step in which it hears the other, unless
-    /// it had waited that one out.
+    /// Two robots execute an exclusive task. The later one leaves it in the step that receives the other's claim,
+    /// unless it activated because its waiting bound passed.
     #[test]
-    fn whatever_is_lost_a_claim_that_is_heard_decides(losses in losses()) {
+    fn a_received_claim_decides_despite_message_loss(losses in losses()) {
         let mut team = Team::new(&brisk(Preset::Team, 3));
-        // Since when each robot executes move(top), and whether it had waited its bound for it.
+        // The start time of each robot on move(top), and whether its waiting bound had passed.
         let mut claims = [None; 3];
         for (links, progress) in losses {
-            let heard = team.inboxes.clone();
+            let received = team.inboxes.clone();
             let now = team.now;
             let outputs = lossy_step(&mut team, links, progress);
             for (rank, output) in outputs.iter().enumerate() {
-                let own = RobotId(rank as u16);
+                let me = RobotId(rank as u16);
                 let was = claims[rank];
                 for change in &output.changes {
                     claims[rank] = (change.to == BehaviorState::Active)
                         .then_some((now, change.reason == Reason::WaitBound));
                 }
                 let Some((since, waited_out)) = was else { continue };
-                for message in &heard[rank] {
+                for message in &received[rank] {
                     let Content::Heartbeat(other) = &message.body else { continue };
                     let beaten = other.state == TaskState::Executing
-                        && (other.since, message.sender) < (since, own)
+                        && (other.since, message.sender) < (since, me)
                         && !waited_out;
-                    let contradicted = heard[rank].iter().any(|later| {
+                    let contradicted = received[rank].iter().any(|later| {
                         later.sender == message.sender && later.seq > message.seq
                     });
                     prop_assert!(!beaten || contradicted || claims[rank] != was);
@@ -299,20 +296,19 @@ proptest! {
         }
     }
 
-    /// par98: of two robots that execute an exclusive task neither goes on for longer than ψ and hears the other within τ.
-    /// So from a heartbeat on that is heard, it is the rest of ψ, if heartbeats are still heard when ψ ends, and at any
-    /// rate the rest of λ.
+    /// With par98, no robot executes an exclusive task for longer than ψ while it receives the other's claim within τ.
+    /// A robot without received claims stops after λ.
     #[test]
-    fn whatever_is_lost_psi_ends_what_is_heard_and_lambda_the_rest(losses in losses()) {
+    fn psi_and_lambda_end_double_execution_despite_message_loss(losses in losses()) {
         let setup = brisk(Preset::Par98, 3);
         let mut team = Team::new(&setup);
         let mut since = [None; 3];
-        let mut last_heard = [None; 3];
+        let mut last_received = [None; 3];
         for (links, progress) in losses {
             let now = team.now;
-            for (heard, inbox) in last_heard.iter_mut().zip(&team.inboxes) {
+            for (received, inbox) in last_received.iter_mut().zip(&team.inboxes) {
                 if !inbox.is_empty() {
-                    *heard = Some(now);
+                    *received = Some(now);
                 }
             }
             let outputs = lossy_step(&mut team, links, progress);
@@ -320,14 +316,14 @@ proptest! {
                 let is_active = output.motivations[TOP].state == BehaviorState::Active;
                 since[rank] = is_active.then_some(since[rank].unwrap_or(now));
                 let Some(since) = since[rank] else { continue };
-                let hears = last_heard[rank].is_some_and(|heard| now.since(heard) < ms(1500));
-                prop_assert!(!hears || now.since(since) <= ms(4000));
+                let receives = last_received[rank].is_some_and(|received| now.since(received) < ms(1500));
+                prop_assert!(!receives || now.since(since) <= ms(4000));
                 prop_assert!(now.since(since) <= ms(9000));
             }
         }
     }
 
-    /// However long the mission and whatever is said, a robot keeps as much as its teammates times the tasks ask for.
+    /// The memory is bounded by teammates times tasks for missions of any length and content.
     #[test]
     fn memory_is_bounded_by_robots_times_tasks(
         switches in switches(),
@@ -339,22 +335,23 @@ proptest! {
         for (number, step) in (0..).zip(&steps) {
             super::step_of(&mut engine, &StepInput {
                 now: ms(200 * number),
-                heard: &shared(&step.heard),
+                heard: &shared(&step.received),
                 applicable: &step.applicable,
                 progressed: &step.progressed,
             });
         }
         let printed = format!("{engine:?}");
         let (teammates, tasks) = (2, 4);
-        // Records of the history, and words that were heard: one claim per teammate and one wish per teammate and task.
+        // The bounds are one claim per teammate, and one wish or history record per teammate and task.
         prop_assert!(printed.matches("first:").count() <= teammates * tasks);
-        prop_assert!(printed.matches("heard:").count() <= teammates * (tasks + 1));
+        prop_assert!(printed.matches("received:").count() <= teammates * (tasks + 1));
         prop_assert!(printed.matches("RobotId").count() <= 100);
     }
 }
 
 prop_compose! {
-    /// Steps of a team of three: which links carry, by sender and receiver, and whether blue makes progress.
+    /// Generates the steps of a team of three: the links that deliver, by sender and receiver, and whether blue makes
+    /// progress.
     fn losses()(
         steps in prop::collection::vec(
             (prop::array::uniform9(prop::bool::weighted(0.6)), prop::bool::weighted(0.02)),
@@ -371,12 +368,12 @@ fn lossy_step(team: &mut Team, links: [bool; 9], progress: bool) -> Vec<Outcome>
     team.step_with(&[ONLY_TOP; 3], progressed.as_slice())
 }
 
-/// Each set that executes says so as the robot's last word; who has nothing to do is never said to do something.
+/// Checks that announcements match the states, and that an executing set is announced last.
 fn check_announcements(switches: &Switches, output: &Outcome, states: &[BehaviorState; 4]) {
-    for (place, it) in output.announcements.iter().enumerate() {
-        let index = it.behavior.map(|id| id.index() - 1);
+    for (place, announcement) in output.announcements.iter().enumerate() {
+        let index = announcement.behavior.map(|id| id.index() - 1);
         let state = index.map(|index| states[index]);
-        match it.state {
+        match announcement.state {
             TaskState::Executing => {
                 assert_eq!(state, Some(BehaviorState::Active));
                 assert_eq!(place + 1, output.announcements.len());

@@ -1,8 +1,8 @@
-//! The order inside one robot's step, and what a step is.
+//! The order within one robot's step, and the effect of a single step.
 
 use super::*;
 
-/// Robots whose sets reach θ at different times: top after 20 s, bottom after 25 s.
+/// Creates robots whose sets reach θ at different times: top after 20 s, bottom after 25 s.
 fn staggered(step_ms: u64) -> Setup {
     let mut setup = setup(Preset::Team, 2, step_ms);
     for robot in setup.alliance.robots.values_mut() {
@@ -12,11 +12,15 @@ fn staggered(step_ms: u64) -> Setup {
 }
 
 fn motivations(output: &Outcome) -> Vec<f64> {
-    output.motivations.iter().map(|it| it.motivation).collect()
+    output
+        .motivations
+        .iter()
+        .map(|row| row.motivation)
+        .collect()
 }
 
 #[test]
-fn first_step_of_a_life_adds_nothing() {
+fn first_step_of_an_incarnation_adds_nothing() {
     let setup = setup(Preset::Team, 2, 200);
     let mut gold = Solo::new(GOLD, &setup);
     gold.now = ms(77_000);
@@ -72,14 +76,14 @@ fn hibernation_frees_the_others_in_the_same_step() {
 }
 
 #[test]
-fn of_several_at_threshold_the_first_in_the_catalog_activates() {
+fn the_first_in_the_catalog_activates_of_several_at_threshold() {
     let mut gold = Solo::new(GOLD, &setup(Preset::Team, 2, 200));
     gold.quiet_until(ms(20_200), ALL);
     assert_eq!(gold.engine.active(), Some(set(FIND)));
 }
 
 #[test]
-fn of_several_at_threshold_the_highest_priority_activates() {
+fn the_highest_priority_activates_of_several_at_threshold() {
     let setup = with_task(setup(Preset::Team, 2, 200), "move(bottom)", |task| {
         task.priority = 1;
     });
@@ -89,8 +93,8 @@ fn of_several_at_threshold_the_highest_priority_activates() {
 }
 
 #[test]
-fn of_several_at_threshold_the_longest_there_activates() {
-    // Top and bottom both end up waiting for blue and green, bottom first; then both become free in the same step.
+fn the_longest_at_threshold_activates() {
+    // Top and bottom both wait for blue and green, bottom first; then both become free in the same step.
     let mut setup = setup(Preset::Team, 3, 200);
     let gold = setup.alliance.robots.get_mut("gold").unwrap();
     let bottom = gold.sets.get_mut("move(bottom)").unwrap();
@@ -98,7 +102,7 @@ fn of_several_at_threshold_the_longest_there_activates() {
     let both = [false, true, true, false];
     let mut gold = Solo::new(GOLD, &setup);
     let mut seq = 0;
-    let mut speak = |gold: &mut Solo, state| {
+    let mut report = |gold: &mut Solo, state| {
         seq += 1;
         let now = gold.now;
         gold.step(
@@ -110,11 +114,11 @@ fn of_several_at_threshold_the_longest_there_activates() {
         )
     };
     while gold.now < ms(50_000) {
-        speak(&mut gold, TaskState::Executing);
+        report(&mut gold, TaskState::Executing);
     }
-    let output = speak(&mut gold, TaskState::Released);
+    let output = report(&mut gold, TaskState::Released);
     assert_eq!(gold.engine.active(), Some(set(BOTTOM)));
-    // The other stays waiting for this step, with a heartbeat due but in silence, and is suppressed in the next.
+    // The other set still waits in this step, without its due heartbeat, and is suppressed in the next.
     assert_eq!(output.motivations[TOP].state, BehaviorState::Waiting);
     assert_eq!(output.announcements.len(), 1);
     assert_eq!(output.announcements[0].state, TaskState::Executing);
@@ -130,7 +134,7 @@ fn gives_up_after_lambda_and_starts_again() {
     every_set(&mut setup, |set| set.before_giving_up_s = 10.0);
     let mut team = Team::new(&setup);
     team.run_until(ms(51_000), &[ONLY_TOP]);
-    // Off in the step after λ; from there 20 s to θ, the first of which is the step after that.
+    // The set hibernates in the step after λ. The next 20 s to θ start one step later.
     assert_eq!(
         team.changes_of(BLUE, TOP),
         [
@@ -142,23 +146,23 @@ fn gives_up_after_lambda_and_starts_again() {
 }
 
 #[test]
-fn messages_of_strangers_and_of_unknown_tasks_are_ignored() {
+fn messages_from_outside_the_team_or_about_unknown_tasks_are_ignored() {
     let setup = setup(Preset::Team, 2, 200);
     let mut gold = Solo::new(GOLD, &setup);
     gold.quiet_until(ms(10_000), ONLY_TOP);
-    let own = gold.says(GOLD, TaskState::Executing, ms(0));
-    let stranger = gold.says(RobotId(7), TaskState::Executing, ms(0));
-    let mut unknown = gold.says(BLUE, TaskState::Executing, ms(0));
+    let own = gold.message(GOLD, TaskState::Executing, ms(0));
+    let outsider = gold.message(RobotId(7), TaskState::Executing, ms(0));
+    let mut unknown = gold.message(BLUE, TaskState::Executing, ms(0));
     if let Content::Heartbeat(heartbeat) = &mut unknown.body {
         heartbeat.task = Some(TaskId(99));
     }
-    let output = gold.step(ONLY_TOP, &[unknown, own, stranger]);
+    let output = gold.step(ONLY_TOP, &[unknown, own, outsider]);
     assert!(output.motivations[TOP].impatience_reset);
     assert_eq!(output.motivations[TOP].impatience, 5.0);
 }
 
 #[test]
-fn a_clone_goes_on_like_the_original() {
+fn a_clone_continues_like_the_original() {
     let mut team = Team::new(&setup(Preset::Team, 3, 200));
     team.run_until(ms(31_000), &[ALL; 3]);
     let mut snapshot = team.engines[1].clone();

@@ -1,4 +1,4 @@
-//! The takeover times of ALLIANCE.md §4, to one step, at steps of 10, 50 and 200 ms.
+//! The takeover times of docs/ALLIANCE.md §4, to one step, with steps of 10, 50 and 200 ms.
 
 use super::*;
 
@@ -12,36 +12,36 @@ fn assert_within_a_step(actual: SimTime, expected_s: f64, step_ms: u64) {
     );
 }
 
-/// Time from the first heartbeat of an incumbent, which speaks every second for `speaks_s`, to θ.
-fn takeover(step_ms: u64, phi_s: f64, speaks_s: u64) -> SimTime {
+/// Returns the time from an incumbent's first heartbeat to θ. The incumbent sends every second for `sends_s`.
+fn takeover(step_ms: u64, phi_s: f64, sends_s: u64) -> SimTime {
     let mut setup = setup(Preset::Par98, 2, step_ms);
     every_set(&mut setup, |set| {
         set.willing_to_affect_s
             .values_mut()
-            .for_each(|it| *it = phi_s);
+            .for_each(|phi| *phi = phi_s);
     });
     let mut gold = Solo::new(GOLD, &setup);
     let first = ms(4000);
     gold.quiet_until(first, ONLY_TOP);
     loop {
-        let spoken = gold.now.since(first);
-        let speaks = spoken.0.is_multiple_of(1000) && spoken <= ms(1000 * speaks_s);
-        let heard: Vec<_> = speaks
-            .then(|| gold.says(BLUE, TaskState::Executing, first))
+        let elapsed = gold.now.since(first);
+        let sends = elapsed.0.is_multiple_of(1000) && elapsed <= ms(1000 * sends_s);
+        let received: Vec<_> = sends
+            .then(|| gold.message(BLUE, TaskState::Executing, first))
             .into_iter()
             .collect();
-        let output = gold.step(ONLY_TOP, &heard);
-        if spoken == SimTime::ZERO {
+        let output = gold.step(ONLY_TOP, &received);
+        if elapsed == SimTime::ZERO {
             assert_eq!(output.motivations[TOP].motivation, 0.0);
         }
         if gold.engine.active().is_some() {
-            return spoken;
+            return elapsed;
         }
     }
 }
 
 #[test]
-fn nobody_on_the_task() {
+fn a_task_without_an_incumbent() {
     for step_ms in STEPS_MS {
         let mut gold = Solo::new(GOLD, &setup(Preset::Team, 2, step_ms));
         let mut taken = gold.now;
@@ -54,14 +54,14 @@ fn nobody_on_the_task() {
 }
 
 #[test]
-fn incumbent_talks_but_fails_and_patience_ends_first() {
+fn incumbent_broadcasts_but_fails_and_patience_ends_first() {
     for step_ms in STEPS_MS {
         assert_within_a_step(takeover(step_ms, 30.0, u64::MAX / 1000), 44.0, step_ms);
     }
 }
 
 #[test]
-fn incumbent_talks_but_fails_and_patience_outlasts_the_slow_rise() {
+fn incumbent_broadcasts_but_fails_and_patience_outlasts_the_slow_rise() {
     for step_ms in STEPS_MS {
         assert_within_a_step(takeover(step_ms, 300.0, u64::MAX / 1000), 100.0, step_ms);
     }
@@ -74,9 +74,11 @@ fn incumbent_falls_silent() {
     }
 }
 
-/// When the incumbent (blue) of a newcomer (gold) leaves the task, as if it had come to θ at 20 s exactly, and why.
+/// Returns when and why the incumbent (blue) of a newcomer (gold) leaves the task, as if it had reached θ at exactly 20
+/// s.
 ///
-/// Adding up 2000 gains of 0.05 ends just below 100, which costs blue one step; the times after it are counted from there.
+/// The sum of 2000 gains of 0.05 is slightly below 100, so that blue needs one more step. Later times count from its
+/// activation.
 fn newcomer(preset: Preset, reset_stops_active: bool, step_ms: u64) -> (SimTime, Reason) {
     let mut setup = setup(preset, 2, step_ms);
     setup.alliance.switches.reset_stops_active = reset_stops_active;
@@ -85,7 +87,7 @@ fn newcomer(preset: Preset, reset_stops_active: bool, step_ms: u64) -> (SimTime,
         set.fast_impatience = 4.0;
         set.willing_to_affect_s
             .values_mut()
-            .for_each(|it| *it = 60.0);
+            .for_each(|phi| *phi = 60.0);
     });
     let mut team = Team::new(&setup);
     team.run_until(ms(110_000), &[ONLY_TOP; 2]);
@@ -98,10 +100,11 @@ fn newcomer(preset: Preset, reset_stops_active: bool, step_ms: u64) -> (SimTime,
 }
 
 #[test]
-fn newcomer_knocks_off_the_incumbent_where_a_reset_stops_active_sets() {
+fn newcomer_displaces_the_incumbent_where_a_reset_stops_active_sets() {
     for step_ms in STEPS_MS {
         let step_s = step_ms as f64 / 1000.0;
-        // In order, gold hears blue in the same step and blue hears gold in the next; else both are one step later.
+        // In order, gold receives blue's message in the same step and blue receives gold's in the next. Otherwise both
+        // are one step later.
         let (left, reason) = newcomer(Preset::Thesis, true, step_ms);
         assert_within_a_step(left, 90.0 + step_s, step_ms);
         assert_eq!(reason, Reason::ResetBy(GOLD));

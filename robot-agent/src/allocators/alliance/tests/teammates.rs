@@ -1,4 +1,4 @@
-//! What teammates are taken to do.
+//! The activities that received messages imply for a teammate.
 
 use super::*;
 use crate::allocators::alliance::teammates::Teammates;
@@ -10,7 +10,7 @@ const TAU: SimTime = SimTime(5000);
 /// A message of gold: (incarnation, sequence number, state, task).
 type Message = (u32, u64, TaskState, usize);
 
-/// What gold does about move(top) after these messages: (executes, waits).
+/// Returns gold's activity on move(top) after these messages: (executes, waits).
 fn after(messages: &[Message], now: u64) -> (bool, bool) {
     let mut teammates = Teammates::default();
     for &(incarnation, seq, state, index) in messages {
@@ -24,7 +24,7 @@ fn after(messages: &[Message], now: u64) -> (bool, bool) {
 }
 
 #[test]
-fn the_latest_word_decides() {
+fn the_latest_message_decides() {
     let executes = (true, false);
     let waits = (false, true);
     let neither = (false, false);
@@ -43,7 +43,7 @@ fn the_latest_word_decides() {
         (&[(1, 0, Waiting, TOP), (1, 1, Idle, TOP)], neither),
         (&[(1, 5, Executing, TOP), (2, 0, Released, BOTTOM)], neither),
         (&[(1, 5, Waiting, TOP), (2, 0, Released, BOTTOM)], neither),
-        // Overtaken on the way.
+        // The later message arrives first.
         (&[(1, 1, Executing, TOP), (1, 0, Idle, TOP)], executes),
     ];
     for (messages, expected) in table {
@@ -52,7 +52,7 @@ fn the_latest_word_decides() {
 }
 
 #[test]
-fn a_word_is_good_for_tau() {
+fn a_message_is_valid_for_tau() {
     for state in [Executing, Waiting] {
         assert_ne!(after(&[(1, 0, state, TOP)], 5999), (false, false));
         assert_eq!(after(&[(1, 0, state, TOP)], 6000), (false, false));
@@ -60,7 +60,7 @@ fn a_word_is_good_for_tau() {
 }
 
 #[test]
-fn wishes_go_by_age_and_then_by_rank() {
+fn wishes_are_ordered_by_age_and_then_by_rank() {
     let mut teammates = Teammates::default();
     let wish = heartbeat(GOLD, 1, ms(1000), Waiting, ms(500), TOP);
     teammates.hear(ms(1000), &wish, |_| true);
@@ -76,7 +76,7 @@ fn wishes_go_by_age_and_then_by_rank() {
             teammates.leave_to(wish, task(TOP), 1, TAU, ms(1000)),
             has_turn
         );
-        // With room for two, one earlier wish does not matter.
+        // With two places, one earlier wish does not matter.
         assert!(teammates.leave_to(wish, task(TOP), 2, TAU, ms(1000)));
     }
 }

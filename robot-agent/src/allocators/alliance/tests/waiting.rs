@@ -1,4 +1,4 @@
-//! The waiting state, arbitration of claims, and what the switches make of them.
+//! The waiting state, the arbitration of claims, and the effect of the switches on them.
 
 use super::*;
 
@@ -31,11 +31,11 @@ fn the_loser_of_a_claim_stays_at_threshold() {
 }
 
 #[test]
-fn the_earlier_claim_wins_when_it_was_lost_on_the_air() {
+fn the_earlier_claim_wins_after_its_first_message_was_lost() {
     let mut setup = setup(Preset::Team, 2, 200);
     behaviors_of(&mut setup, "blue", |set| set.fast_impatience = 4.95);
     let mut team = Team::new(&setup);
-    // Gold claims at 20.0 s, unheard; blue at 20.4 s; gold's next heartbeat gets through at 21.0 s and is heard one step on.
+    // Gold's claim at 20.0 s is lost. Blue claims at 20.4 s. Gold's heartbeat of 21.0 s is received one step later.
     team.link = Box::new(|sender, _| sender == BLUE);
     team.run_until(ms(20_600), &[ONLY_TOP; 2]);
     team.link = Box::new(|_, _| true);
@@ -78,12 +78,12 @@ fn in_order_only_one_claims() {
         team.changes_of(BLUE, TOP),
         [(20_000, Active, Reason::Threshold)]
     );
-    // Gold hears blue's first word in the same step and starts from 0.
+    // Gold receives blue's first message in the same step and starts from 0.
     assert_eq!(team.changes_of(GOLD, TOP), []);
 }
 
 #[test]
-fn the_one_that_waits_goes_on_when_the_other_yields() {
+fn the_waiting_robot_takes_over_when_the_other_yields() {
     let mut setup = setup(Preset::Team, 2, 200);
     every_set(&mut setup, |set| set.before_yielding_s = 40.0);
     let mut team = Team::new(&setup);
@@ -108,18 +108,24 @@ fn the_one_that_waits_goes_on_when_the_other_yields() {
 fn the_earlier_wish_goes_first() {
     let mut setup = setup(Preset::Team, 3, 200);
     every_set(&mut setup, |set| set.before_yielding_s = 60.0);
-    // Both hear blue claim at 20 s; green is the first to want the task itself.
+    // Both receive blue's claim at 20 s; green is the first to wish for the task.
     for (name, slow) in [("blue", 5.0), ("gold", 4.0), ("green", 4.5)] {
         behaviors_of(&mut setup, name, |set| {
             set.fast_impatience = 5.0 - (5.0 - slow) / 10.0;
-            set.slow_impatience.values_mut().for_each(|it| *it = slow);
+            set.slow_impatience
+                .values_mut()
+                .for_each(|rate| *rate = slow);
         });
     }
     let mut team = Team::new(&setup);
     team.run_until(ms(85_000), &[ONLY_TOP; 3]);
     let first_wait = |robot| {
         let changes = team.changes_of(robot, TOP);
-        changes.into_iter().find(|it| it.1 == Waiting).unwrap().0
+        changes
+            .into_iter()
+            .find(|change| change.1 == Waiting)
+            .unwrap()
+            .0
     };
     assert!(first_wait(GREEN) < first_wait(GOLD));
     let active = |robot| team.engines[usize::from(robot)].active();
@@ -132,7 +138,7 @@ fn the_earlier_wish_goes_first() {
 fn a_lost_release_is_covered_by_tau() {
     for (release_is_lost, over) in [(false, 30_600), (true, 35_200)] {
         let mut team = Team::new(&setup(Preset::Team, 2, 200));
-        // Blue's set ceases to be applicable at 30.4 s; its last heartbeat was heard at 30.2 s.
+        // Blue's set ceases to be applicable at 30.4 s; its last heartbeat was received at 30.2 s.
         team.run_until(ms(30_400), &[ONLY_TOP; 2]);
         if release_is_lost {
             team.link = Box::new(|_, _| false);
@@ -143,7 +149,7 @@ fn a_lost_release_is_covered_by_tau() {
     }
 }
 
-/// What gold does beside an incumbent that hears nobody, talks for ever and achieves nothing.
+/// Returns gold's changes beside an incumbent that receives nothing, broadcasts without end and achieves nothing.
 fn beside_a_babbler(end: SimTime, preset: Preset) -> Vec<(u64, BehaviorState, Reason)> {
     let mut setup = setup(preset, 2, 200);
     every_set(&mut setup, |set| set.before_yielding_s = 20.0);
@@ -151,21 +157,26 @@ fn beside_a_babbler(end: SimTime, preset: Preset) -> Vec<(u64, BehaviorState, Re
     let mut changes = Vec::new();
     while gold.now < end {
         let at = gold.now.0;
-        let heard: Vec<_> = at
+        let received: Vec<_> = at
             .is_multiple_of(1000)
-            .then(|| gold.says(BLUE, TaskState::Executing, ms(0)))
+            .then(|| gold.message(BLUE, TaskState::Executing, ms(0)))
             .into_iter()
             .collect();
-        let output = gold.step(ONLY_TOP, &heard);
-        changes.extend(output.changes.iter().map(|it| (at, it.to, it.reason)));
+        let output = gold.step(ONLY_TOP, &received);
+        changes.extend(
+            output
+                .changes
+                .iter()
+                .map(|change| (at, change.to, change.reason)),
+        );
     }
     changes
 }
 
 #[test]
 fn waiting_ends_at_its_bound_against_a_babbling_incumbent() {
-    // θ at 44 s (φ = 30 s); waits longer than ψ + τ = 25 s; then runs beside the incumbent, whose older claim it ignores,
-    // until its own ψ, since it hears it.
+    // Gold reaches θ at 44 s (φ = 30 s) and waits longer than ψ + τ = 25 s. It then ignores the incumbent's older claim
+    // and executes until its own ψ, because it still receives the incumbent.
     assert_eq!(
         beside_a_babbler(ms(90_000), Preset::Team),
         [
@@ -185,12 +196,12 @@ fn without_the_waiting_state_a_set_at_threshold_activates() {
 }
 
 #[test]
-fn two_that_waited_out_the_same_incumbent_do_not_both_stay() {
+fn two_robots_that_waited_for_the_same_incumbent_do_not_both_stay() {
     let mut setup = setup(Preset::Team, 3, 200);
     every_set(&mut setup, |set| set.before_yielding_s = 20.0);
     let mut team = Team::new(&setup);
     let mut seq = 1 << 40;
-    // Blue's own engine idles; a babbler speaks in its name.
+    // Blue's own engine idles; the test sends messages in its name.
     team.link = Box::new(|sender, _| sender != BLUE);
     while team.now < ms(71_000) {
         if team.now.0.is_multiple_of(1000) {
@@ -208,8 +219,8 @@ fn two_that_waited_out_the_same_incumbent_do_not_both_stay() {
             (69_200, Active, Reason::WaitBound),
         ]
     );
-    // Green's bound passed in the same step; gold has the lower rank. Gold's first word resets a set that waits, not one
-    // that is active in the step in which it is heard.
+    // Green's bound passes in the same step; gold has the lower rank. Gold's first message resets a waiting set, but
+    // not a set that is active in the step that receives it.
     assert_eq!(
         team.changes_of(GREEN, TOP)[1..],
         [
@@ -220,7 +231,7 @@ fn two_that_waited_out_the_same_incumbent_do_not_both_stay() {
 }
 
 #[test]
-fn progress_of_the_incumbent_resets_those_who_wait() {
+fn progress_of_the_incumbent_resets_waiting_robots() {
     let mut team = Team::new(&setup(Preset::Team, 2, 200));
     team.run_until(ms(25_000), &[ONLY_TOP; 2]);
     team.step_with(&[ONLY_TOP; 2], &[(BLUE, task(TOP))]);
@@ -229,17 +240,17 @@ fn progress_of_the_incumbent_resets_those_who_wait() {
     assert!(!outputs[1].motivations[TOP].impatience_reset);
     let last = *team.changes_of(GOLD, TOP).last().unwrap();
     assert_eq!(last, (25_200, Hibernating, Reason::ResetBy(BLUE)));
-    // A working teammate is left alone: gold rises from 0 and slowly.
+    // Gold leaves a working teammate alone: its motivation rises from 0 at the slow rate.
     let outputs = team.step(&[ONLY_TOP; 2]);
     assert_eq!(outputs[1].motivations[TOP].impatience, 1.0);
 }
 
 #[test]
-fn a_new_incarnation_executes_nothing_of_what_the_old_one_did() {
+fn a_new_incarnation_drops_the_claims_of_the_old_one() {
     let setup = setup(Preset::Team, 2, 200);
     let mut gold = Solo::new(GOLD, &setup);
     while gold.now < ms(45_000) {
-        let message = gold.says(BLUE, TaskState::Executing, ms(0));
+        let message = gold.message(BLUE, TaskState::Executing, ms(0));
         gold.step(ONLY_TOP, &[message]);
     }
     let mut restarted = heartbeat(BLUE, 0, gold.now, TaskState::Idle, gold.now, TOP);
@@ -249,7 +260,7 @@ fn a_new_incarnation_executes_nothing_of_what_the_old_one_did() {
 }
 
 #[test]
-fn a_later_word_about_another_task_ends_the_claim_but_not_the_release_of_another() {
+fn a_later_message_about_another_task_ends_the_claim_unless_it_is_a_release() {
     let setup = setup(Preset::Team, 2, 200);
     for (state, ends) in [
         (TaskState::Executing, true),
@@ -259,7 +270,7 @@ fn a_later_word_about_another_task_ends_the_claim_but_not_the_release_of_another
     ] {
         let mut gold = Solo::new(GOLD, &setup);
         while gold.now < ms(45_000) {
-            let message = gold.says(BLUE, TaskState::Executing, ms(0));
+            let message = gold.message(BLUE, TaskState::Executing, ms(0));
             gold.step(ONLY_TOP, &[message]);
         }
         let message = heartbeat(BLUE, 1 << 40, gold.now, state, gold.now, BOTTOM);
@@ -278,7 +289,7 @@ fn a_task_for_two_is_occupied_by_two() {
     let states: Vec<bool> = team
         .engines
         .iter()
-        .map(|it| it.active().is_some())
+        .map(|engine| engine.active().is_some())
         .collect();
     assert_eq!(states, [true, true, false, false]);
     for robot in [GREEN, RobotId(3)] {
@@ -287,16 +298,18 @@ fn a_task_for_two_is_occupied_by_two() {
     }
 }
 
-/// The curiosity of thesis §4.3.1: gold executes move(top); green comes to θ on it and on report at once.
+/// Runs the curiosity of thesis §4.3.1: gold executes move(top); green reaches θ on it and on report at once.
 fn curiosity(wish_when_suppressed: bool) -> Team {
     let mut setup = setup(Preset::Thesis, 3, 200);
     setup.alliance.switches.wish_when_suppressed = wish_when_suppressed;
     behaviors_of(&mut setup, "green", |set| {
-        set.slow_impatience.values_mut().for_each(|it| *it = 5.0);
+        set.slow_impatience
+            .values_mut()
+            .for_each(|rate| *rate = 5.0);
     });
     let mut team = Team::new(&setup);
     team.run_until(ms(20_000), &[[false; 4], ONLY_TOP, [false; 4]]);
-    // Both of green's sets become applicable after gold's claim: no reset is left to come.
+    // Both of green's sets become applicable after gold's claim, so that no reset follows.
     team.step(&[[false; 4], ONLY_TOP, [false; 4]]);
     let green = [false, true, false, true];
     team.run_until(ms(50_000), &[[false; 4], ONLY_TOP, green]);
@@ -304,9 +317,9 @@ fn curiosity(wish_when_suppressed: bool) -> Team {
 }
 
 #[test]
-fn a_wish_of_a_set_that_is_suppressed_at_once_knocks_off_the_incumbent() {
+fn a_wish_of_a_set_that_is_suppressed_at_once_displaces_the_incumbent() {
     let team = curiosity(true);
-    // 20 s after 20.0 s green is at θ on both.
+    // Green is at θ on both 20 s after 20.0 s.
     assert_eq!(
         team.changes_of(GREEN, TOP),
         [
@@ -325,7 +338,7 @@ fn a_wish_of_a_set_that_is_suppressed_at_once_knocks_off_the_incumbent() {
 }
 
 #[test]
-fn without_that_switch_the_incumbent_goes_on() {
+fn without_that_switch_the_incumbent_continues() {
     let team = curiosity(false);
     assert_eq!(team.changes_of(GREEN, TOP), []);
     assert_eq!(team.changes_of(GOLD, TOP).len(), 1);

@@ -1,4 +1,4 @@
-//! Laws C1 to C5: consensus, what it comes to, and what loss does to it.
+//! The properties C1 to C5: consensus, its result, and the effect of message loss.
 
 use alliance_proto::allocation::consensus::Claim;
 use alliance_proto::ids::TaskId;
@@ -15,15 +15,15 @@ use crate::allocators::cbba::bundle::Bundle;
 use crate::allocators::cbba::{Acbba, BundleConfig, Cbaa, Cbba, DeltaConfig, SingleConfig};
 use crate::testkit;
 
-/// Nobody is ever taken for dead.
+/// A τ after which no robot counts as lost within a test.
 const NEVER: SimTime = SimTime(1_000_000_000);
 
-/// Tables go out on a change alone, or in every round.
+/// The refresh times: broadcasts only on a change, or in every round.
 const REFRESHES: [f64; 2] = [1e6, STEP_MS as f64 / 1000.0];
 
-/// What a bidder believes and has chosen, whatever its consensus.
+/// Access to the state of a bidder with any consensus method.
 trait Open: Allocator {
-    /// With bundles of so many tasks, telling everything again after that time.
+    /// Returns the configuration for bundles of that size, with a broadcast of everything after that time.
     fn config(bundle: usize, refresh_s: f64) -> Self::Config;
     fn parts(&self) -> (&Beliefs, &Bundle);
 }
@@ -47,18 +47,18 @@ impl Open for Acbba {
 }
 
 fn assignment<A: Open>(team: &Team<A>) -> Assignment {
-    let of = |robot: usize| {
+    let bids_of = |robot: usize| {
         let (beliefs, bundle) = team.members[robot].allocator.parts();
         let bids = bundle.bids(beliefs).into_iter();
         bids.map(|(task, bid)| (task.index(), bid)).collect()
     };
-    (0..team.members.len()).map(of).collect()
+    (0..team.members.len()).map(bids_of).collect()
 }
 
-/// Who has a place of a task, by which bid.
+/// The claim to a place of a task: task, slot, round, claim.
 type Believed = (TaskId, u16, SimTime, Option<Claim>);
 
-/// What everybody believes.
+/// Returns the entries of all robots.
 fn beliefs<A: Open>(team: &Team<A>) -> Vec<Vec<Believed>> {
     let entry = |entry: &Entry| (entry.task, entry.slot, entry.round, entry.claim);
     let members = team.members.iter();
@@ -68,7 +68,7 @@ fn beliefs<A: Open>(team: &Team<A>) -> Vec<Vec<Believed>> {
         .collect()
 }
 
-/// C4: a robot believes to have what is in its bundle, and no bid is negative.
+/// C4: a robot holds exactly the places in its bundle, and no bid is negative.
 #[track_caller]
 fn check_beliefs<A: Open>(team: &Team<A>) {
     for member in &team.members {
@@ -103,7 +103,7 @@ fn random_team<A: Open>(seed: u64, refresh_s: f64) -> (Team<A>, usize) {
 }
 
 #[test]
-fn bidders_keep_the_laws_of_all_allocators() {
+fn bidders_keep_the_properties_of_all_allocators() {
     testkit::allocator::<Cbba>(&BundleConfig::default());
     testkit::allocator::<Cbba>(&BundleConfig {
         bundle: 4,
@@ -117,9 +117,10 @@ fn bidders_keep_the_laws_of_all_allocators() {
     });
 }
 
-/// C1, C2 and C4: after min(m, L_t·n)·D rounds nothing changes; all believe the same, which is what sequential greedy comes to.
+/// C1, C2 and C4: after min(m, L_t·n)·D rounds nothing changes, and all robots have the result of the sequential greedy
+/// assignment.
 #[test]
-fn without_loss_all_agree_on_what_greedy_comes_to() {
+fn without_loss_all_robots_agree_on_the_greedy_assignment() {
     for seed in 0..600 {
         let (mut team, bundle) = random_team::<Cbba>(seed, REFRESHES[seed as usize % 2]);
         let work = team.work.clone();
@@ -139,14 +140,14 @@ fn without_loss_all_agree_on_what_greedy_comes_to() {
         }
         assert_eq!(beliefs(&team), agreed, "C1, seed {seed}");
         if seed % 2 == 0 {
-            assert_eq!(team.on_air(), 0, "nothing is left to say, seed {seed}");
+            assert_eq!(team.on_air(), 0, "messages remain, seed {seed}");
         }
     }
 }
 
-/// C3: the sum of scores is at least half of the best one.
+/// C3: the sum of scores is at least half of the optimum.
 #[test]
-fn it_is_at_least_half_as_good_as_the_optimum() {
+fn the_score_is_at_least_half_of_the_optimum() {
     let mut worst = 1.0_f64;
     for seed in 0..300 {
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
@@ -164,7 +165,11 @@ fn it_is_at_least_half_as_good_as_the_optimum() {
         let score = |(robot, _): (usize, &Vec<_>)| {
             let bundle = &team.members[robot].allocator.0.bundle;
             let beliefs = &team.members[robot].allocator.0.beliefs;
-            let path: Vec<usize> = bundle.path(beliefs).iter().map(|it| it.index()).collect();
+            let path: Vec<usize> = bundle
+                .path(beliefs)
+                .iter()
+                .map(|task| task.index())
+                .collect();
             work.score(robot, &path)
         };
         let sum: f64 = assignment(&team).iter().enumerate().map(score).sum();
@@ -172,13 +177,13 @@ fn it_is_at_least_half_as_good_as_the_optimum() {
         assert!(share >= 0.5, "C3, seed {seed}: {share}");
         worst = worst.min(share);
     }
-    // Of these cases the worst stays above four fifths.
+    // The worst of these cases stays above four fifths.
     assert!(worst > 0.8, "{worst}");
 }
 
-/// C5: where messages are lost, repeating them leads to the same.
+/// C5: repeated broadcasts lead to the same result despite message loss.
 #[test]
-fn with_loss_the_same_is_reached_in_the_end() {
+fn repeated_messages_reach_the_same_result_despite_loss() {
     settles_with_loss::<Cbba>(0.3, 200);
     settles_with_loss::<Cbba>(0.6, 400);
 }
@@ -189,10 +194,10 @@ fn settles_with_loss<A: Open>(loss: f64, most: u32) {
     for seed in 0..80 {
         let (mut team, bundle) = random_team::<A>(seed, REFRESHES[1]);
         team.loss = loss;
-        let wanted = greedy(&team.work, bundle);
+        let expected = greedy(&team.work, bundle);
         let is_settled = |team: &Team<A>| {
-            let believed = beliefs(team);
-            assignment(team) == wanted && believed.iter().all(|it| *it == believed[0])
+            let views = beliefs(team);
+            assignment(team) == expected && views.iter().all(|view| *view == views[0])
         };
         let mut rounds = 0;
         while !is_settled(&team) {
@@ -214,9 +219,9 @@ fn settles_with_loss<A: Open>(loss: f64, most: u32) {
     assert!(rounds_of_all < 80 * 12, "loss {loss}: {rounds_of_all}");
 }
 
-/// C1, C2, C4 and C5 of ACBBA, with as many rounds again, whether all is repeated or a change is told once; and nothing changes later.
+/// C1, C2, C4 and C5 for ACBBA, within twice the rounds, with and without repetition. Nothing changes afterwards.
 #[test]
-fn acbba_agrees_without_loss_and_with() {
+fn acbba_agrees_with_and_without_loss() {
     for seed in 0..600 {
         for repeat_s in REFRESHES {
             let (mut team, bundle) = random_team::<Acbba>(seed, repeat_s);
@@ -236,7 +241,7 @@ fn acbba_agrees_without_loss_and_with() {
             }
             assert_eq!(beliefs(&team), agreed, "C1, seed {seed}");
             if repeat_s == REFRESHES[0] {
-                assert_eq!(team.on_air(), 0, "nothing is left to say, seed {seed}");
+                assert_eq!(team.on_air(), 0, "messages remain, seed {seed}");
             }
         }
     }
@@ -244,8 +249,8 @@ fn acbba_agrees_without_loss_and_with() {
     settles_with_loss::<Acbba>(0.6, 800);
 }
 
-/// Lost messages, links that are cut, deaths, new lives and new rounds, in any order: once it is quiet all believe the same, and nobody
-/// believes in a bid that is not made.
+/// Message losses, cut links, crashes, restarts and new rounds occur in any order. Afterwards all robots agree, and
+/// each claim is a bid that a robot really makes.
 fn agrees_after_trouble<A: Open>() {
     for seed in 0..200 {
         let (mut team, bundle) = random_team::<A>(seed, 1.0);
@@ -255,7 +260,7 @@ fn agrees_after_trouble<A: Open>() {
         for robot in 0..robots {
             team.members[robot] = team.newborn(robot, 1, &config, tau);
         }
-        let mut lives = vec![1; robots];
+        let mut incarnations = vec![1; robots];
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
         for _ in 0..10 {
             team.loss = [0.0, 0.3, 0.9][chance.random_range(0..3)];
@@ -266,8 +271,8 @@ fn agrees_after_trouble<A: Open>() {
             match chance.random_range(0..4) {
                 0 => team.dead[robot] = true,
                 1 => {
-                    lives[robot] += 1;
-                    team.members[robot] = team.newborn(robot, lives[robot], &config, tau);
+                    incarnations[robot] += 1;
+                    team.members[robot] = team.newborn(robot, incarnations[robot], &config, tau);
                     team.dead[robot] = false;
                 }
                 2 => {
@@ -290,10 +295,10 @@ fn agrees_after_trouble<A: Open>() {
             team.step();
         }
         let alive = (0..robots).filter(|robot| !team.dead[*robot]);
-        let believed = beliefs(&team);
-        let agreed = alive.clone().map(|robot| &believed[robot]).next();
+        let views = beliefs(&team);
+        let agreed = alive.clone().map(|robot| &views[robot]).next();
         for robot in alive {
-            assert_eq!(Some(&believed[robot]), agreed, "seed {seed}, robot {robot}");
+            assert_eq!(Some(&views[robot]), agreed, "seed {seed}, robot {robot}");
         }
         let assignment = assignment(&team);
         for (task, _, _, claim) in agreed.into_iter().flatten() {

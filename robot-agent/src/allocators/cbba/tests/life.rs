@@ -1,4 +1,4 @@
-//! Deaths, new lives, forged words, new rounds, and what is under way.
+//! Crashes, restarts, forged messages, new rounds, and units under way.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use crate::allocators::cbba::{Acbba, BundleConfig, Cbba, DeltaConfig};
 
 const TAU: SimTime = SimTime(5000);
 
-/// So many robots, each of which stands nearest to the task of its own rank, and next to nearest to the following one.
+/// Returns work in which each robot is nearest to the task of its own rank, and second nearest to the next one.
 fn spread(robots: usize, tasks: usize) -> Work {
     let away =
         |robot: usize, task: usize| 10.0 + 5.0 * ((tasks * robots + task - robot) % tasks) as f64;
@@ -37,7 +37,7 @@ fn single() -> BundleConfig {
     }
 }
 
-fn said_by(sender: u16, seq: u64, sent: SimTime, table: Table) -> Arc<Broadcast> {
+fn sent_by(sender: u16, seq: u64, sent: SimTime, table: Table) -> Arc<Broadcast> {
     Arc::new(Broadcast {
         sender: RobotId(sender),
         incarnation: 1,
@@ -65,48 +65,48 @@ fn claims(task: u16, round: SimTime, claim: Option<(u16, f32)>) -> Table {
     }
 }
 
-/// Of a killed robot the task is taken τ after its last word, to the step, by one that is free.
+/// A free robot takes the task of a crashed robot τ after its last message, to the step.
 #[test]
-fn the_task_of_the_dead_is_free_after_tau() {
+fn the_task_of_a_crashed_robot_is_free_after_tau() {
     let mut team = Team::<Cbba>::new(1, spread(3, 2), &single(), TAU);
     while team.tick < 30 {
         team.step();
     }
     assert_eq!(team.active(), [Some(0), Some(1), None]);
     team.dead[1] = true;
-    // It spoke at 0 s, at 1 s and with the first consensus.
-    let last_word = SimTime(1000 * (team.now().0 / 1000));
+    // The robot sent at 0 s, at 1 s and during the first consensus.
+    let last_message = SimTime(1000 * (team.now().0 / 1000));
     while team.active()[2].is_none() {
         team.step();
         assert!(team.tick < 1000);
     }
     let taken = SimTime(team.now().0 - 50);
-    assert!(taken.since(last_word) <= TAU + SimTime(50), "{taken:?}");
-    assert!(taken.since(last_word) >= TAU, "{taken:?}");
+    assert!(taken.since(last_message) <= TAU + SimTime(50), "{taken:?}");
+    assert!(taken.since(last_message) >= TAU, "{taken:?}");
     assert_eq!(team.members[2].decision.reason, Some(Reason::Claimed));
     assert_eq!(team.active()[0], Some(0));
 }
 
-/// What a robot had in the life before is free at the first word of its new life.
+/// The tasks of the previous incarnation are free at the first message of the new one.
 #[test]
-fn a_new_life_has_nothing() {
+fn a_new_incarnation_holds_no_task() {
     let mut team = Team::<Cbba>::new(1, spread(2, 1), &single(), TAU);
     while team.tick < 10 {
         team.step();
     }
     assert_eq!(team.active(), [Some(0), None]);
     team.members[0] = team.newborn(0, 2, &single(), TAU);
-    // It cannot do the task any more, and says so; the task would be kept for it for τ otherwise.
+    // The robot cannot do the task any more and reports that. Otherwise the task would stay reserved for τ.
     team.can[0][0] = false;
     team.step();
     team.step();
     assert_eq!(team.active(), [None, Some(0)]);
 }
 
-/// C6, and words that no robot would say: nothing of it takes a task from whoever has it.
+/// C6: empty and invalid messages take no task from its holder.
 #[test]
-fn empty_and_forged_words_take_nothing() {
-    let wild = [
+fn empty_and_forged_messages_take_no_task() {
+    let invalid = [
         claims(0, SimTime::ZERO, None),
         claims(0, SimTime::ZERO, Some((1, f32::NAN))),
         claims(0, SimTime::ZERO, Some((1, f32::INFINITY))),
@@ -126,46 +126,46 @@ fn empty_and_forged_words_take_nothing() {
             ..claims(0, SimTime::ZERO, Some((2, 1e9)))
         },
     ];
-    for table in wild {
+    for table in invalid {
         let mut team = Team::<Cbba>::new(1, spread(3, 1), &single(), TAU);
         for _ in 0..4 {
             team.step();
         }
         assert_eq!(team.active(), [Some(0), None, None]);
         let now = team.now();
-        team.whisper(0, said_by(1, 1000, now.since(SimTime(50)), table.clone()));
+        team.whisper(0, sent_by(1, 1000, now.since(SimTime(50)), table.clone()));
         team.step();
         assert_eq!(team.active()[0], Some(0), "{table:?}");
-        // Nor does it have to take it again, which it would tell.
+        // The robot does not claim the task again either, because it would broadcast that.
         assert_eq!(team.members[0].decision.say, [], "{table:?}");
     }
-    // A better bid does.
+    // A better bid takes the task.
     let mut team = Team::<Cbba>::new(1, spread(3, 1), &single(), TAU);
     for _ in 0..4 {
         team.step();
     }
     let sent = team.now().since(SimTime(50));
     let better = claims(0, SimTime::ZERO, Some((1, 1e9)));
-    team.whisper(0, said_by(1, 1000, sent, better.clone()));
+    team.whisper(0, sent_by(1, 1000, sent, better.clone()));
     team.step();
     assert_eq!(team.active()[0], None);
     assert_eq!(team.members[0].decision.reason, Some(Reason::Outbid));
-    // Neither a word of the future nor one that has been overtaken counts.
+    // A message from the future or an overtaken one does not count.
     for (seq, sent) in [(1001, SimTime(1 << 40)), (999, sent), (1000, sent)] {
-        let mut later = Team::<Cbba>::new(1, spread(3, 1), &single(), TAU);
+        let mut team = Team::<Cbba>::new(1, spread(3, 1), &single(), TAU);
         for _ in 0..4 {
-            later.step();
+            team.step();
         }
         let idle = claims(0, SimTime::ZERO, None);
-        later.whisper(0, said_by(1, 1000, later.now().since(SimTime(50)), idle));
-        later.step();
-        later.whisper(0, said_by(1, seq, sent, better.clone()));
-        later.step();
-        assert_eq!(later.active()[0], Some(0), "{seq} {sent:?}");
+        team.whisper(0, sent_by(1, 1000, team.now().since(SimTime(50)), idle));
+        team.step();
+        team.whisper(0, sent_by(1, seq, sent, better.clone()));
+        team.step();
+        assert_eq!(team.active()[0], Some(0), "{seq} {sent:?}");
     }
 }
 
-/// A newer round of a task voids the claim to the older one, whoever hears of it first.
+/// A newer round voids the claims of the older one, independent of the robot that learns of it first.
 #[test]
 fn a_new_round_is_negotiated_anew() {
     let mut team = Team::<Cbba>::new(1, spread(2, 1), &single(), TAU);
@@ -181,7 +181,8 @@ fn a_new_round_is_negotiated_anew() {
     assert_eq!(team.active(), [None, Some(0)]);
 }
 
-/// What is said of an older round takes nothing, and leaves nothing to a robot that begins anew and has yet to hear of the newer one.
+/// A message about an older round takes no task. It also reserves nothing for a restarted robot that has not received
+/// the newer round.
 #[test]
 fn older_rounds_are_void() {
     let mut team = Team::<Cbba>::new(1, spread(2, 1), &single(), TAU);
@@ -192,21 +193,22 @@ fn older_rounds_are_void() {
     assert_eq!(team.active(), [Some(0), None]);
     let sent = team.now().since(SimTime(50));
     let better = claims(0, SimTime(50), Some((1, 1e9)));
-    team.whisper(0, said_by(1, 1000, sent, better));
+    team.whisper(0, sent_by(1, 1000, sent, better));
     team.step();
     assert_eq!(team.active(), [Some(0), None]);
 
     team.dead[0] = true;
-    let mut reborn = said_by(0, 0, sent, claims(0, SimTime::ZERO, None));
-    Arc::make_mut(&mut reborn).incarnation = 2;
-    team.whisper(1, reborn);
+    let mut restarted = sent_by(0, 0, sent, claims(0, SimTime::ZERO, None));
+    Arc::make_mut(&mut restarted).incarnation = 2;
+    team.whisper(1, restarted);
     team.step();
     assert_eq!(team.active()[1], Some(0));
 }
 
-/// For τ a claim is worth what it was when it was made; then what is under way has its bonus, and a nearer newcomer does not get it.
+/// A claim keeps its initial utility for τ. Then a unit under way gets its bonus, and a nearer newcomer does not take
+/// it.
 #[test]
-fn what_has_begun_in_earnest_is_kept() {
+fn a_unit_that_has_really_started_is_kept() {
     for (steps, keeps) in [(40, false), (110, true)] {
         let mut team = Team::<Cbba>::new(1, spread(2, 1), &single(), TAU);
         team.can[1][0] = false;
@@ -218,16 +220,16 @@ fn what_has_begun_in_earnest_is_kept() {
         for _ in 0..3 {
             team.step();
         }
-        let wanted = if keeps {
+        let expected = if keeps {
             [Some(0), None]
         } else {
             [None, Some(0)]
         };
-        assert_eq!(team.active(), wanted, "after {steps} steps");
+        assert_eq!(team.active(), expected, "after {steps} steps");
     }
 }
 
-/// A task of higher priority takes a robot from what it is at, however far that has come.
+/// A task of higher priority interrupts a robot's current task at any stage.
 #[test]
 fn higher_priority_goes_first() {
     let mut work = spread(1, 2);
@@ -243,9 +245,9 @@ fn higher_priority_goes_first() {
     assert_eq!(team.active(), [Some(1)]);
 }
 
-/// After a minute without progress the bonus is gone, and whoever stands nearer gets the task.
+/// After a minute without progress the bonus is lost, and a nearer robot gets the task.
 #[test]
-fn a_claim_that_leads_to_nothing_loses_its_bonus() {
+fn a_claim_without_progress_loses_its_bonus() {
     let mut team = Team::<Cbba>::new(1, spread(2, 1), &single(), TAU);
     team.can[1][0] = false;
     for _ in 0..110 {
@@ -263,11 +265,11 @@ fn a_claim_that_leads_to_nothing_loses_its_bonus() {
         assert!(team.tick < 2000);
     }
     assert!(progressed);
-    // A minute after its progress at 30 s, and a step until that is heard.
+    // A minute after the progress at 30 s, plus one step for the message.
     assert_eq!(team.tick, 600 + 1200 + 2);
 }
 
-/// G4 in a large team with many tasks, all of which are claimed.
+/// G4 in a large team with many tasks, all of them claimed.
 #[test]
 fn messages_are_bounded_in_any_team() {
     let tasks = 200;
@@ -289,7 +291,7 @@ fn messages_are_bounded_in_any_team() {
                 .decision
                 .say
                 .iter()
-                .map(|it| encoded_len(it).unwrap());
+                .map(|message| encoded_len(message).unwrap());
             longest = longest.max(lengths.max().unwrap_or(0));
         }
     }
@@ -297,7 +299,7 @@ fn messages_are_bounded_in_any_team() {
     assert!(longest <= 1200, "{longest}");
 }
 
-/// With the largest numbers everywhere, too.
+/// The bound also holds with the largest numbers in all fields.
 #[test]
 fn the_largest_table_fits_a_message() {
     let belief = |task| Belief {
@@ -321,9 +323,9 @@ fn the_largest_table_fits_a_message() {
     assert!(encoded_len(&table).unwrap() <= 1200);
 }
 
-/// ACBBA: whoever gives a task up believes at once what it knows of the bids of others; a smaller one than its own was none before.
+/// ACBBA: a robot that releases a task adopts the best known bid of the others, which may be smaller than its own was.
 #[test]
-fn what_is_given_up_belongs_to_the_next() {
+fn a_released_task_goes_to_the_next_bidder() {
     let mut team = Team::<Acbba>::new(1, spread(2, 1), &DeltaConfig::default(), TAU);
     team.dead[1] = true;
     for _ in 0..4 {
@@ -335,11 +337,11 @@ fn what_is_given_up_belongs_to_the_next() {
         slot: 0,
         made,
     };
-    let mut word = said_by(1, 1000, made, Table::default());
+    let mut message = sent_by(1, 1000, made, Table::default());
     let entries = vec![delta];
-    Arc::make_mut(&mut word).body =
+    Arc::make_mut(&mut message).body =
         Content::Allocation(AllocationMessage::Deltas(Deltas { entries }));
-    team.whisper(0, word);
+    team.whisper(0, message);
     let holder = |team: &Team<Acbba>| team.members[0].allocator.0.beliefs.holder(TaskId(0));
     team.step();
     assert_eq!(holder(&team), Some(RobotId(0)));

@@ -1,4 +1,4 @@
-//! What is known of bids does not depend on the order in which words about them come, nor on how often.
+//! The state of the records is independent of the order and number of the reports.
 
 use alliance_proto::allocation::consensus::Claim;
 use alliance_proto::ids::RobotId;
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use crate::allocators::cbba::records::Records;
 
-fn word() -> impl Strategy<Value = (Claim, SimTime)> {
+fn report() -> impl Strategy<Value = (Claim, SimTime)> {
     (0..4_u16, 0..3_u8, 0..4_u64).prop_map(|(robot, value, made)| {
         let claim = Claim {
             robot: RobotId(robot),
@@ -17,9 +17,9 @@ fn word() -> impl Strategy<Value = (Claim, SimTime)> {
     })
 }
 
-fn known(words: &[(Claim, SimTime)]) -> Records {
+fn records_after(reports: &[(Claim, SimTime)]) -> Records {
     let mut records = Records::default();
-    for &(claim, made) in words {
+    for &(claim, made) in reports {
         records.hear(claim, made);
     }
     for record in records.iter_mut() {
@@ -31,25 +31,25 @@ fn known(words: &[(Claim, SimTime)]) -> Records {
 proptest! {
     #[test]
     fn neither_order_nor_repetition_counts(
-        words in prop::collection::vec(word(), 0..20),
+        reports in prop::collection::vec(report(), 0..20),
         more in prop::collection::vec(any::<prop::sample::Index>(), 0..20),
         by in any::<u64>(),
     ) {
-        let mut again = words.clone();
-        again.extend(more.iter().filter_map(|at| words.get(at.index(words.len().max(1)))));
+        let mut again = reports.clone();
+        again.extend(more.iter().filter_map(|at| reports.get(at.index(reports.len().max(1)))));
         again.sort_by_key(|(claim, made)| {
             (u64::from(claim.robot.0) * 7 + made.0 * 5 + u64::from(claim.value as u8) * 3).wrapping_mul(by | 1)
         });
-        prop_assert_eq!(known(&words), known(&again));
+        prop_assert_eq!(records_after(&reports), records_after(&again));
     }
 
-    /// A bid that its robot has taken back is never believed again, whoever passes it on; what is known better has to be told.
+    /// A withdrawn bid never counts again, from any sender. A newer record is marked for sending.
     #[test]
-    fn what_was_taken_back_stays_so(words in prop::collection::vec(word(), 0..20), robot in 0..4_u16) {
+    fn withdrawn_bids_stay_withdrawn(reports in prop::collection::vec(report(), 0..20), robot in 0..4_u16) {
         let robot = RobotId(robot);
-        let mut records = known(&words);
+        let mut records = records_after(&reports);
         records.hear(Claim { robot, value: 0.0 }, SimTime(10));
-        for &(claim, made) in words.iter().filter(|(claim, _)| claim.robot == robot) {
+        for &(claim, made) in reports.iter().filter(|(claim, _)| claim.robot == robot) {
             for record in records.iter_mut() {
                 record.is_unsaid = false;
             }
@@ -60,19 +60,19 @@ proptest! {
         prop_assert!(best.is_none_or(|best| best.robot != robot));
     }
 
-    /// Of all bids the largest one has the place, of equal ones that of the lower rank; a robot's own is left out.
+    /// The largest bid holds the place, and ties go to the lower rank; the robot's own bid is excluded.
     #[test]
-    fn the_largest_bid_has_the_place(words in prop::collection::vec(word(), 0..20), me in 0..4_u16) {
+    fn the_largest_bid_holds_the_place(reports in prop::collection::vec(report(), 0..20), me in 0..4_u16) {
         let mut last = std::collections::BTreeMap::new();
-        for (claim, made) in &words {
+        for (claim, made) in &reports {
             let newest = last.entry(claim.robot).or_insert((*made, claim.value));
             if (*made, claim.value) > *newest {
                 *newest = (*made, claim.value);
             }
         }
         let bids = last.into_iter().filter(|(robot, (_, value))| robot.0 != me && *value > 0.0);
-        let wanted = bids.rev().max_by(|a, b| a.1.1.total_cmp(&b.1.1)).map(|(robot, _)| robot);
-        let best = known(&words).best_but(RobotId(me));
-        prop_assert_eq!(best.map(|claim| claim.robot), wanted);
+        let expected = bids.rev().max_by(|a, b| a.1.1.total_cmp(&b.1.1)).map(|(robot, _)| robot);
+        let best = records_after(&reports).best_but(RobotId(me));
+        prop_assert_eq!(best.map(|claim| claim.robot), expected);
     }
 }

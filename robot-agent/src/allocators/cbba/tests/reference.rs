@@ -1,20 +1,21 @@
-//! What CBBA should come to, worked out in other ways.
+//! The expected results of CBBA, computed in other ways.
 
 use super::team::Work;
 
-/// What each robot gets: its tasks in the order in which they were given, with the bids.
+/// The tasks of each robot in the order of assignment, with the bids.
 pub type Assignment = Vec<Vec<(usize, f32)>>;
 
-/// Sequential greedy assignment with warped scores: again and again the best pair of all, by priority, bid, rank and task.
+/// Computes the sequential greedy assignment with warped scores: repeats the best pair of all, by priority, bid, rank
+/// and task.
 pub fn greedy(work: &Work, most: usize) -> Assignment {
-    let mut given: Assignment = vec![Vec::new(); work.robots()];
+    let mut assigned: Assignment = vec![Vec::new(); work.robots()];
     let mut paths: Vec<Vec<usize>> = vec![Vec::new(); work.robots()];
     let mut places = work.max_robots.clone();
     loop {
         let mut best: Option<(i32, f32, usize, usize, usize)> = None;
         for robot in 0..work.robots() {
             for (task, &left) in places.iter().enumerate() {
-                let is_out = given[robot].len() >= most || paths[robot].contains(&task);
+                let is_out = assigned[robot].len() >= most || paths[robot].contains(&task);
                 if is_out || left == 0 {
                     continue;
                 }
@@ -26,9 +27,9 @@ pub fn greedy(work: &Work, most: usize) -> Assignment {
                 });
                 let first = gains.next().unwrap();
                 let (at, gain) = gains.fold(first, |a, b| if b.1 > a.1 { b } else { a });
-                let earlier = given[robot].iter();
-                let same = earlier.filter(|it| work.priority[it.0] == work.priority[task]);
-                let bid = same.fold(gain.max(0.0) as f32, |least, it| least.min(it.1));
+                let earlier = assigned[robot].iter();
+                let same = earlier.filter(|other| work.priority[other.0] == work.priority[task]);
+                let bid = same.fold(gain.max(0.0) as f32, |least, other| least.min(other.1));
                 let priority = work.priority[task];
                 if best.is_none_or(|(other, most, ..)| (priority, bid) > (other, most)) {
                     best = Some((priority, bid, robot, task, at));
@@ -36,16 +37,16 @@ pub fn greedy(work: &Work, most: usize) -> Assignment {
             }
         }
         let Some((_, bid, robot, task, at)) = best else {
-            return given;
+            return assigned;
         };
         places[task] -= 1;
-        given[robot].push((task, bid));
+        assigned[robot].push((task, bid));
         paths[robot].insert(at, task);
     }
 }
 
-/// The largest sum of scores of all assignments in which nobody has more than `most` tasks: every way to deal out exclusive tasks, and
-/// every order of each share.
+/// Computes the largest sum of scores with at most `most` tasks per robot. Tries all ways to distribute exclusive tasks
+/// and all orders of each share.
 pub fn optimum(work: &Work, most: usize) -> f64 {
     let (robots, tasks) = (work.robots(), work.tasks());
     let mut best = 0.0_f64;
@@ -70,7 +71,7 @@ fn best_order(work: &Work, robot: usize, path: &mut Vec<usize>, left: &[usize]) 
     }
     let mut best = 0.0_f64;
     for &next in left {
-        let rest: Vec<usize> = left.iter().copied().filter(|it| *it != next).collect();
+        let rest: Vec<usize> = left.iter().copied().filter(|task| *task != next).collect();
         path.push(next);
         best = best.max(best_order(work, robot, path, &rest));
         path.pop();

@@ -1,4 +1,4 @@
-//! Every row of CBBA's table in every case, against a transcription in another form (ALLOCATORS.md §6).
+//! All rows of CBBA's table in all cases, compared with an independent transcription (docs/ALLOCATORS.md §6).
 
 use alliance_proto::allocation::consensus::Claim;
 use alliance_proto::ids::RobotId;
@@ -6,13 +6,13 @@ use alliance_proto::time::SimTime;
 
 use crate::allocators::cbba::table::{Action, Stamps, consensus};
 
-/// The robots of the paper: the receiver, the sender, and two others.
+/// The robots of the paper: the receiver i, the sender k, and two others, m and n.
 const I: RobotId = RobotId(1);
 const K: RobotId = RobotId(2);
 const M: RobotId = RobotId(3);
 const N: RobotId = RobotId(0);
 
-/// What a rule asks: y, that the sender's bid is larger; M and N, that the sender's news of them is newer; m, that it is older of M.
+/// The conditions of the rules: the sender's bid is larger (y), its news of M or N is newer, or its news of M is older.
 struct Case {
     y: bool,
     newer_m: bool,
@@ -22,14 +22,18 @@ struct Case {
 
 type Rule = fn(&Case) -> Action;
 
-/// Says, believes, what happens.
+/// The sender's claim, the receiver's claim, and the action.
 const ROWS: [(Option<RobotId>, Option<RobotId>, Rule); 17] = [
-    (Some(K), Some(I), |it| {
-        if it.y { Action::Update } else { Action::Leave }
+    (Some(K), Some(I), |case| {
+        if case.y {
+            Action::Update
+        } else {
+            Action::Leave
+        }
     }),
     (Some(K), Some(K), |_| Action::Update),
-    (Some(K), Some(M), |it| {
-        if it.newer_m || it.y {
+    (Some(K), Some(M), |case| {
+        if case.newer_m || case.y {
             Action::Update
         } else {
             Action::Leave
@@ -38,46 +42,46 @@ const ROWS: [(Option<RobotId>, Option<RobotId>, Rule); 17] = [
     (Some(K), None, |_| Action::Update),
     (Some(I), Some(I), |_| Action::Leave),
     (Some(I), Some(K), |_| Action::Reset),
-    (Some(I), Some(M), |it| {
-        if it.newer_m {
+    (Some(I), Some(M), |case| {
+        if case.newer_m {
             Action::Reset
         } else {
             Action::Leave
         }
     }),
     (Some(I), None, |_| Action::Leave),
-    (Some(M), Some(I), |it| {
-        if it.newer_m && it.y {
+    (Some(M), Some(I), |case| {
+        if case.newer_m && case.y {
             Action::Update
         } else {
             Action::Leave
         }
     }),
-    (Some(M), Some(K), |it| {
-        if it.newer_m {
+    (Some(M), Some(K), |case| {
+        if case.newer_m {
             Action::Update
         } else {
             Action::Reset
         }
     }),
-    (Some(M), Some(M), |it| {
-        if it.newer_m {
+    (Some(M), Some(M), |case| {
+        if case.newer_m {
             Action::Update
         } else {
             Action::Leave
         }
     }),
-    (Some(M), Some(N), |it| {
-        if it.newer_m && (it.newer_n || it.y) {
+    (Some(M), Some(N), |case| {
+        if case.newer_m && (case.newer_n || case.y) {
             Action::Update
-        } else if it.newer_n && it.older_m {
+        } else if case.newer_n && case.older_m {
             Action::Reset
         } else {
             Action::Leave
         }
     }),
-    (Some(M), None, |it| {
-        if it.newer_m {
+    (Some(M), None, |case| {
+        if case.newer_m {
             Action::Update
         } else {
             Action::Leave
@@ -85,8 +89,8 @@ const ROWS: [(Option<RobotId>, Option<RobotId>, Rule); 17] = [
     }),
     (None, Some(I), |_| Action::Leave),
     (None, Some(K), |_| Action::Update),
-    (None, Some(M), |it| {
-        if it.newer_m {
+    (None, Some(M), |case| {
+        if case.newer_m {
             Action::Update
         } else {
             Action::Leave
@@ -95,30 +99,30 @@ const ROWS: [(Option<RobotId>, Option<RobotId>, Rule); 17] = [
     (None, None, |_| Action::Leave),
 ];
 
-/// Times of news of M and N; `None` for no news.
+/// The times of news of M and N; `None` for no news.
 struct News {
     mine: [Option<u64>; 2],
     theirs: [Option<u64>; 2],
 }
 
-fn of(times: &[Option<u64>; 2], robot: RobotId) -> Option<SimTime> {
+fn time_of(times: &[Option<u64>; 2], robot: RobotId) -> Option<SimTime> {
     times[usize::from(robot == N)].map(SimTime)
 }
 
 impl Stamps for News {
     fn mine(&self, robot: RobotId) -> Option<SimTime> {
-        of(&self.mine, robot)
+        time_of(&self.mine, robot)
     }
     fn theirs(&self, robot: RobotId) -> Option<SimTime> {
-        of(&self.theirs, robot)
+        time_of(&self.theirs, robot)
     }
 }
 
 #[test]
-fn every_row_does_what_the_paper_says() {
+fn every_row_matches_the_paper() {
     let times = [None, Some(1), Some(2)];
     let mut seen = 0;
-    for (says, believes, rule) in ROWS {
+    for (sender_claim, own_claim, rule) in ROWS {
         for code in 0..81 {
             let [a, b, c, d] = [code % 3, code / 3 % 3, code / 9 % 3, code / 27];
             let news = News {
@@ -129,15 +133,24 @@ fn every_row_does_what_the_paper_says() {
                 let claim =
                     |robot: Option<RobotId>, value| robot.map(|robot| Claim { robot, value });
                 let case = Case {
-                    // Of equal bids that of the lower rank is the larger one.
-                    y: theirs > mine || (theirs == mine && says < believes),
+                    // Of equal bids the lower rank's is the larger one.
+                    y: theirs > mine || (theirs == mine && sender_claim < own_claim),
                     newer_m: c > a,
                     older_m: a > c,
                     newer_n: d > b,
                 };
-                let done = consensus(I, K, claim(says, theirs), claim(believes, mine), &news);
-                let wanted = rule(&case);
-                assert_eq!(done, wanted, "{says:?} {believes:?} {theirs} {mine} {code}");
+                let done = consensus(
+                    I,
+                    K,
+                    claim(sender_claim, theirs),
+                    claim(own_claim, mine),
+                    &news,
+                );
+                let expected = rule(&case);
+                assert_eq!(
+                    done, expected,
+                    "{sender_claim:?} {own_claim:?} {theirs} {mine} {code}"
+                );
                 seen += 1;
             }
         }

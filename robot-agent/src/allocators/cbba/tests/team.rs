@@ -1,5 +1,5 @@
-//! A team in lockstep: several allocators of the seam, each with its costs, on links that may lose messages. Nobody moves and no work
-//! gets done, unless the test says so.
+//! A team in lockstep: several allocators with their costs, on lossy links. Robots do not move or make progress unless
+//! the test does so.
 
 use std::sync::Arc;
 
@@ -14,27 +14,24 @@ use crate::allocator::{
     Allocator, Choice, Decision, Draws, Input, Me, OwnBehavior, RouteCost, TaskBrief,
 };
 
-/// Length of a step, ms.
+/// The length of a step, ms.
 pub const STEP_MS: u64 = 50;
 
-/// What tasks cost and are worth.
+/// The costs and rewards of the tasks.
 #[derive(Clone, Debug)]
 pub struct Work {
-    /// Of a unit from where each robot stands, s: a row per robot.
+    /// The time of a first unit, s: a row per robot, a column per task.
     pub first_s: Vec<Vec<f64>>,
-    /// Of a unit of the second task after one of the first, s.
+    /// The time of a unit of the second task after one of the first, s.
     pub after_s: Vec<Vec<f64>>,
-    /// By task.
     pub reward: Vec<f64>,
-    /// By task.
     pub priority: Vec<i32>,
-    /// By task.
     pub max_robots: Vec<usize>,
 }
 
 impl Work {
-    /// Random work for so many robots and tasks. A task leads from one place of a grid to another, so that some costs are equal, and a
-    /// way is never longer than one with a stop.
+    /// Creates random work. A task leads from one place of a grid to another. Some costs are therefore equal, and a
+    /// direct way is never longer than one with a stop.
     pub fn random(chance: &mut ChaCha8Rng, robots: usize, tasks: usize) -> Self {
         let mut places = |count: usize| -> Vec<(i32, i32)> {
             let mut place = || (chance.random_range(0..30), chance.random_range(0..30));
@@ -66,7 +63,7 @@ impl Work {
         self.reward.len()
     }
 
-    /// When each unit of a path is done, s.
+    /// Returns the time at which each unit of a path is done, s.
     pub fn times(&self, robot: usize, path: &[usize]) -> Vec<f64> {
         let mut time_s = 0.0;
         let mut times = Vec::new();
@@ -80,7 +77,7 @@ impl Work {
         times
     }
 
-    /// S(p), without the bonus of what is under way.
+    /// Computes S(p), without the bonus of a unit under way.
     pub fn score(&self, robot: usize, path: &[usize]) -> f64 {
         let times = self.times(robot, path).into_iter().zip(path);
         times.fold(0.0, |score, (time_s, &task)| {
@@ -101,7 +98,6 @@ impl RouteCost for Route<'_> {
     }
 }
 
-/// One robot.
 #[derive(Clone, Debug)]
 pub struct Member<A> {
     pub allocator: A,
@@ -110,21 +106,20 @@ pub struct Member<A> {
     seq: u64,
 }
 
-/// All of them.
 pub struct Team<A: Allocator> {
     pub work: Work,
     pub members: Vec<Member<A>>,
-    /// `links[from][to]`.
+    /// The delivery of messages, as `links[from][to]`.
     pub links: Vec<Vec<bool>>,
-    /// Probability that a message is lost.
+    /// The probability of message loss.
     pub loss: f64,
-    /// Whose step does not take place.
+    /// The robots that skip their steps.
     pub dead: Vec<bool>,
-    /// What each can do.
+    /// The applicable tasks, as `can[robot][task]`.
     pub can: Vec<Vec<bool>>,
-    /// Since when each task is due.
+    /// The time since which each task has been due.
     pub round: Vec<SimTime>,
-    /// What a robot has achieved before this step.
+    /// The progress of each robot before this step.
     pub progressed: Vec<Vec<TaskId>>,
     pub tick: u64,
     chance: ChaCha8Rng,
@@ -133,7 +128,7 @@ pub struct Team<A: Allocator> {
 }
 
 impl<A: Allocator> Team<A> {
-    /// Everybody hears everybody.
+    /// Creates a team in which all robots receive each other.
     pub fn new(seed: u64, work: Work, config: &A::Config, ceased_after: SimTime) -> Self {
         let robots = work.robots();
         let mut team = Self {
@@ -157,7 +152,7 @@ impl<A: Allocator> Team<A> {
         team
     }
 
-    /// A robot that knows nothing.
+    /// Creates a robot without any earlier state.
     pub fn newborn(
         &self,
         robot: usize,
@@ -198,7 +193,7 @@ impl<A: Allocator> Team<A> {
         }
     }
 
-    /// Links along a line, with a few more at random.
+    /// Links the robots along a line, with a share `more` of random additional links.
     pub fn connect_as_line(&mut self, more: f64) {
         for from in 0..self.links.len() {
             for to in 0..from {
@@ -209,15 +204,15 @@ impl<A: Allocator> Team<A> {
         }
     }
 
-    /// Most links between two robots.
+    /// Returns the largest distance between two robots, in links.
     pub fn diameter(&self) -> usize {
         let count = self.links.len();
-        let away = |from: usize, to: usize| match self.links[from][to] {
+        let distance = |from: usize, to: usize| match self.links[from][to] {
             _ if from == to => 0,
             true => 1,
             false => count,
         };
-        let row = |from| (0..count).map(|to| away(from, to)).collect();
+        let row = |from| (0..count).map(|to| distance(from, to)).collect();
         let mut away: Vec<Vec<usize>> = (0..count).map(row).collect();
         for by in 0..count {
             for from in 0..count {
@@ -233,24 +228,24 @@ impl<A: Allocator> Team<A> {
         SimTime(STEP_MS * self.tick)
     }
 
-    /// One step of all, in which each hears what was said in the step before.
+    /// Makes one step of all robots. Each receives the messages of the previous step.
     pub fn step(&mut self) {
         let now = self.now();
-        let mut said = Vec::new();
+        let mut outgoing = Vec::new();
         for (robot, member) in self.members.iter_mut().enumerate() {
             if self.dead[robot] {
                 continue;
             }
-            let mut heard = Vec::new();
+            let mut received = Vec::new();
             for broadcast in &self.on_air {
                 let from = broadcast.sender.index();
                 let is_linked = from != robot && self.links[from][robot];
                 if is_linked && !self.chance.random_bool(self.loss) {
-                    heard.push(Arc::clone(broadcast));
+                    received.push(Arc::clone(broadcast));
                 }
             }
             let whispers = self.whispers.iter().filter(|(to, _)| *to == robot);
-            heard.extend(whispers.map(|(_, broadcast)| Arc::clone(broadcast)));
+            received.extend(whispers.map(|(_, broadcast)| Arc::clone(broadcast)));
             let choices: Vec<Choice> = (0..self.work.tasks())
                 .map(|task| Choice {
                     behavior: BehaviorId(task as u16),
@@ -275,14 +270,14 @@ impl<A: Allocator> Team<A> {
                 applicable: &self.can[robot],
                 choices: &choices,
                 progressed: &std::mem::take(&mut self.progressed[robot]),
-                heard: &heard,
+                heard: &received,
                 route: &Route(&self.work, robot),
                 truth: &[],
                 draws: Draws::of(7, member.me.robot, self.tick),
             };
             member.allocator.step(&input, decision);
             for (index, message) in decision.say.iter().enumerate() {
-                said.push(Arc::new(Broadcast {
+                outgoing.push(Arc::new(Broadcast {
                     sender: member.me.robot,
                     incarnation: member.me.incarnation,
                     tick: self.tick,
@@ -295,22 +290,22 @@ impl<A: Allocator> Team<A> {
             }
         }
         self.whispers.clear();
-        self.on_air = said;
+        self.on_air = outgoing;
         self.tick += 1;
     }
 
-    /// What each is at, by rank.
+    /// Returns the active task of each robot, by rank.
     pub fn active(&self) -> Vec<Option<usize>> {
         let active = |member: &Member<A>| member.decision.active.map(BehaviorId::index);
         self.members.iter().map(active).collect()
     }
 
-    /// One robot alone hears this in the next step, after all others.
+    /// Delivers a broadcast to one robot only, in the next step, after all others.
     pub fn whisper(&mut self, robot: usize, broadcast: Arc<Broadcast>) {
         self.whispers.push((robot, broadcast));
     }
 
-    /// How many messages are on their way.
+    /// Returns the number of messages in flight.
     pub fn on_air(&self) -> usize {
         self.on_air.len()
     }

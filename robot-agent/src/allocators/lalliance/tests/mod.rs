@@ -1,4 +1,4 @@
-//! Tests of L-ALLIANCE: what it measures, and the laws of ALLOCATORS.md §3.
+//! Tests of L-ALLIANCE: its measurements, and the properties of docs/ALLOCATORS.md §3.
 
 mod laws;
 mod learning;
@@ -26,7 +26,7 @@ const ORDERINGS: [Ordering; 3] = [
     Ordering::Random,
 ];
 
-/// A robot of a team in which everybody can do everything; `unit_s` has the work of each task.
+/// Creates a robot of a team in which all robots can do all tasks; `unit_s` contains the work of each task.
 fn me(rank: u16, team: usize, unit_s: &[f64]) -> Me {
     let brief = |unit_s: &f64| TaskBrief {
         max_robots: 1,
@@ -54,9 +54,14 @@ fn me(rank: u16, team: usize, unit_s: &[f64]) -> Me {
     }
 }
 
-/// What a teammate says of a task.
-fn says(sender: u16, stamp: (Incarnation, u64), sent: SimTime, word: Word) -> Arc<Broadcast> {
-    let (state, task, progress) = word;
+/// Creates a teammate's heartbeat about a task.
+fn heartbeat(
+    sender: u16,
+    stamp: (Incarnation, u64),
+    sent: SimTime,
+    report: Report,
+) -> Arc<Broadcast> {
+    let (state, task, progress) = report;
     Arc::new(Broadcast {
         sender: RobotId(sender),
         incarnation: stamp.0,
@@ -77,10 +82,10 @@ fn says(sender: u16, stamp: (Incarnation, u64), sent: SimTime, word: Word) -> Ar
     })
 }
 
-/// State, task, progress.
-type Word = (TaskState, Option<u16>, u32);
+/// The state, task and progress of a heartbeat.
+type Report = (TaskState, Option<u16>, u32);
 
-/// One robot with scripted teammates.
+/// A robot with scripted teammates.
 struct Solo {
     learner: Learner,
     now: SimTime,
@@ -98,13 +103,13 @@ impl Solo {
         }
     }
 
-    fn word(&mut self, sender: u16, word: Word) -> Arc<Broadcast> {
+    fn report(&mut self, sender: u16, report: Report) -> Arc<Broadcast> {
         self.seq += 1;
-        says(sender, (1, self.seq), self.now, word)
+        heartbeat(sender, (1, self.seq), self.now, report)
     }
 
-    /// A step at `now`, which moves on after it.
-    fn step(&mut self, applicable: &[bool], heard: &[Arc<Broadcast>], progressed: &[u16]) {
+    /// Makes one step at `now` and advances the time.
+    fn step(&mut self, applicable: &[bool], received: &[Arc<Broadcast>], progressed: &[u16]) {
         let progressed: Vec<TaskId> = progressed.iter().copied().map(TaskId).collect();
         let input = Input {
             now: self.now,
@@ -114,8 +119,8 @@ impl Solo {
             applicable,
             choices: &[],
             progressed: &progressed,
-            heard,
-            route: &Nowhere,
+            heard: received,
+            route: &NoRoute,
             truth: &[],
             draws: Draws::of(7, RobotId(0), self.now.0 / STEP.0),
         };
@@ -128,17 +133,17 @@ impl Solo {
     }
 }
 
-struct Nowhere;
+struct NoRoute;
 
-impl RouteCost for Nowhere {
+impl RouteCost for NoRoute {
     fn seconds(&self, _: &[TaskId], _: TaskId) -> Option<f64> {
         None
     }
 }
 
-/// G1 to G4, with each strategy, ordering and preset, with and without active learning.
+/// G1 to G4, for each strategy, ordering and preset, with and without active learning.
 #[test]
-fn it_keeps_the_laws_of_all_allocators() {
+fn l_alliance_keeps_the_properties_of_all_allocators() {
     for (strategy, ordering, learning_trials, preset) in [
         (Strategy::I, Ordering::LongestFirst, 0, Preset::Par98),
         (Strategy::II, Ordering::ShortestFirst, 3, Preset::Thesis),

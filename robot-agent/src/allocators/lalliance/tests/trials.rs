@@ -1,11 +1,11 @@
-//! What is measured.
+//! The measurement of trials.
 
 use super::*;
 
 use TaskState::{Executing, Idle, Released, Waiting};
 
-/// Robot 1 listens to robot 0; the prior of each of two tasks is 20 s.
-fn listener() -> Solo {
+/// Creates robot 1, which receives messages of robot 0. The assumed time of both tasks is 20 s.
+fn receiver() -> Solo {
     Solo::new(
         &me(1, 2, &[10.0, 10.0]),
         &Config::default(),
@@ -13,17 +13,20 @@ fn listener() -> Solo {
     )
 }
 
-/// Hears words at times, in ms, and steps on to the end.
-fn hears(words: &[(u64, Word)], end_ms: u64) -> Solo {
-    let mut solo = listener();
+/// Delivers reports at times in ms, and makes steps until the end.
+fn run_with(reports: &[(u64, Report)], end_ms: u64) -> Solo {
+    let mut solo = receiver();
     while solo.now.0 <= end_ms {
-        let due: Vec<Word> = words
+        let due: Vec<Report> = reports
             .iter()
             .filter(|(at, _)| *at == solo.now.0)
-            .map(|(_, word)| *word)
+            .map(|(_, report)| *report)
             .collect();
-        let heard: Vec<_> = due.into_iter().map(|word| solo.word(0, word)).collect();
-        solo.step(&[false, false], &heard, &[]);
+        let received: Vec<_> = due
+            .into_iter()
+            .map(|report| solo.report(0, report))
+            .collect();
+        solo.step(&[false, false], &received, &[]);
     }
     solo
 }
@@ -35,28 +38,28 @@ fn assert_time(solo: &Solo, robot: u16, task: u16, expected_s: f64) {
 }
 
 #[test]
-fn without_a_trial_twice_the_unit_is_believed() {
-    let solo = hears(&[(0, (Executing, Some(0), 0))], 4000);
+fn without_a_trial_twice_the_unit_is_assumed() {
+    let solo = run_with(&[(0, (Executing, Some(0), 0))], 4000);
     assert_time(&solo, 0, 0, 20.0);
     assert_time(&solo, 1, 1, 20.0);
 }
 
-/// 8 s, then three units in 6 s: 8, 2, 2, 2 have the mean 3.5 and the deviation 3.
+/// The times are 8 s, then three units in 6 s: 8, 2, 2, 2 with mean 3.5 and deviation 3.
 #[test]
 fn progress_ends_a_trial_and_begins_the_next() {
-    let words = [
+    let reports = [
         (0, (Executing, Some(0), 0)),
         (4000, (Executing, Some(0), 0)),
         (8000, (Executing, Some(0), 1)),
         (12_000, (Executing, Some(0), 1)),
         (14_000, (Executing, Some(0), 4)),
     ];
-    assert_time(&hears(&words, 8000), 0, 0, 8.0);
-    assert_time(&hears(&words, 14_000), 0, 0, 6.5);
-    assert_time(&hears(&words, 14_000), 0, 1, 20.0);
+    assert_time(&run_with(&reports, 8000), 0, 0, 8.0);
+    assert_time(&run_with(&reports, 14_000), 0, 0, 6.5);
+    assert_time(&run_with(&reports, 14_000), 0, 1, 20.0);
 }
 
-/// A trial that fails counts what was believed, and more only if it took more.
+/// A failed trial counts its duration, at least the current estimate.
 #[test]
 fn a_trial_fails_by_a_release_by_another_task_by_idleness_and_by_silence() {
     let begins = (0, (Executing, Some(0), 0));
@@ -67,39 +70,39 @@ fn a_trial_fails_by_a_release_by_another_task_by_idleness_and_by_silence() {
         (Waiting, Some(0), 0),
         (Idle, None, 0),
     ] {
-        assert_time(&hears(&[begins, (3000, end)], 3000), 0, 0, 20.0);
-        let talks = (1..=8).map(|k| (3000 * k, begins.1));
-        let words: Vec<_> = [begins]
+        assert_time(&run_with(&[begins, (3000, end)], 3000), 0, 0, 20.0);
+        let repeats = (1..=8).map(|k| (3000 * k, begins.1));
+        let reports: Vec<_> = [begins]
             .into_iter()
-            .chain(talks)
+            .chain(repeats)
             .chain([(25_000, end)])
             .collect();
-        assert_time(&hears(&words, 25_000), 0, 0, 25.0);
+        assert_time(&run_with(&reports, 25_000), 0, 0, 25.0);
     }
-    let words: Vec<_> = (0..=8).map(|k| (3000 * k, begins.1)).collect();
-    // Silent for τ: the trial took until the last word.
-    assert_time(&hears(&words, 28_900), 0, 0, 20.0);
-    let silent = hears(&words, 29_000);
+    let reports: Vec<_> = (0..=8).map(|k| (3000 * k, begins.1)).collect();
+    // After a silence of τ the trial ends at the last message.
+    assert_time(&run_with(&reports, 28_900), 0, 0, 20.0);
+    let silent = run_with(&reports, 29_000);
     assert_time(&silent, 0, 0, 24.0);
     assert_eq!(silent.learner.monitor.executing(TaskId(0)), 0);
 }
 
-/// The last unit is often reported with the release.
+/// A release often reports the last unit.
 #[test]
 fn a_release_that_reports_progress_is_a_success() {
-    let words = [
+    let reports = [
         (0, (Executing, Some(0), 0)),
         (3000, (Released, Some(0), 1)),
         (3000, (Idle, None, 0)),
     ];
-    assert_time(&hears(&words, 3000), 0, 0, 3.0);
+    assert_time(&run_with(&reports, 3000), 0, 0, 3.0);
 }
 
-/// Words count by when they were sent; late ones, doubled ones and those from the future change nothing for the worse.
+/// Send times count. Late messages, duplicates and messages from the future do not distort the measurement.
 #[test]
 fn times_are_those_of_the_sender() {
-    let mut solo = listener();
-    let send = |seq, sent, word| says(0, (1, seq), SimTime(sent), word);
+    let mut solo = receiver();
+    let send = |seq, sent, report| heartbeat(0, (1, seq), SimTime(sent), report);
     solo.now = SimTime(9000);
     let late = send(1, 1000, (Executing, Some(0), 0));
     solo.step(&[false; 2], &[late.clone(), late.clone()], &[]);
@@ -124,23 +127,30 @@ fn times_are_those_of_the_sender() {
 
 #[test]
 fn a_new_incarnation_ends_the_trial_of_the_old_one() {
-    let mut solo = listener();
-    let send = |life, seq, sent| says(0, (life, seq), SimTime(sent), (Executing, Some(0), 0));
-    for (life, seq, at) in [(1, 1, 0), (1, 2, 4000), (1, 3, 8000), (2, 1, 8100)] {
+    let mut solo = receiver();
+    let send = |incarnation, seq, sent| {
+        heartbeat(
+            0,
+            (incarnation, seq),
+            SimTime(sent),
+            (Executing, Some(0), 0),
+        )
+    };
+    for (incarnation, seq, at) in [(1, 1, 0), (1, 2, 4000), (1, 3, 8000), (2, 1, 8100)] {
         while solo.now.0 < at {
             solo.step(&[false; 2], &[], &[]);
         }
-        solo.step(&[false; 2], &[send(life, seq, at)], &[]);
+        solo.step(&[false; 2], &[send(incarnation, seq, at)], &[]);
     }
     assert_time(&solo, 0, 0, 20.0);
-    let again = says(0, (2, 2), SimTime(10_100), (Executing, Some(0), 1));
+    let again = heartbeat(0, (2, 2), SimTime(10_100), (Executing, Some(0), 1));
     solo.now = SimTime(10_100);
     solo.step(&[false; 2], &[again], &[]);
-    // The failed one counts 20 s, the next one 2 s.
+    // The failed trial counts 20 s, the next one 2 s.
     assert_time(&solo, 0, 0, 11.0 + 18.0 / 2.0_f64.sqrt());
 }
 
-/// What the robot does itself is measured as its teammates would.
+/// The robot's own trials are measured in the same way as its teammates'.
 #[test]
 fn the_own_trials_are_measured_too() {
     let mut solo = Solo::new(
@@ -157,7 +167,7 @@ fn the_own_trials_are_measured_too() {
     }
     solo.step(&[true], &[], &[0, 0]);
     assert_time(&solo, 1, 0, 3.0);
-    // ψ and λ count from there: 3 s and 9 s of the new trial.
+    // ψ and λ count from here: 3 s and 9 s of the new trial.
     let progressed = solo.now - STEP;
     while solo.active().is_some() {
         solo.step(&[true], &[], &[]);
@@ -167,21 +177,21 @@ fn the_own_trials_are_measured_too() {
     let failed_s = gave_up.since(progressed).as_secs_f64();
     let times = [3.0, 3.0, failed_s];
     let mean = times.iter().sum::<f64>() / 3.0;
-    let squares: f64 = times.iter().map(|it| (it - mean).powi(2)).sum();
+    let squares: f64 = times.iter().map(|time_s| (time_s - mean).powi(2)).sum();
     assert_time(&solo, 1, 0, mean + (squares / 2.0).sqrt());
 }
 
-/// What one robot has learned another life of it recalls to the bit; after μ new trials nothing of it is left but their number.
+/// A later incarnation loads the learned times exactly. After μ new trials only the number of old ones has an effect.
 #[test]
-fn what_was_learned_is_recalled() {
-    let words = [
+fn learned_times_are_loaded_exactly() {
+    let reports = [
         (0, (Executing, Some(0), 0)),
         (4000, (Executing, Some(0), 1)),
         (7000, (Executing, Some(0), 4)),
     ];
-    let learned = hears(&words, 7000).learner.learned();
+    let learned = run_with(&reports, 7000).learner.learned();
     assert_eq!(learned.len(), 1);
-    let mut solo = listener();
+    let mut solo = receiver();
     let monitor = &mut solo.learner.monitor;
     for (task, robot, times) in &learned {
         monitor.recall(*task, *robot, times);
