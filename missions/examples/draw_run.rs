@@ -1,6 +1,6 @@
-//! Draws a run from above: `cargo run -p missions --example draw_run -- runs/latest > run.svg`.
+//! Draws a recorded run from above as SVG: `cargo run -p missions --example draw_run -- runs/latest > run.svg`.
 //!
-//! Also an example of how to read a run's folder.
+//! Also shows how to read a run folder.
 
 use std::fmt::{self, Write as _};
 use std::path::PathBuf;
@@ -14,27 +14,25 @@ use glam::Vec2;
 use missions::Registry;
 use world_server::simulation::Simulation;
 
-/// Pixels per meter.
 const SCALE: f32 = 80.0;
 
-/// Around the room, px.
 const MARGIN: f32 = 32.0;
 
-/// Below the room, for the legend, px.
+/// The height of the legend below the room, px.
 const LEGEND: f32 = 64.0;
 
-/// A way is drawn to this exactness, m.
+/// The maximum deviation of a drawn path from the recorded poses, m.
 const TOLERANCE_M: f32 = 0.02;
 
-/// One per robot, by rank; then they repeat.
+/// One color per robot, by rank. The colors repeat.
 const COLORS: [&str; 8] = [
     "#2a6db5", "#c98f0a", "#2e8b57", "#a04ba5", "#c2452d", "#148f9b", "#6b6f2a", "#7a5c3e",
 ];
 
 const FONT: &str = "font-family=\"Helvetica, Arial, DejaVu Sans, sans-serif\"";
 
-/// One way of a robot during which it did the same kind of thing.
-struct Way {
+/// A part of a robot's path with one line style.
+struct Path {
     points: Vec<Vec2>,
     style: &'static str,
 }
@@ -78,30 +76,33 @@ fn draw(log: &RunLog) -> anyhow::Result<String> {
     let columns = log.run.setup.catalog.mission.terms().columns;
     let robots = scenario.robots.iter().zip(COLORS.iter().cycle());
     for (robot, color) in robots.clone() {
-        let own: Vec<&PoseRow> = poses
+        let robot_poses: Vec<&PoseRow> = poses
             .iter()
             .filter(|pose| pose.robot == robot.name)
             .collect();
-        for way in ways(&own) {
-            let points: Vec<String> = way.points.iter().map(|at| pair(scenario, *at)).collect();
+        for path in paths(&robot_poses) {
+            let points: Vec<String> = path.points.iter().map(|at| pair(scenario, *at)).collect();
             writeln!(
                 svg,
                 "<polyline points=\"{}\" fill=\"none\" stroke=\"{color}\" stroke-linejoin=\"round\" {}/>",
                 points.join(" "),
-                way.style
+                path.style
             )?;
         }
     }
     for (robot, color) in robots.clone() {
-        let own: Vec<&PoseRow> = poses
+        let robot_poses: Vec<&PoseRow> = poses
             .iter()
             .filter(|pose| pose.robot == robot.name)
             .collect();
         for event in events.iter().filter(|event| event.robot == robot.name) {
-            if !columns.iter().any(|it| it.event == Some(&event.kind)) {
+            if !columns
+                .iter()
+                .any(|column| column.event == Some(&event.kind))
+            {
                 continue;
             }
-            if let Some(pose) = own.iter().find(|pose| pose.t_ms >= event.t_ms) {
+            if let Some(pose) = robot_poses.iter().find(|pose| pose.t_ms >= event.t_ms) {
                 let front = Vec2::from_angle(pose.heading_rad) * scenario.body.radius_m;
                 let at = position(pose) + front;
                 let at = pixels(scenario, at);
@@ -112,7 +113,7 @@ fn draw(log: &RunLog) -> anyhow::Result<String> {
                 )?;
             }
         }
-        if let Some(last) = own.last() {
+        if let Some(last) = robot_poses.last() {
             body(&mut svg, scenario, last, color)?;
         }
     }
@@ -122,7 +123,7 @@ fn draw(log: &RunLog) -> anyhow::Result<String> {
     Ok(svg)
 }
 
-/// What is in the room before the robots are.
+/// Draws the room and its contents before the first step.
 fn room(svg: &mut String, scenario: &Scenario, start: &View) -> fmt::Result {
     let (width, height) = (
         scenario.room.width_m * SCALE,
@@ -159,7 +160,7 @@ fn room(svg: &mut String, scenario: &Scenario, start: &View) -> fmt::Result {
     Ok(())
 }
 
-/// What the mission shows, in the color of its role, with its label above it.
+/// Draws a mark of the mission in the color of its role, with its label above it.
 fn mark(svg: &mut String, scenario: &Scenario, mark: &Mark) -> fmt::Result {
     let fill = match mark.role {
         MarkRole::Item => "#8d897f",
@@ -181,7 +182,7 @@ fn mark(svg: &mut String, scenario: &Scenario, mark: &Mark) -> fmt::Result {
     let (above, anchor) = match mark.outline {
         MarkOutline::Disc { center, radius_m } => {
             let (at, radius) = (pixels(scenario, center), radius_m * SCALE);
-            // How far something reaches hides nothing.
+            // A range is drawn as an outline, so that it hides nothing.
             let paint = match mark.role {
                 MarkRole::Range => "fill=\"none\" stroke",
                 _ => "fill",
@@ -213,23 +214,23 @@ fn mark(svg: &mut String, scenario: &Scenario, mark: &Mark) -> fmt::Result {
     label(svg, above - Vec2::new(0.0, 8.0), anchor, &mark.label)
 }
 
-/// Splits a robot's way where it begins to do another kind of thing.
-fn ways(poses: &[&PoseRow]) -> Vec<Way> {
+/// Splits a robot's path where the line style changes.
+fn paths(poses: &[&PoseRow]) -> Vec<Path> {
     poses
         .chunk_by(|a, b| style(a) == style(b))
-        .map(|part| Way {
+        .map(|part| Path {
             points: corners(part.iter().map(|pose| position(pose)).collect()),
             style: style(part[0]),
         })
         .collect()
 }
 
-/// The points of a way without those that a straight line can stand for.
-fn corners(mut way: Vec<Vec2>) -> Vec<Vec2> {
-    // A robot that waits would make the search below slow.
-    way.dedup();
+/// Removes the points of a path that a straight line replaces within [`TOLERANCE_M`].
+fn corners(mut points: Vec<Vec2>) -> Vec<Vec2> {
+    // Repeated points of a waiting robot would make the search below slow.
+    points.dedup();
     let mut corners = Vec::new();
-    let mut rest = way.as_slice();
+    let mut rest = points.as_slice();
     while let [first, others @ ..] = rest {
         corners.push(*first);
         let is_straight = |end: usize| {
@@ -275,7 +276,7 @@ fn legend(svg: &mut String, log: &RunLog, corner: Vec2) -> fmt::Result {
     let scenario = &log.run.setup.scenario;
     let mut x = corner.x + 12.0;
     for (robot, color) in scenario.robots.iter().zip(COLORS.iter().cycle()) {
-        // The first thing that the mission tells of a robot.
+        // The first figure of the mission for this robot.
         let figures = log.run.result.robots.get(&robot.name);
         let first = figures.and_then(|figures| figures.mission.iter().next());
         let text = match first {
@@ -333,7 +334,7 @@ fn position(pose: &PoseRow) -> Vec2 {
     Vec2::new(pose.x_m, pose.y_m)
 }
 
-/// The room's y points up, the drawing's down.
+/// Converts room coordinates, with y up, to pixels, with y down.
 fn pixels(scenario: &Scenario, at: Vec2) -> Vec2 {
     Vec2::new(at.x, scenario.room.height_m - at.y) * SCALE
 }

@@ -1,28 +1,27 @@
-//! Rooms in any size: so many districts side by side, without walls between them, that none has more than its share of robots and of
-//! what there is to do.
+//! Division of a large room into equal districts, without walls between them, to limit the robots and tasks of each.
 
-/// Districts side by side.
+/// A grid of equal districts.
 pub(crate) struct Districts {
     pub columns: usize,
     pub rows: usize,
 }
 
-/// One of those that share a district.
+/// The position of one item among all items of its district.
 pub(crate) struct Share {
     pub index: usize,
     pub of: usize,
 }
 
 impl Share {
-    /// How high it is when all are evenly spread, the first on top, as a fraction; `margin` is the room above and below, in
-    /// distances between two.
+    /// Returns the height at which the item lies when all items are spread evenly, as a fraction of the district. The
+    /// first item is on top. `margin` is the free space above and below, in distances between two items.
     pub fn height(&self, margin: f32) -> f32 {
         1.0 - (self.index as f32 + margin) / (self.of as f32 - 1.0 + 2.0 * margin)
     }
 }
 
 impl Districts {
-    /// At least so many, as nearly a square as there is.
+    /// Creates a grid of at least `least` districts, as close to a square as possible.
     pub fn new(least: usize) -> Self {
         let mut columns = least.isqrt();
         if columns * columns < least {
@@ -38,12 +37,11 @@ impl Districts {
         self.columns * self.rows
     }
 
-    /// Column and row of a district.
     pub fn place(&self, district: usize) -> (usize, usize) {
         (district % self.columns, district / self.columns)
     }
 
-    /// So many things, dealt to the districts: of each its district, and which of those there it is.
+    /// Distributes `count` items evenly. Yields the district of each item, and its position among the items there.
     pub fn deal(&self, count: usize) -> impl Iterator<Item = (usize, Share)> + use<> {
         let districts = self.count();
         let first = move |district: usize| (district * count).div_ceil(districts);
@@ -58,14 +56,15 @@ impl Districts {
     }
 }
 
-/// Range of a radio with which a robot hears so many others on average, in a room of that area with so many robots, m.
-pub(crate) fn range_to_hear(heard: usize, robots: usize, width_m: f32, height_m: f32) -> f32 {
+/// Returns the radio range in m at which a robot receives from `neighbors` others on average, for a room of this size
+/// and team.
+pub(crate) fn range_to_hear(neighbors: usize, robots: usize, width_m: f32, height_m: f32) -> f32 {
     let area = f64::from(width_m) * f64::from(height_m);
-    let range_m = (area * heard as f64 / (std::f64::consts::PI * robots as f64)).sqrt();
+    let range_m = (area * neighbors as f64 / (std::f64::consts::PI * robots as f64)).sqrt();
     range_m.ceil() as f32
 }
 
-/// The places that are nearest to one, at most so many, nearest first; of two that are equally near, the first.
+/// Returns the indices of at most `most` places, nearest to `to` first. At equal distance the lower index comes first.
 pub(crate) fn nearest(places: &[(f32, f32)], to: (f32, f32), most: usize) -> Vec<usize> {
     let mut nearest: Vec<(f32, usize)> = Vec::with_capacity(most + 1);
     for (index, place) in places.iter().enumerate() {
@@ -81,25 +80,25 @@ pub(crate) fn nearest(places: &[(f32, f32)], to: (f32, f32), most: usize) -> Vec
     nearest.into_iter().map(|(_, index)| index).collect()
 }
 
-/// For each robot, in order, the places that are its own: so many that are nearest to it, and those to which it is one of so many nearest
-/// robots.
+/// Returns for each robot the places assigned to it, in ascending order. A robot gets its nearest places, and each
+/// place for which it is one of the nearest robots.
 pub fn nearest_both_ways(
     robots: &[(f32, f32)],
     places_per_robot: usize,
     places: &[(f32, f32)],
     robots_per_place: usize,
 ) -> Vec<Vec<usize>> {
-    let own = robots.iter();
-    let own = own.map(|&robot| nearest(places, robot, places_per_robot));
-    let mut own: Vec<Vec<usize>> = own.collect();
+    let assigned = robots.iter();
+    let assigned = assigned.map(|&robot| nearest(places, robot, places_per_robot));
+    let mut assigned: Vec<Vec<usize>> = assigned.collect();
     for (index, &place) in places.iter().enumerate() {
         for robot in nearest(robots, place, robots_per_place) {
-            own[robot].push(index);
+            assigned[robot].push(index);
         }
     }
-    for places in &mut own {
+    for places in &mut assigned {
         places.sort_unstable();
         places.dedup();
     }
-    own
+    assigned
 }

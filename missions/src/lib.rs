@@ -1,7 +1,8 @@
-//! Missions: the only room that knows a mission's data, its world and its robots' minds.
+//! The missions: the only crate that contains mission-specific data, world models and robot controllers.
 //!
-//! - [`Registry`]: the missions and allocators that a program knows. [`testkit`]: what every mission must keep.
-//! - [`waste`]: the hazardous waste clean-up. [`service`]: points of work. [`push`]: long bars. [`observe`]: moving targets.
+//! - [`Registry`]: the missions and allocators of a program. [`testkit`]: the checks that every mission must pass.
+//! - [`waste`]: hazardous waste clean-up. [`service`]: points of work. [`push`]: long bars. [`observe`]: moving
+//!   targets.
 
 mod districts;
 pub mod observe;

@@ -1,4 +1,4 @@
-//! The missions and allocators that a program knows.
+//! The registry of missions and allocators.
 
 use std::sync::{Arc, OnceLock};
 
@@ -9,20 +9,20 @@ use robot_agent::mission::{MissionMind, TypedMind};
 use serde::de::DeserializeOwned;
 use world_server::mission::{MissionWorld, TypedMission, Worlds};
 
-/// What the program at hand knows: written once, by its `main`, before anything reads it.
+/// The registry of this program. The program's `main` sets it once, before the first read.
 static OF_THIS_PROGRAM: OnceLock<Registry> = OnceLock::new();
 
-/// Both sides of a mission.
+/// The world side and the robot side of a mission.
 #[derive(Clone, Copy, Debug)]
 pub struct MissionParts {
-    /// In the world.
     pub world: MissionWorld,
-    /// In a robot. Its data are the world's.
+    /// The robot side, with the same mission data as the world side.
     pub mind: MissionMind,
 }
 
 impl MissionParts {
-    /// Both sides of a mission in types of its own: they mean the same by what is sensed and done.
+    /// Creates the parts of a mission from a world type and a controller type with the same sensor readings and
+    /// actions.
     #[must_use]
     pub const fn of<W, M>(data: Mission) -> Self
     where
@@ -36,20 +36,20 @@ impl MissionParts {
     }
 }
 
-/// The missions and the allocators that a program knows, by name.
+/// The missions and allocators of a program, by name.
 ///
 /// ```
 /// use alliance_proto::scenario::Scenario;
 /// use missions::Registry;
 /// use robot_agent::allocators::nearest::Nearest;
 ///
-/// let registry = Registry::built_in().allocator::<Nearest>("mine", "a rule of one's own");
+/// let registry = Registry::built_in().allocator::<Nearest>("mine", "a custom rule");
 /// let read = |text| Scenario::parse("mine.toml", text, &registry.vocabulary());
 /// assert!(read("allocator = 'mine'").is_ok());
 /// let error = read("allocator = 'yours'").unwrap_err().to_string();
 /// assert!(error.starts_with("mine.toml:1: allocator: there is no allocator 'yours'"));
 /// ```
-/// A `main` hands it on: `launch::main(registry)`.
+/// A `main` passes the registry to `launch::main(registry)`.
 #[derive(Clone, Debug)]
 pub struct Registry {
     worlds: Worlds,
@@ -57,7 +57,6 @@ pub struct Registry {
 }
 
 impl Registry {
-    /// Those that come with the simulator.
     #[must_use]
     pub fn built_in() -> Self {
         let none = Self {
@@ -70,22 +69,21 @@ impl Registry {
             .mission(crate::observe::PARTS)
     }
 
-    /// Makes this the registry of the program: its commands and all that they start know these missions and allocators.
+    /// Makes this the registry of the program. All commands and processes of the program use it.
     ///
     /// # Panics
-    /// If the program has one already: two would be two answers to what a scenario means.
+    /// If the program already has a registry. A second one would make the meaning of a scenario ambiguous.
     pub fn install(self) {
         let installed = OF_THIS_PROGRAM.set(self);
-        assert!(installed.is_ok(), "a program has one registry");
+        assert!(installed.is_ok(), "the program already has a registry");
     }
 
-    /// The registry of the program; the built-in one where its `main` installed none.
+    /// Returns the registry of the program, or the built-in registry if `main` installed none.
     #[must_use]
     pub fn of_this_program() -> &'static Self {
         OF_THIS_PROGRAM.get_or_init(Self::built_in)
     }
 
-    /// With one more allocator, or another one under that name.
     #[must_use]
     pub fn allocator<A: Allocator>(mut self, name: &'static str, about: &'static str) -> Self
     where
@@ -95,21 +93,20 @@ impl Registry {
         self
     }
 
-    /// The same of one that is no type of its own, such as a rule in another language.
+    /// Adds an allocator that has no Rust type, such as a rule in another language.
     #[must_use]
     pub fn kind(mut self, kind: Arc<dyn Kind>) -> Self {
         self.agents = self.agents.kind(kind);
         self
     }
 
-    /// With a mind that scenarios otherwise take for a program of its own, or another one under that name.
+    /// Adds a controller kind, or replaces the kind of that name. Scenarios treat other names as external controllers.
     #[must_use]
     pub fn mind(mut self, kind: Arc<dyn Kind>) -> Self {
         self.agents = self.agents.mind(kind);
         self
     }
 
-    /// With one more mission, or another one under that name.
     #[must_use]
     pub fn mission(mut self, parts: MissionParts) -> Self {
         self.worlds.add(parts.world);
@@ -117,19 +114,17 @@ impl Registry {
         self
     }
 
-    /// What scenarios may say of them: all, in the order in which they were added.
+    /// Returns the names that scenarios may use, in the order in which they were added.
     #[must_use]
     pub fn vocabulary(&self) -> Vocabulary {
         self.agents.vocabulary()
     }
 
-    /// The robots' side.
     #[must_use]
     pub fn agents(&self) -> &AgentRegistry {
         &self.agents
     }
 
-    /// The worlds' side.
     #[must_use]
     pub fn worlds(&self) -> &Worlds {
         &self.worlds

@@ -1,7 +1,6 @@
-//! What every mission must keep, as one call from a test of the crate that it lives in (SEAMS.md §6).
+//! Checks that every mission must pass, as one function that a test of the mission's crate calls.
 //!
-//! A team of it is stepped by hand, without processes and without a log: each robot's agent, all of what is said heard in the step
-//! after it, and the world.
+//! The checks step a team without processes and without a log. Each agent receives every broadcast in the next step.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -28,16 +27,22 @@ use crate::{MissionParts, Registry};
 #[cfg(test)]
 mod tests;
 
-/// Steps of each trial.
+/// The maximum number of steps per trial.
 const STEPS: u64 = 1500;
 
-/// Plays the scenario, a file's text, in many ways, and asks for the laws: the catalog is in order; a scenario is written as it is
-/// read; equal inputs give equal bytes; the state tells apart all that the mission tells; a step that did not count leaves no trace;
-/// the active behavior is one's own; foreign words, deeds and readings change nothing, or at least end nothing; what is told is a
-/// number; all [holds](world_server::mission::WorldMission::holds) after each step.
+/// Runs the scenario, given as the text of a file, under several conditions and checks the following rules.
+///
+/// - The catalog is consistent, and a scenario survives writing and reading.
+/// - Equal inputs give equal bytes.
+/// - The state hash covers the row of mission.csv and all sensor readings.
+/// - A step that does not count leaves no trace.
+/// - The active behavior belongs to the robot.
+/// - Messages, actions and readings of another mission cause no panic.
+/// - All reported numbers are finite.
+/// - [`holds`](world_server::mission::WorldMission::holds) succeeds after each step.
 ///
 /// # Panics
-/// With the law that does not hold.
+/// If a rule is violated. The message states the rule.
 pub fn mission(parts: MissionParts, scenario: &str) {
     let registry = Registry::built_in().mission(parts);
     let read = |text: &str| match Scenario::parse("scenario.toml", text, &registry.vocabulary()) {
@@ -48,16 +53,16 @@ pub fn mission(parts: MissionParts, scenario: &str) {
     assert_eq!(
         scenario.mission(),
         parts.world.data,
-        "the section's mission"
+        "the scenario belongs to the mission"
     );
     assert_eq!(
         parts.mind.data, parts.world.data,
-        "both sides are of one mission"
+        "world and controller have the same mission data"
     );
     let text = scenario_text(&scenario);
     assert!(
         read(&text) == scenario,
-        "a scenario is written as it is read"
+        "a scenario survives writing and reading"
     );
     for allocator in registry.vocabulary().allocators {
         let mut scenario = scenario.clone();
@@ -66,30 +71,38 @@ pub fn mission(parts: MissionParts, scenario: &str) {
             Ok(resolved) => resolved.setup,
             Err(error) => panic!("{error}"),
         };
-        catalog(&setup);
-        let one = Trial::new(&registry, parts, &setup, None).run();
+        check_catalog(&setup);
+        let first = Trial::new(&registry, parts, &setup, None).run();
         let again = Trial::new(&registry, parts, &setup, None).run();
         let name = allocator.name;
-        assert!(one == again, "{name}: the same inputs give the same bytes");
+        assert!(
+            first == again,
+            "{name}: the same inputs give the same bytes"
+        );
         Trial::new(&registry, parts, &setup, Some(7)).run();
     }
 }
 
 fn scenario_text(scenario: &Scenario) -> String {
-    // Its keys are strings and the destination is memory.
+    // Cannot fail: all keys are strings, and the destination is memory.
     scenario.to_toml().expect("a scenario can be written")
 }
 
-fn catalog(setup: &Setup) {
+fn check_catalog(setup: &Setup) {
     let (catalog, scenario) = (&setup.catalog, &setup.scenario);
     let mission = catalog.mission;
     for (index, task) in catalog.tasks.iter().enumerate() {
-        let named = catalog.task_named(&task.name).map(|it| it.index());
-        assert_eq!(named, Some(index), "task {} is there once", task.name);
+        let named = catalog.task_named(&task.name).map(|task| task.index());
+        assert_eq!(
+            named,
+            Some(index),
+            "the name of task {} is unique",
+            task.name
+        );
     }
     assert!(
-        catalog.sets.is_sorted_by_key(|it| it.task),
-        "behaviors are in the order of their tasks"
+        catalog.sets.is_sorted_by_key(|behavior| behavior.task),
+        "behaviors are sorted by task"
     );
     for behavior in &catalog.sets {
         assert!(
@@ -100,27 +113,26 @@ fn catalog(setup: &Setup) {
         let unit_s = mission.unit_s(scenario, &scenario.body, 1.0, behavior);
         assert!(
             unit_s.is_finite() && unit_s > 0.0,
-            "{} takes a time",
+            "a unit of work of {} takes a positive, finite time",
             behavior.name
         );
     }
 }
 
-/// A team and its world.
 struct Trial<'s> {
     setup: &'s Setup,
     world: World,
     agents: Vec<Member>,
-    /// Draws what is put in its way; `None`: nothing is.
+    /// The random stream that draws disturbances. `None` disables them.
     chance: Option<ChaCha8Rng>,
-    /// What was said in the step before, by sender.
-    said: Vec<Vec<Broadcast>>,
-    /// What the mission told at each of its states.
+    /// The broadcasts of the previous step, by sender.
+    sent: Vec<Vec<Broadcast>>,
+    /// The row of mission.csv for each state hash seen so far.
     rows: BTreeMap<u64, Vec<Value>>,
     trace: Vec<u8>,
 }
 
-/// An agent, and one that takes only the steps that count. They have nothing in common.
+/// An agent with rollback, and an agent that takes only the steps that count. The two share no data.
 struct Member {
     tentative: TentativeAgent,
     undisturbed: Agent,
@@ -151,7 +163,7 @@ impl<'s> Trial<'s> {
         Self {
             setup,
             world: World::new(setup, parts.world),
-            said: vec![Vec::new(); robots.len()],
+            sent: vec![Vec::new(); robots.len()],
             agents: robots.map(member).collect(),
             chance: seed.map(ChaCha8Rng::seed_from_u64),
             rows: BTreeMap::new(),
@@ -159,7 +171,8 @@ impl<'s> Trial<'s> {
         }
     }
 
-    /// Its trace: all readings, reports and rows, and the state after each step.
+    /// Runs the trial. Returns its trace: all readings, reports, broadcasts and rows, and the state hash after each
+    /// step.
     fn run(mut self) -> Vec<u8> {
         for tick in 0..STEPS {
             if self.world.mission().end(self.world.now()).is_some() {
@@ -167,8 +180,8 @@ impl<'s> Trial<'s> {
             }
             let commands = self.agents_step(tick);
             let world = &mut self.world;
-            goes_on(tick, "the world goes on whatever robots do", || {
-                whole(tick, world, &commands);
+            check_no_panic(tick, "the world accepts any action of the robots", || {
+                check_state_covers_readings(tick, world, &commands);
                 world.step(&commands);
             });
             if let Err(violation) = self.world.mission().holds(&self.world) {
@@ -179,7 +192,7 @@ impl<'s> Trial<'s> {
         self.trace
     }
 
-    /// Equal states tell equal rows: what the mission tells depends on its state alone.
+    /// Checks that the row of mission.csv depends on the state alone, and appends state and row to the trace.
     fn note_state(&mut self, tick: Tick) {
         let state = self.world.mission().state();
         let mut row = Vec::new();
@@ -193,26 +206,26 @@ impl<'s> Trial<'s> {
         assert!(
             row.iter()
                 .all(|value| value.number().is_none_or(f64::is_finite)),
-            "tick {tick}: mission.csv tells numbers, not {row:?}"
+            "tick {tick}: mission.csv contains finite numbers only, not {row:?}"
         );
         let copy = self.world.clone();
         assert_eq!(
             copy.mission().state(),
             state,
-            "a copy of the world has its state"
+            "a copy of the world has the same state hash"
         );
         self.trace.extend(state.to_le_bytes());
         self.trace.extend(encode(&row).unwrap_or_default());
         let before = self.rows.entry(state).or_insert_with(|| row.clone());
         assert_eq!(
             *before, row,
-            "tick {tick}: equal states, and the mission tells something else"
+            "tick {tick}: equal states have equal rows in mission.csv"
         );
     }
 
     fn agents_step(&mut self, tick: Tick) -> Vec<Option<Actuation>> {
         let now = SimTime(tick * self.setup.scenario.step_ms);
-        let heard = std::mem::replace(&mut self.said, vec![Vec::new(); self.agents.len()]);
+        let received = std::mem::replace(&mut self.sent, vec![Vec::new(); self.agents.len()]);
         let mut commands = Vec::new();
         for rank in 0..self.agents.len() {
             let robot = RobotId(rank as u16);
@@ -229,7 +242,7 @@ impl<'s> Trial<'s> {
             }
             let others = (0..)
                 .map(RobotId)
-                .zip(&heard)
+                .zip(&received)
                 .filter(|(sender, _)| *sender != robot);
             let message = TickMessage {
                 incarnation: 1,
@@ -238,12 +251,12 @@ impl<'s> Trial<'s> {
                 last_counted: self.agents[rank].last_counted,
                 manifest: others
                     .clone()
-                    .filter(|(_, said)| !said.is_empty())
-                    .map(|(sender, said)| ManifestEntry {
+                    .filter(|(_, sent)| !sent.is_empty())
+                    .map(|(sender, sent)| ManifestEntry {
                         sender,
                         tick: tick - 1,
                         incarnation: 1,
-                        count: said.len() as u16,
+                        count: sent.len() as u16,
                         link: None,
                     })
                     .collect(),
@@ -253,15 +266,15 @@ impl<'s> Trial<'s> {
             };
             let mut space = Workspace::default();
             space.arrived = others
-                .flat_map(|(_, said)| said)
-                .map(|it| Some(Arc::new(it.clone())))
+                .flat_map(|(_, sent)| sent)
+                .map(|broadcast| Some(Arc::new(broadcast.clone())))
                 .collect();
             let arrived = space.arrived.clone();
             self.trace
                 .extend(encode(&message.readings).unwrap_or_default());
             let member = &mut self.agents[rank];
-            let law = "a mind goes on whatever it is told, and does what is a number";
-            goes_on(tick, law, || {
+            let rule = "a controller accepts any input and returns finite numbers";
+            check_no_panic(tick, rule, || {
                 member.tentative.step(Box::new(message.clone()), &mut space);
             });
             if !counts {
@@ -279,32 +292,32 @@ impl<'s> Trial<'s> {
                 "tick {tick}: a step that did not count left a trace in {robot}"
             );
             self.trace.extend(bytes(&space));
-            let own = &self.setup.scenario.robots[rank];
+            let spec = &self.setup.scenario.robots[rank];
             if let Some(active) = space.report.active {
-                let mut behaviors = self.setup.catalog.behaviors_of(own);
+                let mut behaviors = self.setup.catalog.behaviors_of(spec);
                 assert!(
-                    behaviors.any(|it| it == active),
-                    "the active behavior is one's own"
+                    behaviors.any(|behavior| behavior == active),
+                    "the active behavior belongs to the robot"
                 );
             }
             let mut command = space.report.actuation;
-            for said in &space.broadcasts {
-                if let Content::Heartbeat(heartbeat) = &said.body {
+            for broadcast in &space.broadcasts {
+                if let Content::Heartbeat(heartbeat) = &broadcast.body {
                     let place = heartbeat.position;
                     assert!(
                         place.is_none_or(Vec2::is_finite),
-                        "tick {tick}: {robot} is at a place that is a number, not {place:?}"
+                        "tick {tick}: {robot} reports a finite position, not {place:?}"
                     );
                 }
             }
-            self.said[rank] = space.broadcasts;
+            self.sent[rank] = space.broadcasts;
             if let Some(chance) = &mut self.chance {
                 if chance.random_bool(0.02) {
-                    junk_deed(chance, &mut command.deed);
+                    junk_action(chance, &mut command.deed);
                 }
-                for said in &mut self.said[rank] {
+                for broadcast in &mut self.sent[rank] {
                     if chance.random_bool(0.1) {
-                        junk_said(chance, &mut said.body);
+                        junk_broadcast(chance, &mut broadcast.body);
                     }
                 }
             }
@@ -314,18 +327,19 @@ impl<'s> Trial<'s> {
     }
 }
 
-/// Does what a mission must not panic in.
+/// Runs a step in which a mission must not panic.
 ///
 /// # Panics
-/// With the law, and what the mission said.
-fn goes_on(tick: Tick, law: &str, step: impl FnOnce()) {
-    if let Err(said) = panics::catch(step) {
-        panic!("tick {tick}: {law}: {said}");
+/// With the rule and the mission's panic message.
+fn check_no_panic(tick: Tick, rule: &str, step: impl FnOnce()) {
+    if let Err(message) = panics::catch(step) {
+        panic!("tick {tick}: {rule}: {message}");
     }
 }
 
-/// What deeds change is in the state: if it is the same with them and without, so is all that is sensed.
-fn whole(tick: Tick, world: &World, commands: &[Option<Actuation>]) {
+/// Checks that the state hash covers all effects of actions on the readings. Steps a copy with and a copy without the
+/// actions: equal states must give equal readings.
+fn check_state_covers_readings(tick: Tick, world: &World, commands: &[Option<Actuation>]) {
     let idle = |command: Actuation| Actuation {
         deed: Deed::Nothing,
         ..command
@@ -334,48 +348,48 @@ fn whole(tick: Tick, world: &World, commands: &[Option<Actuation>]) {
     if without == commands {
         return;
     }
-    let [one, other] = [commands, without.as_slice()].map(|commands| {
+    let [with, without] = [commands, without.as_slice()].map(|commands| {
         let mut world = world.clone();
         world.step(commands);
         world
     });
-    if one.mission().state() != other.mission().state() {
+    if with.mission().state() != without.mission().state() {
         return;
     }
-    for robot in (0..one.robot_count() as u16).map(RobotId) {
-        if one.pose(robot) == other.pose(robot) {
-            let [one, other] = [&one, &other].map(|world| world.readings(robot).mission);
+    for robot in (0..with.robot_count() as u16).map(RobotId) {
+        if with.pose(robot) == without.pose(robot) {
+            let [with, without] = [&with, &without].map(|world| world.readings(robot).mission);
             assert_eq!(
-                one, other,
-                "tick {tick}: equal states, and {robot} senses something else after deeds than without"
+                with, without,
+                "tick {tick}: equal states, but actions change the readings of {robot}"
             );
         }
     }
 }
 
-/// Readings of another mission, or of none.
+/// Returns readings of another mission, or no readings.
 fn junk_sensed(chance: &mut ChaCha8Rng) -> Sensed {
     let bytes: [u8; 24] = chance.random();
     Bytes::encode(&bytes).map_or(Sensed::Nothing, |bytes| Sensed::Open(bytes.into()))
 }
 
-/// What somebody else's robots do, or one's own that mean something else.
-fn junk_deed(chance: &mut ChaCha8Rng, deed: &mut Deed) {
-    let own = match deed {
-        Deed::Open(own) => own.as_slice(),
+/// Replaces an action with random bytes, or changes some of its bytes.
+fn junk_action(chance: &mut ChaCha8Rng, action: &mut Deed) {
+    let original = match action {
+        Deed::Open(bytes) => bytes.as_slice(),
         _ => &[],
     };
-    let junk = junk(chance, own, 8);
-    *deed = Bytes::copied(&junk).map_or(Deed::Nothing, Deed::Open);
+    let junk = junk(chance, original, 8);
+    *action = Bytes::copied(&junk).map_or(Deed::Nothing, Deed::Open);
 }
 
-/// Bytes of any length, or those with some others in their places.
-fn junk(chance: &mut ChaCha8Rng, own: &[u8], most: usize) -> Vec<u8> {
-    if own.is_empty() || chance.random_bool(0.5) {
+/// Returns fewer than `most` random bytes, or the original bytes with about half of them replaced.
+fn junk(chance: &mut ChaCha8Rng, original: &[u8], most: usize) -> Vec<u8> {
+    if original.is_empty() || chance.random_bool(0.5) {
         let length = chance.random_range(0..most);
         return (0..length).map(|_| chance.random()).collect();
     }
-    let mut junk = own.to_vec();
+    let mut junk = original.to_vec();
     for byte in &mut junk {
         if chance.random_bool(0.5) {
             *byte = chance.random();
@@ -384,20 +398,20 @@ fn junk(chance: &mut ChaCha8Rng, own: &[u8], most: usize) -> Vec<u8> {
     junk
 }
 
-/// What somebody else's robots say, or one's own that mean something else.
-fn junk_said(chance: &mut ChaCha8Rng, body: &mut Content) {
-    let own = match body {
+/// Replaces the mission's content of a broadcast with random bytes, or changes some of its bytes.
+fn junk_broadcast(chance: &mut ChaCha8Rng, body: &mut Content) {
+    let original = match body {
         Content::Heartbeat(Heartbeat {
-            lore: Lore::Open(own),
+            lore: Lore::Open(bytes),
             ..
         })
         | Content::Bulletin(Bulletin {
-            payload: Payload::Open(own),
+            payload: Payload::Open(bytes),
             ..
-        }) => own.as_slice(),
+        }) => bytes.as_slice(),
         _ => &[],
     };
-    let bytes = junk(chance, own, LORE_MAX);
+    let bytes = junk(chance, original, LORE_MAX);
     match body {
         Content::Heartbeat(heartbeat) => {
             heartbeat.lore = Lore::Open(bytes);

@@ -1,43 +1,38 @@
-//! What crosses the bus in an observe mission.
+//! The messages of an observe mission.
 
 use alliance_proto::time::SimTime;
 use arrayvec::ArrayVec;
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
-/// Most targets that a robot senses in a step, and that a heartbeat tells of.
+/// The largest number of targets in a sensor reading, and in a heartbeat.
 pub const SENSED_MOST: usize = 12;
 
-/// A target in range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Seen {
-    /// Its number.
     pub target: u16,
-    /// Where, in the robot's frame, m.
+    /// The position of the target in the robot's frame, m.
     pub offset: Vec2,
 }
 
-/// What the devices of a robot tell. By default, nothing.
+/// The readings of a robot's devices. The default is a dead device.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sensed {
-    /// The targets in range, nearest first; `None`: the device is dead.
+    /// The targets in range, nearest first; `None` for a dead device.
     pub targets: Option<ArrayVec<Seen, SENSED_MOST>>,
 }
 
-/// What a robot does beside driving: it has looked, with a device that works. What is in its range is observed.
+/// The action of a robot with a working device: it observes all targets in its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Watch;
 
-/// Where a target was when somebody sensed it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sighting {
-    /// Its number.
     pub target: u16,
-    /// Where, in the room, m.
+    /// The position in the room, m.
     pub at: Vec2,
-    /// When.
     pub when: SimTime,
 }
 
-/// What a robot tells with each heartbeat: the targets that it has in sight.
+/// The shared knowledge in each heartbeat: the targets in the robot's sight.
 pub type Told = ArrayVec<Sighting, SENSED_MOST>;

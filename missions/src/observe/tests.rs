@@ -1,10 +1,9 @@
-//! Whole teams, without processes.
+//! Teams without processes.
 
 use alliance_proto::scenario::Scenario;
 
 use crate::Registry;
 
-/// A scenario of observe with these lines in its section, and after it.
 pub(super) fn scenario(lines: &str) -> Scenario {
     let text = format!("[observe]\n{lines}\n");
     match Scenario::parse("o.toml", &text, &Registry::built_in().vocabulary()) {
@@ -14,7 +13,7 @@ pub(super) fn scenario(lines: &str) -> Scenario {
 }
 
 #[test]
-fn observe_keeps_the_laws_of_every_mission() {
+fn observe_satisfies_the_laws_of_every_mission() {
     for policy in ["fixed", "random", "local", "a-cmommt"] {
         let text = format!("[observe]\nn = 8\nduration_s = 40\npolicy = '{policy}'\n");
         crate::testkit::mission(super::PARTS, &text);

@@ -1,23 +1,23 @@
-//! Where a bar is: its middle, and the heading in which it is pushed; its ends lie to the left and to the right of that.
+//! The geometry of a bar: its middle, and the heading in which it is pushed. Its ends lie to the left and to the
+//! right.
 
 use alliance_proto::readings::Pose;
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
-/// An end of a bar, as seen by those who push it.
+/// An end of a bar, as seen in the direction of the push.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum End {
-    /// That with the larger y at first.
+    /// The end with the larger y at the start.
     Left,
-    /// The other one.
+    /// The end with the smaller y at the start.
     Right,
 }
 
 impl End {
-    /// Both, in the order of the tasks.
     pub const BOTH: [Self; 2] = [Self::Left, Self::Right];
 
-    /// The end on that side of the middle: the left one where it is above 0.
+    /// Returns the end on that side of the middle: left if `along_m` is above 0.
     #[must_use]
     pub fn on_side(along_m: f32) -> Self {
         if along_m > 0.0 {
@@ -27,7 +27,7 @@ impl End {
         }
     }
 
-    /// 1 for the left one, -1 for the right one.
+    /// Returns 1 for the left end, -1 for the right one.
     #[must_use]
     pub fn sign(self) -> f32 {
         match self {
@@ -36,7 +36,6 @@ impl End {
         }
     }
 
-    /// The other one.
     #[must_use]
     pub fn other(self) -> Self {
         match self {
@@ -45,7 +44,6 @@ impl End {
         }
     }
 
-    /// What people call it.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -55,7 +53,8 @@ impl End {
     }
 }
 
-/// Unit vectors of a bar: the direction in which it is pushed, and that from its right end to its left one.
+/// Returns the unit vectors of a bar: the direction of the push, and the direction from its right end to its left
+/// one.
 #[must_use]
 pub fn axes(pose: &Pose) -> (Vec2, Vec2) {
     let heading = pose.heading_rad;
@@ -63,7 +62,7 @@ pub fn axes(pose: &Pose) -> (Vec2, Vec2) {
     (ahead, ahead.perp())
 }
 
-/// Where a point is as seen from the middle of a bar: how far ahead, and how far to the left, m.
+/// Returns a point in the frame of a bar: the distance ahead of its middle, and the distance to the left, m.
 #[must_use]
 pub fn seen_from(pose: &Pose, point: Vec2) -> Vec2 {
     let (ahead, left) = axes(pose);
@@ -71,26 +70,26 @@ pub fn seen_from(pose: &Pose, point: Vec2) -> Vec2 {
     Vec2::new(offset.dot(ahead), offset.dot(left))
 }
 
-/// The point that is so far ahead of the middle of a bar, and so far to the left, m.
+/// Returns the point at these distances ahead and to the left of a bar's middle, m.
 #[must_use]
 pub fn point_at(pose: &Pose, seen: Vec2) -> Vec2 {
     let (ahead, left) = axes(pose);
     pose.position + ahead * seen.x + left * seen.y
 }
 
-/// Where an end of its axis is, m.
+/// Returns the position of an end of the bar's axis, m.
 #[must_use]
 pub fn end(pose: &Pose, end: End, length_m: f32) -> Vec2 {
     point_at(pose, Vec2::new(0.0, end.sign() * length_m / 2.0))
 }
 
-/// How far its left end is ahead of its right one toward the goal, m.
+/// Returns the lead of the left end over the right one toward the goal, m.
 #[must_use]
 pub fn lead_m(pose: &Pose, length_m: f32) -> f32 {
     -length_m * libm::sinf(pose.heading_rad)
 }
 
-/// The bar of which an end is there and the left end leads by so much, m.
+/// Returns the pose of the bar with that end at `at` and that lead of its left end, m.
 #[must_use]
 pub fn with_end(at: Vec2, which: End, lead_m: f32, length_m: f32) -> Pose {
     let sine = (-lead_m / length_m).clamp(-1.0, 1.0);
@@ -110,12 +109,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn an_end_and_its_lead_tell_where_a_bar_is(x in -9.0..9.0_f32, y in -9.0..9.0_f32, heading_rad in -1.2..1.2_f32) {
+        fn an_end_and_a_lead_determine_the_pose_of_a_bar(x in -9.0..9.0_f32, y in -9.0..9.0_f32, heading_rad in -1.2..1.2_f32) {
             let pose = Pose { position: Vec2::new(x, y), heading_rad };
             for which in End::BOTH {
-                let again = with_end(end(&pose, which, 2.4), which, lead_m(&pose, 2.4), 2.4);
-                prop_assert!(again.position.distance(pose.position) < 1e-4);
-                prop_assert!((again.heading_rad - heading_rad).abs() < 1e-3);
+                let rebuilt = with_end(end(&pose, which, 2.4), which, lead_m(&pose, 2.4), 2.4);
+                prop_assert!(rebuilt.position.distance(pose.position) < 1e-4);
+                prop_assert!((rebuilt.heading_rad - heading_rad).abs() < 1e-3);
             }
             let ends = End::BOTH.map(|which| end(&pose, which, 2.4));
             prop_assert!((ends[0].distance(ends[1]) - 2.4).abs() < 1e-4);

@@ -1,7 +1,8 @@
-//! Push: a long bar, to be pushed over a line end by end, in turns (docs/missions/push.md).
+//! Push: robots push a long bar over a line, one end after the other (docs/missions/push.md).
 //!
-//! - [`data`]: its section of a scenario, its tasks, its words. [`bus`]: what is sensed and told. [`bar`]: where a bar's ends are.
-//! - [`world`]: how bars give way. [`mind`]: what a robot of it knows and does.
+//! - [`data`]: the scenario section, tasks and terms. [`bus`]: readings and shared knowledge. [`bar`]: the geometry
+//!   of a bar.
+//! - [`world`]: the motion of bars. [`mind`]: the controller of a robot.
 
 pub mod bar;
 pub mod bus;
@@ -11,7 +12,6 @@ pub mod world;
 
 use crate::MissionParts;
 
-/// Both sides of it.
 pub const PARTS: MissionParts = MissionParts::of::<world::Pushed, mind::Pusher>(data::PUSH);
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
-//! Whole teams, without processes.
+//! Whole teams without processes.
 
 #[test]
-fn service_keeps_the_laws_of_every_mission() {
+fn service_passes_the_checks_of_every_mission() {
     let kinds = "[[service.kinds]]\nname = 'garbage'\nwork_s = { min = 2, max = 4 }\n\
         [[service.kinds]]\nname = 'dust'\nwork_s = { min = 1, max = 3 }\nperiod_s = 20\nkept = false\n";
     for known in ["all", "sight"] {

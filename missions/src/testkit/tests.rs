@@ -1,4 +1,4 @@
-//! Missions with a flaw each: the testkit finds it, and names the law.
+//! Test missions with one flaw each: the testkit finds the flaw and states the rule.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
@@ -11,20 +11,21 @@ use world_server::mission::prelude::*;
 use crate::MissionParts;
 use crate::testkit::mission;
 
-/// What is wrong with it.
+/// The flaws, as values of the const parameter.
 const NOTHING: u8 = 0;
 const SHARES_A_CELL: u8 = 1;
 const HAS_A_STATIC: u8 = 2;
-const TRUSTS_WORDS: u8 = 3;
+const TRUSTS_MESSAGES: u8 = 3;
 const DRIVES_AT_NAN: u8 = 4;
 const IS_NOWHERE: u8 = 5;
-const TELLS_A_SECRET: u8 = 6;
+const REPORTS_A_SECRET: u8 = 6;
 const SHOWS_A_SECRET: u8 = 7;
 const DIFFERS_BY_RUN: u8 = 8;
-const TELLS_NAN: u8 = 9;
-const TRUSTS_DEEDS: u8 = 10;
+const REPORTS_NAN: u8 = 9;
+const TRUSTS_ACTIONS: u8 = 10;
 
-/// The drill with a bell: whoever is active rings it, and everybody hears whether it was rung an odd number of times.
+/// Runs the testkit on a mission with a bell. Each active robot rings it, and every robot senses whether the count is
+/// odd.
 fn ring<const FLAW: u8>() {
     let parts = MissionParts::of::<Bell<FLAW>, Ringer<FLAW>>(DRILL);
     mission(parts, "[drill]\n");
@@ -32,9 +33,9 @@ fn ring<const FLAW: u8>() {
 
 #[derive(Clone, Serialize)]
 struct Bell<const FLAW: u8> {
-    /// Up to 3.
+    /// At most 3.
     rung: u32,
-    /// More than is needed.
+    /// Data that is not part of the state hash.
     #[serde(skip)]
     secret: u32,
 }
@@ -48,7 +49,7 @@ impl<const FLAW: u8> TypedMission for Bell<FLAW> {
 
     fn new(_: &Setup, _: &Floor) -> Self {
         static RUNS: AtomicU32 = AtomicU32::new(0);
-        // Of this flaw alone: the others' tests run at the same time.
+        // Each flaw has its own counter, because the tests run at the same time.
         let rung = match FLAW {
             DIFFERS_BY_RUN => RUNS.fetch_add(1, Relaxed) % 2,
             _ => 0,
@@ -56,11 +57,14 @@ impl<const FLAW: u8> TypedMission for Bell<FLAW> {
         Self { rung, secret: 0 }
     }
 
-    fn act(&mut self, _: RobotId, Ring(deed): Ring, floor: &mut Floor, _: &mut Happened) {
+    fn act(&mut self, _: RobotId, Ring(action): Ring, floor: &mut Floor, _: &mut Happened) {
         self.rung = 3.min(self.rung + 1);
         self.secret += 1;
-        assert!(FLAW != TRUSTS_DEEDS || deed == 1, "nobody can do that");
-        // Everybody feels it.
+        assert!(
+            FLAW != TRUSTS_ACTIONS || action == 1,
+            "the action is possible"
+        );
+        // Every robot senses the ringing.
         floor.changed_near(Vec2::ZERO, 100.0);
     }
 
@@ -78,13 +82,13 @@ impl<const FLAW: u8> TypedMission for Bell<FLAW> {
     }
 
     fn row(&self, row: &mut Vec<Value>) {
-        let told = if FLAW == TELLS_A_SECRET {
+        let shown = if FLAW == REPORTS_A_SECRET {
             self.secret
         } else {
             self.rung
         };
-        row.extend([told, 0, 0, 0].map(Value::from));
-        let last = (FLAW == TELLS_NAN).then_some(f64::NAN);
+        row.extend([shown, 0, 0, 0].map(Value::from));
+        let last = (FLAW == REPORTS_NAN).then_some(f64::NAN);
         row.push(Value::from(last));
     }
 }
@@ -112,9 +116,9 @@ impl<const FLAW: u8> TypedMind for Ringer<FLAW> {
         heard: &[Heard<'_, Self>],
         perception: &mut Perception,
     ) {
-        if FLAW == TRUSTS_WORDS {
+        if FLAW == TRUSTS_MESSAGES {
             for lore in heard.iter().filter_map(|heard| heard.lore) {
-                assert!(lore < 2, "everybody is as I am");
+                assert!(lore < 2, "the value is at most 1");
             }
         }
         perception
@@ -165,43 +169,45 @@ fn a_sound_mission_passes() {
 
 #[test]
 #[should_panic(expected = "a step that did not count left a trace")]
-fn what_checkpoints_share_is_found() {
+fn state_shared_between_checkpoints_is_found() {
     ring::<SHARES_A_CELL>();
 }
 
 #[test]
 #[should_panic(expected = "a step that did not count left a trace")]
-fn a_static_is_found() {
+fn static_state_is_found() {
     ring::<HAS_A_STATIC>();
 }
 
 #[test]
-#[should_panic(expected = "a mind goes on whatever it is told")]
-fn a_mind_that_trusts_words_is_found() {
-    ring::<TRUSTS_WORDS>();
+#[should_panic(expected = "a controller accepts any input")]
+fn a_controller_that_trusts_messages_is_found() {
+    ring::<TRUSTS_MESSAGES>();
 }
 
 #[test]
-#[should_panic(expected = "does what is a number: panicked: the mission's mind drives at NaN")]
-fn a_mind_that_drives_at_nan_is_found() {
+#[should_panic(
+    expected = "returns finite numbers: panicked: the mission's controller returned an invalid speed: NaN"
+)]
+fn a_controller_that_drives_at_nan_is_found() {
     ring::<DRIVES_AT_NAN>();
 }
 
 #[test]
-#[should_panic(expected = "is at a place that is a number")]
-fn a_mind_that_is_nowhere_is_found() {
+#[should_panic(expected = "reports a finite position")]
+fn a_controller_with_a_nan_position_is_found() {
     ring::<IS_NOWHERE>();
 }
 
 #[test]
-#[should_panic(expected = "equal states, and the mission tells something else")]
-fn what_is_told_and_not_hashed_is_found() {
-    ring::<TELLS_A_SECRET>();
+#[should_panic(expected = "equal states have equal rows")]
+fn a_row_value_outside_the_state_hash_is_found() {
+    ring::<REPORTS_A_SECRET>();
 }
 
 #[test]
-#[should_panic(expected = "equal states, and robot#0 senses something else")]
-fn what_is_sensed_and_not_hashed_is_found() {
+#[should_panic(expected = "equal states, but actions change the readings of robot#0")]
+fn a_sensed_value_outside_the_state_hash_is_found() {
     ring::<SHOWS_A_SECRET>();
 }
 
@@ -212,13 +218,13 @@ fn a_world_that_differs_from_run_to_run_is_found() {
 }
 
 #[test]
-#[should_panic(expected = "mission.csv tells numbers")]
-fn a_row_that_is_no_number_is_found() {
-    ring::<TELLS_NAN>();
+#[should_panic(expected = "mission.csv contains finite numbers only")]
+fn a_row_with_nan_is_found() {
+    ring::<REPORTS_NAN>();
 }
 
 #[test]
-#[should_panic(expected = "the world goes on whatever robots do")]
-fn a_world_that_trusts_deeds_is_found() {
-    ring::<TRUSTS_DEEDS>();
+#[should_panic(expected = "the world accepts any action of the robots")]
+fn a_world_that_trusts_actions_is_found() {
+    ring::<TRUSTS_ACTIONS>();
 }

@@ -1,7 +1,7 @@
 //! The hazardous waste clean-up (thesis §4.1): robots find the spills, carry their items to a deposit and report.
 //!
-//! - [`data`]: its section of a scenario, its tasks and behaviors, its words.
-//! - [`world`]: spills, items, deposits and the report site. [`mind`]: what a robot of it knows and does.
+//! - [`data`]: scenario section, tasks, behaviors and terms.
+//! - [`world`]: spills, items, deposits and the report site. [`mind`]: the robot controller.
 
 pub mod data;
 pub mod mind;
@@ -12,7 +12,6 @@ mod rollback;
 
 use crate::MissionParts;
 
-/// Both sides of it.
 pub const PARTS: MissionParts = MissionParts {
     world: world::WASTE,
     mind: mind::MIND,
@@ -21,7 +20,7 @@ pub const PARTS: MissionParts = MissionParts {
 #[cfg(test)]
 mod tests {
     #[test]
-    fn the_clean_up_keeps_the_laws_of_every_mission() {
+    fn the_clean_up_passes_the_checks_of_every_mission() {
         let scenario = "[waste]\nborder_known = true\nspills = [{ name = 'only', items = 2 }]\n";
         crate::testkit::mission(super::PARTS, scenario);
     }

@@ -1,4 +1,4 @@
-//! Roll-back: a step that did not count leaves no trace.
+//! Rollback tests: a step that does not count leaves no trace in the agent.
 
 use std::sync::Arc;
 
@@ -26,16 +26,14 @@ use crate::Registry;
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
 
-/// Long steps, so that motivations reach the threshold within a few of them.
+/// A long step, so that motivations reach the threshold within a few steps.
 const STEP_MS: u64 = 500;
 
-/// A tick as the robot meets it.
 #[derive(Clone, Debug)]
-struct Moment {
+struct TickInput {
     readings: Readings,
-    /// What the teammate senses in the same tick; what it says then is listed.
+    /// The readings of the teammate in the same tick. Its resulting broadcasts are listed in the manifest.
     teammate: Readings,
-    /// On the way of what it says.
     link: LinkState,
     counted: bool,
 }
@@ -111,9 +109,9 @@ fn link() -> impl Strategy<Value = LinkState> {
         })
 }
 
-fn moment() -> impl Strategy<Value = Moment> {
+fn input() -> impl Strategy<Value = TickInput> {
     (readings(), readings(), link(), prop::bool::weighted(0.7)).prop_map(
-        |(readings, teammate, link, counted)| Moment {
+        |(readings, teammate, link, counted)| TickInput {
             readings,
             teammate,
             link,
@@ -125,31 +123,31 @@ fn moment() -> impl Strategy<Value = Moment> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
-    fn a_step_that_did_not_count_leaves_no_trace(moments in prop::collection::vec(moment(), 1..120)) {
+    fn a_step_that_did_not_count_leaves_no_trace(inputs in prop::collection::vec(input(), 1..120)) {
         let setup = setup();
         let mut tentative = TentativeAgent::new(agent(BLUE, &setup));
-        // Takes only the steps that count.
+        // This agent takes only the steps that count.
         let mut undisturbed = agent(BLUE, &setup);
         let mut gold = agent(GOLD, &setup);
         let mut last_counted = None;
         let mut step = Workspace::default();
-        for (tick, moment) in (0..).zip(&moments) {
-            let mut said = Workspace::default();
-            gold.step(&message(tick, None, &moment.teammate), &mut said);
-            let mut message = message(tick, last_counted, &moment.readings);
+        for (tick, input) in (0..).zip(&inputs) {
+            let mut sent = Workspace::default();
+            gold.step(&message(tick, None, &input.teammate), &mut sent);
+            let mut message = message(tick, last_counted, &input.readings);
             message.manifest.push(ManifestEntry {
                 sender: GOLD,
                 tick,
                 incarnation: 1,
-                count: said.report.broadcasts,
-                link: Some(Box::new(moment.link)),
+                count: sent.report.broadcasts,
+                link: Some(Box::new(input.link)),
             });
-            message.held.extend(moment.link.hold.then_some(GOLD));
-            let arrived: Vec<_> = said.broadcasts.into_iter().map(Arc::new).map(Some).collect();
+            message.held.extend(input.link.hold.then_some(GOLD));
+            let arrived: Vec<_> = sent.broadcasts.into_iter().map(Arc::new).map(Some).collect();
             step.arrived.clone_from(&arrived);
             tentative.step(Box::new(message.clone()), &mut step);
-            if moment.counted {
-                // In memory of its own: what a workspace was used for before changes nothing.
+            if input.counted {
+                // The second workspace is new: earlier use of a workspace must not change the result.
                 let mut expected = Workspace::default();
                 expected.arrived = arrived;
                 undisturbed.step(&message, &mut expected);
@@ -163,7 +161,7 @@ proptest! {
 }
 
 #[test]
-fn a_step_that_did_not_count_gives_its_sequence_numbers_back() {
+fn a_step_that_did_not_count_returns_its_sequence_numbers() {
     let mut agent = TentativeAgent::new(agent(BLUE, &setup()));
     let readings = Readings::default();
     let mut space = Workspace::default();
@@ -177,7 +175,7 @@ fn a_step_that_did_not_count_gives_its_sequence_numbers_back() {
 }
 
 #[test]
-fn a_report_says_how_many_bytes_its_broadcasts_take_on_the_bus() {
+fn a_report_contains_the_size_of_its_broadcasts_on_the_bus() {
     let mut agent = agent(BLUE, &setup());
     let secret = Secret::of("token");
     let mut broadcasts = 0;

@@ -1,4 +1,4 @@
-//! The region in which targets are, as a shape.
+//! The region of the targets, as a shape.
 
 use std::f32::consts::TAU;
 
@@ -7,37 +7,22 @@ use glam::Vec2;
 
 use super::{ObserveSection, Region};
 
-/// The golden angle, rad: places of a disc that turn by it spread evenly, however many they are.
+/// The golden angle, rad. Successive places on a disc that differ by it spread evenly, for any number of places.
 const GOLDEN_RAD: f32 = 2.399_963_2;
-/// The same for a square (Roberts' R2 sequence).
+/// The equivalent for a square (Roberts' R2 sequence).
 const PLASTIC: Vec2 = Vec2::new(0.754_877_7, 0.569_840_3);
 
-/// A disc or a rectangle, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Area {
-    /// All within that of a place.
-    Disc {
-        /// The place.
-        center: Vec2,
-        /// The distance.
-        radius_m: f32,
-    },
-    /// All between two corners.
-    Rectangle {
-        /// The lower left one.
-        min: Vec2,
-        /// The upper right one.
-        max: Vec2,
-    },
+    Disc { center: Vec2, radius_m: f32 },
+    Rectangle { min: Vec2, max: Vec2 },
 }
 
-/// The unit vector of an angle, rad.
 pub fn direction(angle_rad: f32) -> Vec2 {
     Vec2::new(libm::cosf(angle_rad), libm::sinf(angle_rad))
 }
 
 impl Area {
-    /// The region of a scenario.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let size = Vec2::new(scenario.room.width_m, scenario.room.height_m);
@@ -53,7 +38,7 @@ impl Area {
         }
     }
 
-    /// What of it is that far from its edge; where nothing is, its middle.
+    /// Returns the part of the area at that distance from its edge; if it is empty, the center.
     #[must_use]
     pub fn inset(self, by_m: f32) -> Self {
         match self {
@@ -71,7 +56,6 @@ impl Area {
         }
     }
 
-    /// Whether a place is in it.
     #[must_use]
     pub fn contains(&self, place: Vec2) -> bool {
         match *self {
@@ -82,7 +66,7 @@ impl Area {
         }
     }
 
-    /// The nearest place that is in it, but for rounding.
+    /// Returns the nearest place in the area, except for rounding.
     #[must_use]
     pub fn nearest(&self, place: Vec2) -> Vec2 {
         match *self {
@@ -91,7 +75,8 @@ impl Area {
         }
     }
 
-    /// The unit vector from a place that is not in it to the inside, at a right angle to the edge; `None` of one that is in it.
+    /// Returns the unit vector from an outside place to the area, at a right angle to the edge; `None` for an inside
+    /// place.
     #[must_use]
     pub fn inward(&self, place: Vec2) -> Option<Vec2> {
         if self.contains(place) {
@@ -106,7 +91,7 @@ impl Area {
         }
     }
 
-    /// The place of two numbers from 0 to 1, such that all places are as likely where all numbers are.
+    /// Maps two numbers from 0 to 1 to a place. Uniform numbers give uniform places.
     #[must_use]
     pub fn place(&self, share: Vec2) -> Vec2 {
         match *self {
@@ -117,7 +102,7 @@ impl Area {
         }
     }
 
-    /// So many places, spread evenly.
+    /// Returns `count` places, spread evenly.
     pub fn spread(&self, count: usize) -> impl Iterator<Item = Vec2> {
         let area = *self;
         (0..count).map(move |index| match area {

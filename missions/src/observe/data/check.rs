@@ -1,10 +1,10 @@
-//! What is wrong with `[observe]`, beyond what its parameters say.
+//! Checks of `[observe]` beyond the ranges of its parameters.
 
 use alliance_proto::scenario::{Path, Problem, Scenario};
 
 use super::ObserveSection;
 
-/// Refuses the first mistake of `[observe]`: distances and speeds have an order.
+/// Returns the first error of `[observe]`. Distances and speeds must be in order.
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     let section = ObserveSection::of(scenario);
     let slowest = ("slowest_m_s", section.slowest_m_s);

@@ -1,23 +1,22 @@
-//! Observe in any size (`--robots N --targets M`): the region grows with the team, so that robots cover the same share of it.
+//! Observe in any size (`--robots N --targets M`). The region grows with the team, so that robots cover the same
+//! share of it.
 
 use alliance_proto::mission::section::MissionSection;
 use alliance_proto::scenario::{Radio, Robot, Room, Scenario};
 
 use super::{OBSERVE, ObserveSection, Policy, Region};
 
-/// So many robots have a region of that radius, m.
+/// The team size for a region of `RADIUS_M`.
 const ROBOTS: f32 = 5.0;
 const RADIUS_M: f32 = 10.0;
-/// How far radios reach, m.
 const RADIO_M: f32 = 5.0;
-/// Top speed of robots, m/s.
 const SPEED_M_S: f32 = 0.2;
 
-/// Observe with so many robots and targets, 1 to 10,000 of each.
+/// Creates a scenario for 1 to 10,000 robots and targets.
 pub(super) fn family(robots: usize, targets: usize) -> Scenario {
     let default = Scenario::default();
     let radius_m = RADIUS_M * (robots as f32 / ROBOTS).sqrt();
-    // To two decimals: people read them.
+    // Rounds up to two decimals, for readers.
     let side_m = (200.0 * radius_m).ceil() / 100.0;
     let robot = |number| Robot {
         name: format!("r{number}"),
@@ -45,7 +44,6 @@ pub(super) fn family(robots: usize, targets: usize) -> Scenario {
     }
 }
 
-/// The defaults of its keys.
 fn section(targets: usize) -> ObserveSection {
     ObserveSection {
         n: targets as u16,

@@ -1,4 +1,4 @@
-//! Observe in files: `[observe]` of a scenario, its tasks, its words.
+//! Observe in files: the scenario section `[observe]`, the tasks and the terms.
 
 mod area;
 mod check;
@@ -22,10 +22,8 @@ use alliance_proto::scenario::{
     BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread,
 };
 
-/// Most targets of a run.
 pub const MAX_TARGETS: usize = 10_000;
 
-/// Observe: moving targets, kept in sight.
 pub const OBSERVE: Mission = Mission::new(
     "observe",
     "moving targets that robots keep in sight (CMOMMT)",
@@ -84,12 +82,12 @@ impl MissionData for Observe {
         one_behavior_each(duties.map(|duty| duty.name().to_owned()))
     }
 
-    /// Nobody takes anything from anybody.
+    /// Allows all robots on one task, because targets are not used up.
     fn max_robots(&self, scenario: &Scenario, _: &BehaviorSpec) -> u32 {
         scenario.robots.len() as u32
     }
 
-    /// Teammates that do the same are no reason to wait: slow impatience is hardly slower than the fast one.
+    /// Teammates at the same task are no reason to wait, so slow impatience almost equals fast impatience.
     fn built_in(&self, scenario: &Scenario, _: &Robot, behavior: &BehaviorSpec) -> BuiltIn {
         let section = ObserveSection::of(scenario);
         let fast_impatience = match section.policy.duties()[behavior.task.index()] {
@@ -107,7 +105,6 @@ impl MissionData for Observe {
         }
     }
 
-    /// As long as the mission: whatever comes into sight.
     fn unit_s(&self, scenario: &Scenario, _: &Body, _: f64, _: &BehaviorSpec) -> f64 {
         ObserveSection::of(scenario).duration_s
     }

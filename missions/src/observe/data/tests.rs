@@ -1,4 +1,4 @@
-//! What a scenario of observe may say, and what follows from it.
+//! Valid and invalid scenarios of observe, and their catalogs.
 
 use alliance_proto::scenario::{Catalog, Scenario, Setup};
 use glam::Vec2;
@@ -18,7 +18,7 @@ fn refused(lines: &str, expected: &str) {
 }
 
 #[test]
-fn mistakes_are_answered_in_one_line() {
+fn mistakes_give_messages_of_one_line() {
     for (lines, expected) in [
         (
             "n = 0",
@@ -65,9 +65,9 @@ fn mistakes_are_answered_in_one_line() {
     }
 }
 
-/// The whole team has both tasks; who stays or strays has one.
+/// Robots without motion or with random motion have one task, all others both.
 #[test]
-fn a_policy_has_its_tasks() {
+fn each_policy_has_its_tasks() {
     for (policy, tasks) in [
         ("fixed", vec!["observe"]),
         ("random", vec!["search"]),
@@ -83,7 +83,7 @@ fn a_policy_has_its_tasks() {
 }
 
 #[test]
-fn the_family_is_valid_in_every_size_and_covers_the_same_share() {
+fn the_family_is_valid_in_every_size_with_the_same_area_per_robot() {
     for (robots, targets) in [(1, 1), (1, 10_000), (5, 5), (100, 100), (10_000, 10_000)] {
         let scenario = OBSERVE.family(robots, targets).unwrap();
         let text = scenario.to_toml().unwrap();
@@ -99,7 +99,7 @@ fn the_family_is_valid_in_every_size_and_covers_the_same_share() {
         let per_robot = radius_m * radius_m / robots as f32;
         assert!((per_robot - 20.0).abs() < 0.1, "{per_robot}");
         assert_eq!(usize::from(ObserveSection::of(&scenario).n), targets);
-        // What is not stated has the same defaults.
+        // All other keys have the defaults of an empty section.
         let stated = Scenario::parse("d.toml", "[observe]\n", &vocabulary).unwrap();
         let default = ObserveSection {
             n: targets as u16,
@@ -144,9 +144,9 @@ proptest! {
         }
     }
 
-    /// No two of those that are spread are much nearer to each other than in a square grid.
+    /// The distance between two spread places is not much smaller than in a square grid.
     #[test]
-    fn spread_places_keep_apart(count in 2..60_usize) {
+    fn spread_places_keep_their_distance(count in 2..60_usize) {
         for (area, size) in areas().into_iter().zip([9.0 * std::f32::consts::PI, 24.0]) {
             let places: Vec<Vec2> = area.spread(count).collect();
             prop_assert_eq!(places.len(), count);
@@ -161,7 +161,7 @@ proptest! {
     }
 }
 
-/// Where the scenario gives no starts; an obstacle takes one of the places, and another one is found.
+/// Without starts in the scenario. An obstacle takes one of the places, and its robot gets another.
 #[test]
 fn robots_start_spread_over_the_region() {
     let robots: String = (1..=5)

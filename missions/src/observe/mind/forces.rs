@@ -1,11 +1,11 @@
-//! What attracts and repels a robot: local force vectors (docs/missions/observe.md).
+//! Local force vectors that attract and repel a robot (docs/missions/observe.md).
 
 use glam::Vec2;
 
 use crate::observe::data::ObserveSection;
 
-/// Force of a target at that distance, m: −1 where the robot is, 0 at `target_near_m`, 1 from `target_full_m` to `range_m`, and 0 from
-/// `predict_m` on; straight lines between.
+/// Returns the force of a target at that distance, m. It is −1 at distance 0, 0 at `target_near_m`, 1 from
+/// `target_full_m` to `range_m`, and 0 from `predict_m` on, with straight lines between.
 pub(super) fn of_target(section: &ObserveSection, distance_m: f32) -> f32 {
     let between = |from: f32, to: f32| (distance_m - from) / (to - from);
     if distance_m < section.target_near_m {
@@ -21,13 +21,14 @@ pub(super) fn of_target(section: &ObserveSection, distance_m: f32) -> f32 {
     }
 }
 
-/// Force of a robot at that distance, m: −1 up to `robot_near_m`, and 0 from `robot_far_m` on; a straight line between.
+/// Returns the force of a robot at that distance, m: −1 up to `robot_near_m` and 0 from `robot_far_m` on, with a
+/// straight line between.
 pub(super) fn of_robot(section: &ObserveSection, distance_m: f32) -> f32 {
     let (near_m, far_m) = (section.robot_near_m, section.robot_far_m);
     -((far_m - distance_m) / (far_m - near_m)).clamp(0.0, 1.0)
 }
 
-/// A force of that size along an offset; none where that is 0.
+/// Returns a force of that size along an offset; zero for a zero offset.
 pub(super) fn along(offset: Vec2, force: impl FnOnce(f32) -> f32) -> Vec2 {
     let distance_m = offset.length();
     if distance_m > 0.0 {
@@ -42,9 +43,9 @@ mod tests {
     use super::*;
     use crate::observe::tests::scenario;
 
-    /// By hand, from the distances 0.4, 0.8, 2.6, 3.0 and 1.25, 2.0 m.
+    /// Calculated by hand for the distances 0.4, 0.8, 2.6, 3.0 and 1.25, 2.0 m.
     #[test]
-    fn forces_are_those_of_the_table() {
+    fn forces_match_the_table() {
         let scenario = scenario("");
         let section = ObserveSection::of(&scenario);
         let near = |found: f32, expected: f32| {

@@ -1,4 +1,4 @@
-//! What a robot knows of the targets that are near, and of teammates that are: bounded, whatever there is.
+//! A robot's memory of near targets and near teammates, bounded in size.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::time::SimTime;
@@ -7,40 +7,32 @@ use glam::Vec2;
 
 use crate::observe::bus::{SENSED_MOST, Sighting};
 
-/// Most targets that it keeps in mind.
 const MOST_TARGETS: usize = 2 * SENSED_MOST;
-/// Most teammates.
 const MOST_TEAMMATES: usize = 12;
-/// What was not sensed for longer is forgotten.
-const REMEMBERED: SimTime = SimTime(10_000);
-/// What teammates said counts for so long: they repeat it each second.
-const SAID: SimTime = SimTime(2_500);
-/// How far apart the sightings are from which a speed is worked out.
-const APART: SimTime = SimTime(500);
-/// A target that is nearer than the end of sight by so much is seen for certain, m.
+/// The time after which an old sighting is removed.
+const TRACK_LIFETIME: SimTime = SimTime(10_000);
+/// The time for which a teammate's message counts. Heartbeats repeat it each second.
+const MESSAGE_LIFETIME: SimTime = SimTime(2_500);
+/// The time between the two sightings that give a velocity.
+const VELOCITY_INTERVAL: SimTime = SimTime(500);
+/// The margin within the sensing range in which a target is certainly seen, m.
 const CERTAIN_M: f32 = 0.3;
 
-/// A target that may be near.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Track {
-    /// The newest sighting, one's own or a teammate's.
     last: Sighting,
-    /// An older one.
+    /// An older sighting, for the velocity.
     base: Sighting,
-    /// m/s.
     velocity: Vec2,
-    /// Whether the robot senses it now.
     pub in_sight: bool,
-    /// When a teammate sensed it last, as far as it has said.
+    /// The time of the last sighting in a teammate's message.
     shared: Option<SimTime>,
 }
 
-/// What a robot knows.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Memory {
-    /// By number.
     tracks: ArrayVec<Track, MOST_TARGETS>,
-    /// Where teammates were and when they said so, by rank.
+    /// The positions of teammates and the times of their messages, sorted by rank.
     teammates: ArrayVec<(RobotId, Vec2, SimTime), MOST_TEAMMATES>,
 }
 
@@ -55,15 +47,16 @@ impl Track {
         }
     }
 
-    /// Where it is now, if it moves straight on.
+    /// Returns the predicted position, for motion in a straight line.
     pub fn at(&self, now: SimTime) -> Vec2 {
         let past_s = now.since(self.last.when).as_secs_f64() as f32;
         self.last.at + self.velocity * past_s
     }
 
-    /// Whether a teammate sees it, too.
+    /// Returns whether a teammate reports to see the target, too.
     pub fn is_shared(&self, now: SimTime) -> bool {
-        self.shared.is_some_and(|shared| now.since(shared) <= SAID)
+        self.shared
+            .is_some_and(|shared| now.since(shared) <= MESSAGE_LIFETIME)
     }
 
     fn update(&mut self, sighting: Sighting, fastest_m_s: f32) {
@@ -72,7 +65,7 @@ impl Track {
         }
         self.last = sighting;
         let apart = sighting.when.since(self.base.when);
-        if apart >= APART {
+        if apart >= VELOCITY_INTERVAL {
             let way = sighting.at - self.base.at;
             let velocity = way / apart.as_secs_f64() as f32;
             self.velocity = velocity.clamp_length_max(fastest_m_s);
@@ -82,39 +75,34 @@ impl Track {
 }
 
 impl Memory {
-    /// All targets that it keeps in mind.
     pub fn tracks(&self) -> impl Iterator<Item = &Track> {
         self.tracks.iter()
     }
 
-    /// Whether there is one.
     pub fn has_tracks(&self) -> bool {
         !self.tracks.is_empty()
     }
 
-    /// Where teammates that are near were last.
     pub fn teammates(&self) -> impl Iterator<Item = Vec2> {
         self.teammates.iter().map(|(_, at, _)| *at)
     }
 
-    /// Its own sightings.
     pub fn in_sight(&self) -> impl Iterator<Item = Sighting> {
         let in_sight = self.tracks.iter().filter(|track| track.in_sight);
         in_sight.map(|track| track.last)
     }
 
-    /// Before what it senses in a step.
     pub fn look_away(&mut self) {
         self.tracks
             .iter_mut()
             .for_each(|track| track.in_sight = false);
     }
 
-    /// It senses a target: whether that is new to it.
+    /// Stores a sensed target. Returns whether it is new.
     pub fn see(&mut self, sighting: Sighting, fastest_m_s: f32) -> bool {
         let is_new = self.place(sighting.target).is_err();
         if is_new && self.tracks.is_full() {
-            // What is seen comes before what is remembered; of those in sight there are fewer.
+            // A sensed target replaces one out of sight. Targets in sight never fill the memory.
             let other = self.tracks.iter().position(|track| !track.in_sight);
             self.tracks.remove(other.unwrap_or_default());
         }
@@ -131,7 +119,6 @@ impl Memory {
         is_new
     }
 
-    /// A teammate says that it senses a target.
     pub fn hear(&mut self, sighting: Sighting, fastest_m_s: f32) {
         match self.place(sighting.target) {
             Ok(index) => {
@@ -148,9 +135,8 @@ impl Memory {
         }
     }
 
-    /// A teammate says where it is.
     pub fn hear_of_teammate(&mut self, robot: RobotId, at: Vec2, now: SimTime) {
-        let place = self.teammates.binary_search_by_key(&robot, |it| it.0);
+        let place = self.teammates.binary_search_by_key(&robot, |known| known.0);
         match place {
             Ok(index) => self.teammates[index] = (robot, at, now),
             Err(index) if !self.teammates.is_full() => {
@@ -160,17 +146,17 @@ impl Memory {
         }
     }
 
-    /// Forgets what is too old or too far from there, m, and targets that would be sensed if they were where they are believed to be.
+    /// Removes old and distant entries, and each target that should be in sight at its predicted position but is not.
     pub fn forget(&mut self, position: Vec2, reach: Reach, now: SimTime) {
         let certain_m = reach.sight_m - CERTAIN_M;
         self.tracks.retain(|track| {
             let distance_m = track.at(now).distance(position);
             let is_missed = !track.in_sight && distance_m < certain_m;
-            let is_old = now.since(track.last.when) > REMEMBERED;
+            let is_old = now.since(track.last.when) > TRACK_LIFETIME;
             track.in_sight || !(is_missed || is_old || distance_m > reach.targets_m)
         });
-        self.teammates.retain(|(_, at, said)| {
-            now.since(*said) <= SAID && at.distance(position) <= reach.robots_m
+        self.teammates.retain(|(_, at, received)| {
+            now.since(*received) <= MESSAGE_LIFETIME && at.distance(position) <= reach.robots_m
         });
     }
 
@@ -180,13 +166,11 @@ impl Memory {
     }
 }
 
-/// What is near, m.
+/// The distances that count as near, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Reach {
-    /// Up to there every target is sensed; below 0 without a device that works.
+    /// The distance up to which every target is sensed; below 0 without a working device.
     pub sight_m: f32,
-    /// Targets.
     pub targets_m: f32,
-    /// Teammates.
     pub robots_m: f32,
 }

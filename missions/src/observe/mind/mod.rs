@@ -1,6 +1,6 @@
-//! What a robot of observe knows and does: it follows the targets that are near, or looks for some.
+//! The controller of a robot in observe: it follows near targets, or searches for some.
 //!
-//! - `memory`: what it knows of targets and teammates. `forces`: what moves it where. `walk`: how it moves.
+//! - `memory`: targets and teammates in memory. `forces`: attraction and repulsion. `walk`: motion.
 
 mod forces;
 mod memory;
@@ -20,7 +20,6 @@ use super::data::{Duty, ObserveSection, Policy, direction};
 use memory::{Memory, Reach};
 use walk::Walk;
 
-/// One robot's mind for observe.
 #[derive(Clone, Debug)]
 pub struct Observer {
     section: ObserveSection,
@@ -29,7 +28,7 @@ pub struct Observer {
 }
 
 impl Observer {
-    /// What it senses: whether a target is new to it.
+    /// Stores the sensed targets. Returns whether one is new.
     fn look(&mut self, moment: &TypedMoment<'_, Self>) -> bool {
         self.memory.look_away();
         let (Some(targets), Some(pose)) = (&moment.sensed.targets, moment.readings.pose) else {
@@ -50,17 +49,16 @@ impl Observer {
         is_new
     }
 
-    /// What teammates say: where they are, and which targets they sense.
-    fn listen(&mut self, heard: &[Heard<'_, Self>], now: SimTime) {
-        for heard in heard {
-            if let Content::Heartbeat(heartbeat) = &heard.broadcast.body
-                && let Some(position) = heartbeat.position.filter(|it| it.is_finite())
+    fn receive(&mut self, heard: &[Heard<'_, Self>], now: SimTime) {
+        for broadcast in heard {
+            if let Content::Heartbeat(heartbeat) = &broadcast.broadcast.body
+                && let Some(position) = heartbeat.position.filter(|position| position.is_finite())
             {
-                let sender = heard.broadcast.sender;
+                let sender = broadcast.broadcast.sender;
                 self.memory.hear_of_teammate(sender, position, now);
             }
-            for sighting in heard.lore.iter().flatten() {
-                // Nobody has sensed anything in times to come.
+            for sighting in broadcast.lore.iter().flatten() {
+                // A time in the future is invalid.
                 let when = sighting.when.min(now);
                 let sighting = Sighting { when, ..*sighting };
                 if self.is_possible(&sighting) {
@@ -70,16 +68,16 @@ impl Observer {
         }
     }
 
-    /// Whether there may be such a target: what is heard may be anything.
+    /// Returns whether such a target can exist. A message may contain anything.
     fn is_possible(&self, sighting: &Sighting) -> bool {
         sighting.target < self.section.n && sighting.at.is_finite()
     }
 
-    /// How far it can be sure of what it senses.
+    /// Returns the distances within which memory is reliable.
     fn reach(&self, moment: &TypedMoment<'_, Self>) -> Reach {
         let sight_m = match &moment.sensed.targets {
             None => -1.0,
-            // There may be more of them, farther away.
+            // Further targets may be out of the reading, at larger distances.
             Some(targets) if targets.len() == SENSED_MOST => {
                 targets.last().map_or(0.0, |last| last.offset.length())
             }
@@ -92,7 +90,6 @@ impl Observer {
         }
     }
 
-    /// The sum of what attracts and repels it.
     fn force(&self, position: Vec2, now: SimTime) -> Vec2 {
         let section = &self.section;
         let of_targets = self.memory.tracks().map(|track| {
@@ -131,7 +128,7 @@ impl TypedMind for Observer {
         perception: &mut Perception,
     ) {
         let duties = self.section.policy.duties();
-        self.listen(heard, moment.now);
+        self.receive(heard, moment.now);
         if self.look(moment) {
             let observe = duties.iter().position(|duty| *duty == Duty::Observe);
             let task = observe.map(|index| TaskId(index as u16));
@@ -144,15 +141,16 @@ impl TypedMind for Observer {
         let is_near = self.memory.has_tracks();
         let can_go = moment.position.is_some();
         let policy = self.section.policy;
-        let applicable = moment
-            .own
-            .iter()
-            .map(|own| match (policy, duties[own.task.index()]) {
-                (Policy::Fixed, _) => true,
-                (Policy::Random, _) => can_go,
-                (_, Duty::Observe) => can_go && is_near,
-                (_, Duty::Search) => can_go && !is_near,
-            });
+        let applicable =
+            moment
+                .own
+                .iter()
+                .map(|behavior| match (policy, duties[behavior.task.index()]) {
+                    (Policy::Fixed, _) => true,
+                    (Policy::Random, _) => can_go,
+                    (_, Duty::Observe) => can_go && is_near,
+                    (_, Duty::Search) => can_go && !is_near,
+                });
         perception.applicable.extend(applicable);
     }
 
@@ -177,11 +175,11 @@ impl TypedMind for Observer {
     }
 
     fn lore(&self) -> Told {
-        // There are so many at most.
+        // Memory may contain more targets than a heartbeat.
         self.memory.in_sight().take(SENSED_MOST).collect()
     }
 
-    /// Nobody has to go anywhere first.
+    /// Returns 0, because no task requires travel first.
     fn seconds(&self, _: Option<Vec2>, _: &[TaskId], _: TaskId) -> Option<f64> {
         Some(0.0)
     }

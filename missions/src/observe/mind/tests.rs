@@ -1,4 +1,4 @@
-//! What a robot of observe knows.
+//! Tests of a robot's memory.
 
 use alliance_proto::mission::LORE_MAX;
 use alliance_proto::time::SimTime;
@@ -23,7 +23,7 @@ fn sighting(target: u16, x: f32, when_ms: u64) -> Sighting {
     }
 }
 
-/// Seen at 2 m and 2.1 m a second later, it is at 2.65 m 5.5 s after that; beyond 3.0 m it is forgotten.
+/// Seen at 2 m, and at 2.1 m a second later, the target is at 2.65 m 5.5 s after that. Beyond 3.0 m it is removed.
 #[test]
 fn a_target_out_of_sight_moves_straight_on() {
     let mut memory = Memory::default();
@@ -35,7 +35,7 @@ fn a_target_out_of_sight_moves_straight_on() {
     );
     let at = |memory: &Memory, ms| memory.tracks().next().map(|track| track.at(SimTime(ms)).x);
     assert!((at(&memory, 6500).unwrap() - 2.65).abs() < 1e-4);
-    // It is believed to be out of sight, and near.
+    // The target is predicted out of sight, but near.
     memory.look_away();
     memory.forget(Vec2::ZERO, REACH, SimTime(6500));
     assert!(memory.has_tracks());
@@ -44,9 +44,9 @@ fn a_target_out_of_sight_moves_straight_on() {
     assert!(!memory.has_tracks(), "at 3.05 m");
 }
 
-/// What would be seen and is not is gone; without a device that works nobody can tell.
+/// A target that should be in sight and is not is removed. Without a working device it stays.
 #[test]
-fn what_is_missed_is_forgotten() {
+fn a_missing_target_is_removed() {
     for (sight_m, is_known) in [(2.6, false), (-1.0, true), (1.0, true)] {
         let mut memory = Memory::default();
         memory.see(sighting(3, 1.0, 0), FASTEST_M_S);
@@ -58,7 +58,7 @@ fn what_is_missed_is_forgotten() {
     }
 }
 
-/// A teammate's word counts for 2.5 s; what it senses far away does not.
+/// A teammate's message counts for 2.5 s. Distant targets in it do not count.
 #[test]
 fn a_target_that_a_teammate_sees_is_shared_for_a_while() {
     let mut memory = Memory::default();
@@ -81,11 +81,11 @@ fn a_target_that_a_teammate_sees_is_shared_for_a_while() {
     memory.forget(Vec2::ZERO, REACH, SimTime(1000));
     assert_eq!(memory.teammates().collect::<Vec<_>>(), [Vec2::X]);
     memory.forget(Vec2::ZERO, REACH, SimTime(3501));
-    assert_eq!(memory.teammates().count(), 0, "it has said nothing since");
+    assert_eq!(memory.teammates().count(), 0, "no message since");
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Happens {
+enum Event {
     See(u16, f32),
     Hear(u16, f32),
     HearOf(u16, f32),
@@ -93,43 +93,44 @@ enum Happens {
     Forget,
 }
 
-fn happens() -> impl Strategy<Value = Happens> {
+fn events() -> impl Strategy<Value = Event> {
     let about = || (0..60_u16, -4.0..4.0_f32);
     prop_oneof![
-        4 => about().prop_map(|(target, x)| Happens::See(target, x)),
-        4 => about().prop_map(|(target, x)| Happens::Hear(target, x)),
-        1 => about().prop_map(|(robot, x)| Happens::HearOf(robot, x)),
-        1 => Just(Happens::LookAway),
-        1 => Just(Happens::Forget),
+        4 => about().prop_map(|(target, x)| Event::See(target, x)),
+        4 => about().prop_map(|(target, x)| Event::Hear(target, x)),
+        1 => about().prop_map(|(robot, x)| Event::HearOf(robot, x)),
+        1 => Just(Event::LookAway),
+        1 => Just(Event::Forget),
     ]
 }
 
 proptest! {
-    /// Whatever comes, each target is there once, in order; what is in sight is what was seen last; and what is told fits.
+    /// After any events, each target is in memory once, in order. The targets in sight are those last seen, and the
+    /// heartbeat has room for them.
     #[test]
-    fn memory_keeps_order_and_bounds(life in prop::collection::vec(happens(), 0..200)) {
+    fn memory_keeps_order_and_bounds(sequence in prop::collection::vec(events(), 0..200)) {
         let mut memory = Memory::default();
         let mut in_sight = std::collections::BTreeSet::new();
-        for (happens, step) in life.into_iter().zip(0..) {
+        for (event, step) in sequence.into_iter().zip(0..) {
             let now = SimTime(100 * step);
-            match happens {
-                Happens::See(target, x) if in_sight.len() < SENSED_MOST => {
+            match event {
+                Event::See(target, x) if in_sight.len() < SENSED_MOST => {
                     memory.see(sighting(target, x, now.0), FASTEST_M_S);
                     in_sight.insert(target);
                 }
-                Happens::See(..) => {}
-                Happens::Hear(target, x) => memory.hear(sighting(target, x, now.0), FASTEST_M_S),
-                Happens::HearOf(robot, x) => memory.hear_of_teammate(RobotId(robot), x * Vec2::X, now),
-                Happens::LookAway => {
+                Event::See(..) => {}
+                Event::Hear(target, x) => memory.hear(sighting(target, x, now.0), FASTEST_M_S),
+                Event::HearOf(robot, x) => memory.hear_of_teammate(RobotId(robot), x * Vec2::X, now),
+                Event::LookAway => {
                     memory.look_away();
                     in_sight.clear();
                 }
-                Happens::Forget => memory.forget(Vec2::ZERO, REACH, now),
+                Event::Forget => memory.forget(Vec2::ZERO, REACH, now),
             }
-            let told: Told = memory.in_sight().collect();
-            let targets: Vec<u16> = told.iter().map(|sighting| sighting.target).collect();
+            let shared: Told = memory.in_sight().collect();
+            let targets: Vec<u16> = shared.iter().map(|sighting| sighting.target).collect();
             prop_assert_eq!(&targets, &in_sight.iter().copied().collect::<Vec<_>>());
-            let bytes = alliance_proto::codec::encode(&told).unwrap();
+            let bytes = alliance_proto::codec::encode(&shared).unwrap();
             prop_assert!(bytes.len() <= LORE_MAX);
         }
     }

@@ -1,4 +1,4 @@
-//! How a robot moves: along a force, or about at random; always round what is in its way, and never out of the region.
+//! The motion of a robot: along a force or at random, around obstacles, and within the region.
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_3, TAU};
 
@@ -14,19 +14,17 @@ use robot_agent::body::{Chassis, Goal, Navigator, Status, Surroundings};
 
 use crate::observe::data::{Area, direction};
 
-/// How far from the edge of the region a robot turns back, from its own edge, m.
+/// The distance between the hull and the region's edge at which a robot turns back, m.
 const MARGIN_M: f32 = 0.3;
-/// Who moves about turns so often on average.
+/// The mean time between two turns of a wandering robot, s.
 const STRAIGHT_S: f64 = 20.0;
-/// A weaker force moves nobody.
+/// The least force that moves a robot.
 const LEAST: f32 = 0.05;
 
-/// A body, and its random course.
 #[derive(Clone, Debug)]
 pub(super) struct Walk {
     chassis: Chassis,
     navigator: Navigator,
-    /// Where its center may be.
     area: Area,
     rng: ChaCha8Rng,
     course: Vec2,
@@ -47,7 +45,7 @@ impl Walk {
         }
     }
 
-    /// Along a force, as fast as it is strong.
+    /// Returns the actuation along a force. The speed grows with the force.
     pub fn follow(&mut self, mut force: Vec2, readings: &Readings, now: SimTime) -> Actuation {
         let Some(around) = Surroundings::of(readings) else {
             return Actuation::default();
@@ -66,7 +64,7 @@ impl Walk {
         }
     }
 
-    /// Straight on, with a turn now and then.
+    /// Returns the actuation of a random walk: straight on, with a turn at random times.
     pub fn wander(&mut self, readings: &Readings, now: SimTime) -> Actuation {
         let Some(around) = Surroundings::of(readings) else {
             return Actuation::default();
@@ -86,7 +84,7 @@ impl Walk {
         actuation
     }
 
-    /// A direction, turned by at most that angle, rad.
+    /// Returns a direction turned by a random angle of at most `most_rad`, rad.
     fn turned(&mut self, from: Vec2, most_rad: f32) -> Vec2 {
         let angle = most_rad * (2.0 * self.rng.random::<f32>() - 1.0);
         direction(angle).rotate(from).normalize_or(Vec2::X)

@@ -1,6 +1,7 @@
-//! Observe in the world: targets move by themselves and are solid to nobody; robots that look see those in range.
+//! The world's part of observe. Targets move by themselves and are not solid. A robot observes the targets in its
+//! range.
 //!
-//! - `targets`: how they move. `watch`: who sees which.
+//! - `targets`: their motion. `watch`: their observation.
 
 mod targets;
 #[cfg(test)]
@@ -25,11 +26,10 @@ use super::data::{Area, Duty, ObserveSection, Policy};
 use targets::Targets;
 use watch::Watch;
 
-/// Radius of a target as it is shown, m; at least that share of a large room.
+/// The displayed radius of a target, m, and its least share of the room's size.
 const SHOWN_M: f32 = 0.15;
 const SHOWN: f32 = 0.006;
 
-/// An observe mission of a run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Observe {
     #[serde(skip)]
@@ -38,7 +38,6 @@ pub struct Observe {
     watch: Watch,
 }
 
-/// What never changes.
 #[derive(Debug)]
 struct Constants {
     section: ObserveSection,
@@ -48,7 +47,6 @@ struct Constants {
 }
 
 impl Observe {
-    /// The targets that a robot senses, in its own frame.
     fn in_sight(&self, robot: RobotId, floor: &Floor) -> Sensed {
         let (position, ahead) = (floor.pose(robot).position, floor.ahead(robot));
         let nearest = self.targets.nearest(position).into_iter();
@@ -85,11 +83,10 @@ impl TypedMission for Observe {
         }
     }
 
-    /// Spread evenly over the region.
     fn starts(scenario: &Scenario) -> Vec<Vec2> {
         let area = Area::of(scenario).inset(1.1 * scenario.body.radius_m);
         let count = scenario.robots.len();
-        // Where obstacles or bodies are in the way, the places of larger teams.
+        // The places of larger teams are alternatives, if obstacles or bodies are in the way.
         [1, 2, 4]
             .into_iter()
             .flat_map(|times| area.spread(times * count))
@@ -137,7 +134,7 @@ impl TypedMission for Observe {
         (now >= self.constants.duration).then_some(Outcome::Complete)
     }
 
-    /// A robot that follows targets has one of its tasks at a time.
+    /// Robots that follow targets have one task at a time: search far from targets, observe near them.
     fn is_due(&self, task: TaskId, robot: RobotId, floor: &Floor) -> bool {
         let section = &self.constants.section;
         if matches!(section.policy, Policy::Fixed | Policy::Random) {
@@ -164,7 +161,7 @@ impl TypedMission for Observe {
         self.watch.write_figures(self.constants.step, figures);
     }
 
-    /// The region, the targets, and of each robot that looks its range and a line to what it sees.
+    /// Shows the region, the targets, and each robot's range with lines to its targets.
     fn show(&self, floor: &Floor, view: &mut View) {
         let shown_m = SHOWN_M.max(SHOWN * floor.size().max_element());
         if let Area::Disc { center, radius_m } = self.constants.area {
@@ -184,7 +181,7 @@ impl TypedMission for Observe {
         }
         for robot in &mut view.robots {
             if let AnySensed::Open(bytes) = &robot.readings.mission {
-                // Whatever it is, it is only shown.
+                // An invalid reading only affects the display.
                 let sensed: Sensed = bytes.decode().unwrap_or_default();
                 let targets = sensed.targets.iter().flatten();
                 robot.sensed.extend(targets.map(|seen| seen.offset));

@@ -1,4 +1,5 @@
-//! The targets: each goes straight at a speed of its own, turns at times of its own, and back at the edge of the region.
+//! The motion of the targets. Each target moves straight at its own speed, turns at random times, and bounces off the
+//! edge of the region.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::rng::{Purpose, robot_stream};
@@ -15,11 +16,9 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 use crate::observe::bus::SENSED_MOST;
 use crate::observe::data::{Area, ObserveSection, direction};
 
-/// All targets, by number.
 #[derive(Clone, Debug)]
 pub(super) struct Targets {
     all: Vec<Target>,
-    /// Where they are.
     grid: Grid,
     area: Area,
     range_m: f32,
@@ -31,16 +30,16 @@ pub(super) struct Targets {
 #[derive(Clone, Debug)]
 struct Target {
     at: Vec2,
-    /// A unit vector.
+    /// The direction of motion, a unit vector.
     direction: Vec2,
     speed_m_s: f32,
     turns_at: SimTime,
-    /// How often it has turned: how much its stream has given.
+    /// The number of turns, which determines the position in the random stream.
     turns: u32,
     rng: ChaCha8Rng,
 }
 
-/// A hash tells the state apart: there may be thousands.
+/// Serializes the state as a hash, because there may be thousands of targets.
 impl Serialize for Targets {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let hash = self.all.iter().fold(0, |hash, target| {
@@ -59,13 +58,12 @@ impl Serialize for Targets {
 }
 
 impl Targets {
-    /// Anywhere in the region, by the seed.
+    /// Places the targets at random in the region, by the seed.
     pub fn new(setup: &Setup) -> Self {
         let scenario = &setup.scenario;
         let section = ObserveSection::of(scenario);
         let area = Area::of(scenario);
         let target = |number| {
-            // A stream for each.
             let mut rng = robot_stream(setup.seed, Purpose::Targets, RobotId(number));
             let at = area.place(Vec2::new(rng.random(), rng.random()));
             let direction = direction(std::f32::consts::TAU * rng.random::<f32>());
@@ -104,12 +102,11 @@ impl Targets {
         self.all[number].at
     }
 
-    /// All go on for a step.
     pub fn step(&mut self, now: SimTime) {
         for (number, target) in self.all.iter_mut().enumerate() {
             while target.turns_at <= now {
                 let turn_rad = self.turn_rad * (2.0 * target.rng.random::<f32>() - 1.0);
-                // Of length 1, however often it turns.
+                // Normalizes the direction, so that rounding does not accumulate.
                 target.direction = direction(turn_rad)
                     .rotate(target.direction)
                     .normalize_or(Vec2::X);
@@ -130,14 +127,14 @@ impl Targets {
         }
     }
 
-    /// Those in range of a place, in no order, with the squares of their distances.
+    /// Returns the targets in range of a place, unordered, with their squared distances.
     pub fn in_range(&self, place: Vec2) -> impl Iterator<Item = (usize, f32)> {
         let near = self.grid.near(place, self.range_m);
         let with_distance = near.map(move |(number, at)| (number, at.distance_squared(place)));
         with_distance.filter(|(_, squared)| *squared <= self.range_m * self.range_m)
     }
 
-    /// The nearest in range of a place; of those at the same distance, by number.
+    /// Returns the nearest targets in range of a place, sorted by distance and then by number.
     pub fn nearest(&self, place: Vec2) -> ArrayVec<usize, SENSED_MOST> {
         let mut nearest: ArrayVec<(f32, usize), SENSED_MOST> = ArrayVec::new();
         for (number, squared) in self.in_range(place) {
@@ -154,29 +151,27 @@ impl Targets {
         nearest.into_iter().map(|(_, number)| number).collect()
     }
 
-    /// Whether one is that near to a place.
     pub fn any_within(&self, place: Vec2, reach_m: f32) -> bool {
         let mut near = self.grid.near(place, reach_m);
         near.any(|(_, at)| at.distance_squared(place) <= reach_m * reach_m)
     }
 
-    /// What must be so.
     pub fn holds(&self) -> Result<(), String> {
-        // Rounding may take a place on the edge out of it.
+        // Rounding may move a place on the edge outside.
         let area = self.area.inset(-0.001);
-        match self.all.iter().position(|it| !area.contains(it.at)) {
+        match self.all.iter().position(|target| !area.contains(target.at)) {
             None => Ok(()),
             Some(number) => Err(format!(
-                "t{number} is at {}, outside its region",
+                "target t{number} is at {}, outside its region",
                 self.all[number].at
             )),
         }
     }
 }
 
-/// When something happens next that happens so often on average, at times that do not depend on each other.
+/// Returns the time of the next event of a Poisson process with that rate.
 fn after(now: SimTime, rate_hz: f64, rng: &mut ChaCha8Rng) -> SimTime {
-    // The number is below 1; a rate of 0 is never.
+    // The random number is below 1. A rate of 0 gives an infinite time.
     let wait_s = -libm::log(1.0 - rng.random::<f64>()) / rate_hz;
     let wait = SimTime::from_secs_f64(wait_s.min(1e9));
     now + wait.max(SimTime(1))

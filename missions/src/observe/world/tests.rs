@@ -1,4 +1,4 @@
-//! How targets move and who sees them, robots doing as they are told here.
+//! Motion and observation of targets, with robots under direct command.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::mission::{Bytes, Deed};
@@ -18,10 +18,14 @@ fn setup(lines: &str, seed: u64) -> Setup {
     Setup::resolve(scenario(lines), seed, None).unwrap().setup
 }
 
-/// They go on for that long.
+/// Runs the targets for `steps` steps and returns their positions.
 fn play(setup: &Setup, steps: u64) -> Vec<Vec<Vec2>> {
     let mut targets = Targets::new(setup);
-    let places = |targets: &Targets| (0..targets.len()).map(|it| targets.at(it)).collect();
+    let places = |targets: &Targets| {
+        (0..targets.len())
+            .map(|number| targets.at(number))
+            .collect()
+    };
     let mut track = vec![places(&targets)];
     for step in 0..steps {
         targets.step(SimTime(step * setup.scenario.step_ms));
@@ -34,7 +38,7 @@ fn play(setup: &Setup, steps: u64) -> Vec<Vec<Vec2>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// They stay in the region, and none is faster than it may be, however long the steps and however often they turn.
+    /// For any step length and turn rate, targets stay in the region and below their top speed.
     #[test]
     fn targets_stay_in_their_region_and_keep_their_speed(
         seed: u64,
@@ -58,9 +62,9 @@ proptest! {
     }
 }
 
-/// At 1 turn in 2 s, in 200 s, 50 targets turn about 5,000 times; at the edge none is counted here.
+/// With 1 turn in 2 s, 50 targets turn about 5,000 times in 200 s.
 #[test]
-fn targets_turn_as_often_as_they_should() {
+fn targets_turn_at_their_rate() {
     let setup = setup(
         "n = 50\nturn_hz = 0.5\nslowest_m_s = 0.01\nfastest_m_s = 0.01",
         3,
@@ -76,7 +80,7 @@ fn targets_turn_as_often_as_they_should() {
     assert!((4400..5200).contains(&turns), "{turns} turns");
 }
 
-/// A stream for each: more targets, or other turns of one, shift no other.
+/// Each target has a stream: more targets do not change the others.
 #[test]
 fn each_target_has_its_own_stream() {
     let [few, many] = ["n = 3", "n = 30"].map(|lines| play(&setup(lines, 7), 400));
@@ -87,7 +91,7 @@ fn each_target_has_its_own_stream() {
     assert_ne!(few[0], other[0]);
 }
 
-/// Against a look at everything: the nearest, nearest first, within the range.
+/// A brute-force search gives the same nearest targets, in the same order.
 #[test]
 fn the_nearest_in_range_are_found() {
     let setup = setup("n = 300", 5);
@@ -100,13 +104,13 @@ fn the_nearest_in_range_are_found() {
             Vec2::new(11.0, 8.0),
         ] {
             let mut all: Vec<(f32, usize)> = (0..300)
-                .map(|it| (targets.at(it).distance_squared(place), it))
+                .map(|number| (targets.at(number).distance_squared(place), number))
                 .filter(|(squared, _)| *squared <= 2.6 * 2.6)
                 .collect();
             all.sort_by(|a, b| a.partial_cmp(b).unwrap());
-            let mut in_range: Vec<usize> = targets.in_range(place).map(|it| it.0).collect();
+            let mut in_range: Vec<usize> = targets.in_range(place).map(|entry| entry.0).collect();
             in_range.sort_unstable();
-            let mut expected: Vec<usize> = all.iter().map(|it| it.1).collect();
+            let mut expected: Vec<usize> = all.iter().map(|entry| entry.1).collect();
             let nearest: Vec<usize> = expected.iter().copied().take(SENSED_MOST).collect();
             assert_eq!(targets.nearest(place).as_slice(), nearest);
             expected.sort_unstable();
@@ -126,7 +130,7 @@ fn looks() -> Option<Actuation> {
     LOOK.map(|look| Actuation { deed, ..look })
 }
 
-/// Robots at one place, and a target there that does not move.
+/// Creates a world with two robots at one place and targets that do not move.
 fn still(robots: [&str; 2]) -> World {
     let robots = robots.map(|more| format!("[[robots]]\nname = 'r{}'\n{more}\n", more.len()));
     let text = format!(
@@ -146,9 +150,10 @@ fn row(world: &World) -> Vec<Value> {
     row
 }
 
-/// A disc of 2 m, of which each of two robots in it sees a part: only those who look count, in pairs, and what nobody sees is lost.
+/// In a room of 4 m a robot sees a part of the targets. Only a robot that looks counts, and a target without an
+/// observer is lost.
 #[test]
-fn whoever_looks_observes() {
+fn only_a_robot_that_looks_observes() {
     let mut world = still(["", "absent = true"]);
     let step = |world: &mut World, commands: [Option<Actuation>; 2]| {
         let events = world.step(&commands);
@@ -173,7 +178,7 @@ fn whoever_looks_observes() {
     );
     assert_eq!(step(&mut world, [None, None]), (0, found));
     assert_eq!(row(&world), [Value::Count(0), Value::Count(0)]);
-    // Its sensor tells the same, up to what there is room for.
+    // The sensor reports the same targets, up to its capacity.
     let AnySensed::Open(bytes) = world.readings(RobotId(0)).mission else {
         panic!("nothing is sensed")
     };
@@ -182,9 +187,10 @@ fn whoever_looks_observes() {
     assert_eq!(count, (found as usize).min(SENSED_MOST));
 }
 
-/// By hand: of 20 steps a robot looks in the first 5; all targets it sees are seen for a quarter of the time, and never again for 7.5 s.
+/// By hand: a robot looks in the first 5 of 20 steps. Its targets are observed for a quarter of the time, and then
+/// unobserved for 7.5 s.
 #[test]
-fn figures_are_what_they_are_defined_as() {
+fn figures_match_their_definitions() {
     let mut world = still(["", "absent = true"]);
     let mut found = 0.0;
     for step in 0..20 {
@@ -199,7 +205,7 @@ fn figures_are_what_they_are_defined_as() {
     world.mission().figures(&mut figures);
     let figure = |name: &str| figures.mission.get(name).number().unwrap();
     assert!((figure("a") - found / 40.0 / 4.0).abs() < 1e-12);
-    // All that are seen are seen for as long.
+    // All observed targets are observed equally long.
     assert!((figure("h") - found.ln() / 40_f64.ln()).abs() < 1e-9);
     assert_eq!(
         figure("unseen.max_ms"),
@@ -211,9 +217,9 @@ fn figures_are_what_they_are_defined_as() {
     );
 }
 
-/// With 160 bytes of readings there is room for all that is sensed, whatever the numbers of the targets.
+/// The reading has at most 160 bytes, for any target numbers.
 #[test]
-fn what_is_sensed_fits() {
+fn a_full_reading_fits_its_size() {
     let seen = Seen {
         target: u16::MAX,
         offset: Vec2::splat(-2.345_678),

@@ -1,4 +1,4 @@
-//! Who sees which targets, and what is told of it.
+//! The observation of targets by robots, with its events and figures.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::time::SimTime;
@@ -9,47 +9,38 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 use super::targets::Targets;
 
-/// Who has seen which targets in the last step.
 #[derive(Clone, Debug)]
 pub(super) struct Watch {
-    /// By rank: who has looked in this step so far; nobody between steps.
+    /// The robots that have looked in this step so far, by rank. All false between steps.
     looks: Vec<bool>,
-    /// By rank: who had looked in the last step.
     looked: Vec<bool>,
-    /// By target: the robot of the lowest rank that saw it.
+    /// The robot of the lowest rank that saw the target, by target.
     seen_by: Vec<Option<RobotId>>,
-    /// The same of the step before.
     before: Vec<Option<RobotId>>,
-    /// By target: how many robots saw it.
     observers: Vec<u32>,
     observed: u32,
     pairs: u32,
     tally: Tally,
 }
 
-/// What has been so far: no step to come depends on it.
 #[derive(Clone, Debug)]
 struct Tally {
     steps: u64,
-    /// Sum over steps of the targets observed.
     observed: u64,
-    /// Steps of robots with a body, and those of them in which a robot saw no target.
+    /// The number of steps of robots with a body, and of those in which the robot saw no target.
     robot_steps: u64,
     blind: u64,
-    /// By target.
     targets: Vec<Times>,
 }
 
-/// Steps of a target.
 #[derive(Clone, Debug, Default)]
 struct Times {
     seen: u64,
-    /// Since it was seen last.
     unseen: u64,
     longest_unseen: u64,
 }
 
-/// A hash tells the state apart.
+/// Serializes the state as a hash.
 impl Serialize for Watch {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let fold = |hash, number: u32| xxh3_64_with_seed(&number.to_le_bytes(), hash);
@@ -81,28 +72,24 @@ impl Watch {
         }
     }
 
-    /// A robot looks in this step.
     pub fn look(&mut self, robot: RobotId) {
         self.looks[robot.index()] = true;
     }
 
-    /// Who had looked in the last step.
     pub fn looked(&self) -> impl Iterator<Item = RobotId> {
         let looked = (0..).map(RobotId).zip(&self.looked);
         looked.filter_map(|(robot, looked)| looked.then_some(robot))
     }
 
-    /// Whether a target was seen in the last step.
     pub fn is_seen(&self, target: usize) -> bool {
         self.seen_by[target].is_some()
     }
 
-    /// By target: how many robots saw it in the last step.
     pub fn observers(&self) -> &[u32] {
         &self.observers
     }
 
-    /// All have moved: whoever looks sees what is in range.
+    /// Determines the observed targets after all motion of a step, and records events.
     pub fn settle(&mut self, targets: &Targets, floor: &Floor, happened: &mut Happened) {
         std::mem::swap(&mut self.before, &mut self.seen_by);
         std::mem::swap(&mut self.looked, &mut self.looks);
@@ -129,8 +116,8 @@ impl Watch {
         self.observed = self.seen_by.iter().flatten().count() as u32;
         self.tally.steps += 1;
         self.tally.observed += u64::from(self.observed);
-        let of_each = self.tally.targets.iter_mut().zip(&self.seen_by);
-        for (number, (times, seen_by)) in of_each.enumerate() {
+        let per_target = self.tally.targets.iter_mut().zip(&self.seen_by);
+        for (number, (times, seen_by)) in per_target.enumerate() {
             times.add(seen_by.is_some());
             let (kind, robot) = match (self.before[number], *seen_by) {
                 (None, Some(robot)) => ("found", robot),
@@ -148,7 +135,8 @@ impl Watch {
         row.extend([self.observed, self.pairs].map(Value::from));
     }
 
-    /// A/n, H, the longest time that a target was seen by nobody, and the share of robots' time in which they saw no target.
+    /// Writes A/n, H, the longest time without an observer of a target, and the share of robot time without a target
+    /// in sight.
     pub fn write_figures(&self, step: SimTime, figures: &mut TeamFigures) {
         let tally = &self.tally;
         let share = |part: u64, of: u64| (of > 0).then(|| part as f64 / of as f64);
@@ -161,8 +149,8 @@ impl Watch {
         mission.add("blind_share", share(tally.blind, tally.robot_steps));
     }
 
-    /// How evenly the time in which targets are seen is spread over them: its entropy, by the most that it can be. One target has
-    /// none, and neither have those that were never seen.
+    /// Returns the normalized entropy of the observed time over targets: 1 if it is spread evenly. `None` for a
+    /// single target, or if no target was ever seen.
     fn entropy(&self) -> Option<f64> {
         let targets = &self.tally.targets;
         let seen = targets.iter().filter(|times| times.seen > 0);
@@ -172,22 +160,21 @@ impl Watch {
         (self.tally.observed > 0 && most > 0.0).then(|| entropy / most)
     }
 
-    /// What must be so between steps.
     pub fn holds(&self) -> Result<(), String> {
         if self.looks.contains(&true) {
-            return Err("somebody looks between steps".to_owned());
+            return Err("a robot looks between steps".to_owned());
         }
         let observed = self.seen_by.iter().flatten().count() as u32;
         let observers = self.observers.iter().sum::<u32>();
         if observers != self.pairs {
             return Err(format!(
-                "targets have {observers} observers, in {} pairs",
+                "the observers of all targets sum up to {observers}, but there are {} pairs",
                 self.pairs
             ));
         }
         if observed != self.observed || self.pairs < observed {
             return Err(format!(
-                "{observed} targets are seen, in {} pairs, and {} are said to be",
+                "{observed} targets are observed, in {} pairs, but the count is {}",
                 self.pairs, self.observed
             ));
         }

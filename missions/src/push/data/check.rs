@@ -1,4 +1,4 @@
-//! What is wrong with `[push]`, beyond what its parameters say.
+//! Checks of `[push]` beyond the ranges of its parameters.
 
 use std::f32::consts::SQRT_2;
 
@@ -7,7 +7,6 @@ use world_server::world::{Bar, Outline};
 
 use super::PushSection;
 
-/// Refuses the first mistake of `[push]`.
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     let section = PushSection::of(scenario);
     let at = Path::of(["push"]);
@@ -23,7 +22,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         let fits = bar.y_m >= half_m && bar.y_m <= room.height_m - half_m;
         if !fits {
             let what = format!("a bar of {} m does not fit there", section.length_m);
-            let remedy = format!("it must be at least {} m from the border", told(half_m));
+            let remedy = format!("it must be at least {} m from the border", readable(half_m));
             return Err(Problem::at(at.key("y_m"), what, remedy));
         }
         let least_m = width_m + 2.0 * radius_m;
@@ -32,15 +31,16 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
             return Err(Problem::at(
                 at.key("x_m"),
                 what,
-                format!("write at least {}", told(least_m)),
+                format!("write at least {}", readable(least_m)),
             ));
         }
         let most_m = room.width_m - width_m - section.skew_m;
         if !(bar.goal_x_m > bar.x_m && bar.goal_x_m <= most_m) {
             let what = format!("{} cannot be reached from {}", bar.goal_x_m, bar.x_m);
             let remedy = format!(
-                "it must be above that and at most {}, for one end leads",
-                told(most_m)
+                "it must be above {} and at most {}, because one end leads",
+                bar.x_m,
+                readable(most_m)
             );
             return Err(Problem::at(at.key("goal_x_m"), what, remedy));
         }
@@ -48,12 +48,12 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         for obstacle in scenario
             .obstacles
             .iter()
-            .filter(|it| it.penetrability <= 0.1)
+            .filter(|obstacle| obstacle.penetrability <= 0.1)
         {
             let min = glam::Vec2::new(obstacle.x_m, obstacle.y_m);
             let max = min + glam::Vec2::new(obstacle.width_m, obstacle.height_m);
             if outline.way_to(&Outline::Rectangle { min, max }) < LEAST_M {
-                let what = "a bar lies on an obstacle";
+                let what = "a bar overlaps an obstacle";
                 return Err(Problem::at(at, what, "move one of them"));
             }
         }
@@ -62,15 +62,15 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     covered(scenario, &at)
 }
 
-/// Least way between a bar and what is solid at the start, m.
+/// The least distance between a bar and solid objects at the start, m.
 const LEAST_M: f32 = 0.01;
 
-/// As people read it, to a millimeter.
-fn told(length_m: f32) -> f64 {
+/// Rounds to a millimeter, for readers.
+fn readable(length_m: f32) -> f64 {
     (f64::from(length_m) * 1000.0).round() / 1000.0
 }
 
-/// Whether bars, strokes and robots fit together.
+/// Checks that bars, strokes and robots fit together.
 fn sizes(scenario: &Scenario, section: &PushSection, at: &Path) -> Result<(), Problem> {
     let (length_m, radius_m) = (section.length_m, scenario.body.radius_m);
     let least_m = 6.0 * radius_m;
@@ -80,7 +80,7 @@ fn sizes(scenario: &Scenario, section: &PushSection, at: &Path) -> Result<(), Pr
         return Err(Problem::at(
             at.key("length_m"),
             what,
-            format!("write at least {}", told(least_m)),
+            format!("write at least {}", readable(least_m)),
         ));
     }
     let most_m = length_m / 2.0;
@@ -89,10 +89,10 @@ fn sizes(scenario: &Scenario, section: &PushSection, at: &Path) -> Result<(), Pr
         return Err(Problem::at(
             at.key("skew_m"),
             what,
-            format!("write at most {}", told(most_m)),
+            format!("write at most {}", readable(most_m)),
         ));
     }
-    // From half a stroke ahead, and the other end goes back.
+    // The worst case starts half a stroke ahead, and the other end moves back.
     let most_m = section.skew_m / (SQRT_2 + 0.5);
     if section.stroke_m.is_nan() || section.stroke_m > most_m {
         let what = format!(
@@ -102,13 +102,12 @@ fn sizes(scenario: &Scenario, section: &PushSection, at: &Path) -> Result<(), Pr
         return Err(Problem::at(
             at.key("stroke_m"),
             what,
-            format!("write at most {}", told(most_m)),
+            format!("write at most {}", readable(most_m)),
         ));
     }
     Ok(())
 }
 
-/// No two bars lie on each other.
 fn apart(section: &PushSection, at: &Path) -> Result<(), Problem> {
     let mut bars: Vec<(usize, Bar)> = section
         .bars
@@ -124,7 +123,7 @@ fn apart(section: &PushSection, at: &Path) -> Result<(), Problem> {
         for (other, outline) in near {
             if bar.way_to(&Outline::Bar(*outline)) < LEAST_M {
                 let (first, second) = (index.min(other), index.max(other));
-                let what = format!("it lies on bars[{first}]");
+                let what = format!("it overlaps bars[{first}]");
                 let at = at.key("bars").index(*second);
                 return Err(Problem::at(at, what, "move one of them"));
             }
@@ -133,7 +132,6 @@ fn apart(section: &PushSection, at: &Path) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Somebody can do each of the tasks.
 fn covered(scenario: &Scenario, at: &Path) -> Result<(), Problem> {
     let catalog = Catalog::of(scenario);
     let mut is_covered = vec![false; catalog.tasks.len()];
@@ -151,15 +149,15 @@ fn covered(scenario: &Scenario, at: &Path) -> Result<(), Problem> {
     let Some(task) = is_covered.iter().position(|is_covered| !is_covered) else {
         return Ok(());
     };
-    let what = format!("nobody has {} among its tasks", catalog.tasks[task].name);
+    let what = format!("no robot has {} among its tasks", catalog.tasks[task].name);
     let others = if left > 1 {
-        format!(", and {} more tasks that nobody can do", left - 1)
+        format!(", and {left} tasks in total have no robot")
     } else {
         String::new()
     };
     Err(Problem::at(
         at.key("bars"),
         what + &others,
-        "give them to a robot",
+        "assign the tasks to a robot",
     ))
 }

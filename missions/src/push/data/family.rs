@@ -1,9 +1,9 @@
 //! Push in any size: room, team and bars grow together (`--robots N --bars M`).
 //!
-//! A lane of 12 × 6 m has a bar, to be pushed over 7 m, and two robots behind its ends; where there are more robots, up to four in a lane, the
-//! others stand between these two; there are as many lanes as that takes. Each bar is the task of the two robots that start nearest to
-//! it, and each robot has the two bars nearest to it: so a robot that dies has others to take its work over. Teams of more than
-//! ten robots have radios of such a range that each hears about ten.
+//! A lane of 12 × 6 m contains a bar, a way of 7 m to its line, and two robots behind its ends. With more robots, up
+//! to four in a lane, the others start between these two. The number of lanes follows from that. The two robots that
+//! start nearest to a bar have its tasks, and each robot has the two bars nearest to it, so that others can take over
+//! the work of a lost robot. The radio range of teams with more than ten robots covers about ten teammates.
 
 use alliance_proto::mission::section::MissionSection;
 use alliance_proto::scenario::{Radio, Robot, Room, Scenario, Start};
@@ -12,25 +12,23 @@ use super::{BarSection, PUSH, PushSection, SPOTS};
 use crate::districts::{Districts, nearest_both_ways, range_to_hear};
 use crate::push::bar::End;
 
-/// Size of a lane, m.
 const LANE_M: (f32, f32) = (12.0, 6.0);
-/// Most robots of a lane.
 const ROBOTS: usize = 4;
-/// How many robots have a bar, and how many bars a robot has.
+/// The number of robots per bar, and of bars per robot.
 const ROBOTS_PER_BAR: usize = 2;
 const BARS_PER_ROBOT: usize = 2;
-/// About so many robots hear each other: those of a lane, and those of the lanes beside it.
-const HEARD: usize = 10;
-/// Where in its lane a bar is, where it is to be brought, and where robots are at first, m.
+/// The approximate number of robots in radio range: those of a lane, and those of the lanes beside it.
+const ROBOTS_IN_RANGE: usize = 10;
+/// The x of the bar, of its goal and of the robots' starts in their lane, m.
 const BAR_AT_M: f32 = 2.0;
 const GOAL_AT_M: f32 = 9.0;
 const STARTS_AT_M: f32 = 1.0;
 
-/// Push with so many robots and bars, 1 to 10,000 of each.
+/// Creates a scenario for 1 to 10,000 robots and bars.
 #[must_use]
 pub fn family(robots: usize, bars: usize) -> Scenario {
     let least = bars.max(robots.div_ceil(ROBOTS));
-    // Twice as long as wide: half as many side by side as one above the other.
+    // A lane is twice as long as wide, so the room has half as many columns as rows.
     let columns = least.div_ceil(2).isqrt();
     let lanes = Districts {
         columns,
@@ -40,7 +38,6 @@ pub fn family(robots: usize, bars: usize) -> Scenario {
         width_m: LANE_M.0 * lanes.columns as f32,
         height_m: LANE_M.1 * lanes.rows as f32,
     };
-    // The middle of a lane's left side.
     let corner = |lane: usize| {
         let (column, row) = lanes.place(lane);
         (column as f32 * LANE_M.0, (row as f32 + 0.5) * LANE_M.1)
@@ -85,7 +82,7 @@ pub fn family(robots: usize, bars: usize) -> Scenario {
     if robots > ROBOTS_PER_BAR {
         assign(&mut team, &section);
     }
-    // As much time for each bar as for one by two robots.
+    // Allows each bar the time of a bar with two robots.
     let load = (2 * section.bars.len()).div_ceil(robots);
     Scenario {
         description: format!(
@@ -96,8 +93,8 @@ pub fn family(robots: usize, bars: usize) -> Scenario {
         limit_s: 1200.0 * load as f64,
         room,
         radio: Radio {
-            range_m: (robots > HEARD)
-                .then(|| range_to_hear(HEARD, robots, room.width_m, room.height_m)),
+            range_m: (robots > ROBOTS_IN_RANGE)
+                .then(|| range_to_hear(ROBOTS_IN_RANGE, robots, room.width_m, room.height_m)),
         },
         robots: team,
         mission: MissionSection::new(PUSH, section),
@@ -105,7 +102,6 @@ pub fn family(robots: usize, bars: usize) -> Scenario {
     }
 }
 
-/// Gives each robot its tasks.
 fn assign(team: &mut [Robot], section: &PushSection) {
     let at = |robot: &Robot| {
         let start = robot.start;
@@ -113,9 +109,11 @@ fn assign(team: &mut [Robot], section: &PushSection) {
     };
     let robots: Vec<(f32, f32)> = team.iter().map(at).collect();
     let places: Vec<(f32, f32)> = section.bars.iter().map(|bar| (bar.x_m, bar.y_m)).collect();
-    let own = nearest_both_ways(&robots, BARS_PER_ROBOT, &places, ROBOTS_PER_BAR);
-    for (robot, own) in team.iter_mut().zip(own) {
-        let ends = own.iter().flat_map(|bar| End::BOTH.map(|end| (*bar, end)));
+    let nearest = nearest_both_ways(&robots, BARS_PER_ROBOT, &places, ROBOTS_PER_BAR);
+    for (robot, bars_of_robot) in team.iter_mut().zip(nearest) {
+        let ends = bars_of_robot
+            .iter()
+            .flat_map(|bar| End::BOTH.map(|end| (*bar, end)));
         let tasks = ends.map(|(bar, end)| format!("push({})", section.name_of(bar, Some(end))));
         robot.tasks = tasks.collect();
     }

@@ -1,23 +1,21 @@
-//! Faults of push: a bar that gives way to nobody.
+//! Faults of push: a bar that does not move.
 
 use alliance_proto::fault::{FaultArgument, FaultRange, FaultSpec};
 
-/// Name of the fault that holds a bar.
 pub const BAR_STUCK: &str = "bar-stuck";
 
-/// How long it holds where that is not said, s.
+/// The default duration of the fault, s.
 pub const STUCK_S: f64 = 60.0;
 
-/// All of them.
 pub(super) const ALL: &[FaultSpec] = &[FaultSpec {
     name: BAR_STUCK,
-    about: "the bar that is nearest to a place gives way to nobody for a while",
+    about: "holds the bar nearest to a place for a while, so that no robot can push it",
     arguments: &[
-        FaultArgument::new("x_m", "the place, m", FaultRange::X, Some(0.0)),
-        FaultArgument::new("y_m", "the place, m", FaultRange::Y, Some(0.0)),
+        FaultArgument::new("x_m", "x of the place, m", FaultRange::X, Some(0.0)),
+        FaultArgument::new("y_m", "y of the place, m", FaultRange::Y, Some(0.0)),
         FaultArgument::new(
             "stuck_s",
-            "for how long, s",
+            "duration, s",
             FaultRange::Within(0.0, 1e6),
             Some(STUCK_S),
         ),

@@ -1,4 +1,4 @@
-//! Push in files: `[push]` of a scenario, its tasks, its words.
+//! Push in files: the scenario section `[push]`, the tasks and the terms.
 
 mod check;
 mod family;
@@ -18,24 +18,21 @@ use alliance_proto::mission::promises::Promises;
 
 use crate::push::bar::{End, end};
 
-/// Most bars of a run.
 pub const MAX_BARS: usize = 10_000;
 
-/// Where a robot stands to push: so far from the end of the bar, in lengths of it. The places after the first are for when
-/// somebody stands there.
+/// The places of a robot that pushes, as distances from the end of the bar, in lengths of it. The places after the
+/// first are for a blocked first place.
 pub const SPOTS: [f32; 3] = [0.075, 0.28, 0.18];
 
-/// Push: bars, each by two ends.
 pub const PUSH: Mission = Mission::new(
     "push",
-    "long bars to be pushed over a line, a stroke at one end and then a stroke at the other",
+    "long bars that robots push over a line, with strokes at the two ends in turn",
     &Push,
 );
 
 #[derive(Debug)]
 struct Push;
 
-/// The bar and the end that a task is about.
 #[must_use]
 pub fn about(task: TaskId) -> (usize, End) {
     (task.index() / 2, End::BOTH[task.index() % 2])
@@ -86,17 +83,16 @@ impl MissionData for Push {
         }
     }
 
-    /// A task for each end of each bar.
     fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
         let section = PushSection::of(scenario);
-        // It may be asked before their number is checked.
+        // The catalog may be requested before the number of bars is checked.
         let bars = 0..section.bars.len().min(MAX_BARS);
         one_behavior_each(bars.flat_map(|bar| {
             End::BOTH.map(|end| format!("push({})", section.name_of(bar, Some(end))))
         }))
     }
 
-    /// A robot is eager for the end at which it starts, and leaves the other one to others for some seconds.
+    /// A robot is impatient for the end at which it starts, and leaves the other one to teammates for some seconds.
     fn built_in(&self, scenario: &Scenario, robot: &Robot, behavior: &BehaviorSpec) -> BuiltIn {
         let section = PushSection::of(scenario);
         let (bar, which) = about(behavior.task);
@@ -117,7 +113,7 @@ impl MissionData for Push {
         }
     }
 
-    /// Away from one end, along the bar to the other, and a stroke there.
+    /// A unit leads away from one end, along the bar to the other, and includes a stroke there.
     fn unit_s(&self, scenario: &Scenario, body: &Body, _: f64, _: &BehaviorSpec) -> f64 {
         let section = PushSection::of(scenario);
         let way_m = section.length_m + 4.0 * body.radius_m;
@@ -125,7 +121,7 @@ impl MissionData for Push {
         f64::from(way_m / body.speed_m_s + turns_s + section.stroke_m / body.push_m_s)
     }
 
-    /// Stroke after stroke.
+    /// Strokes follow one another until the bar arrives.
     fn goes_on(&self, _: &BehaviorSpec) -> bool {
         true
     }
@@ -134,12 +130,11 @@ impl MissionData for Push {
         faults::ALL
     }
 
-    /// What stands in a bar's way may stop it for ever.
+    /// An object in a bar's way may stop it for ever.
     fn promises(&self, _: &Scenario) -> Promises {
         Promises::default()
     }
 
-    /// The lanes of the bars.
     fn kept_free(&self, scenario: &Scenario) -> Vec<[Vec2; 2]> {
         let section = PushSection::of(scenario);
         let behind_m = section.half_width_m + 4.0 * scenario.body.radius_m;

@@ -1,4 +1,4 @@
-//! The keys of `[push]`, for people and for checks.
+//! The parameters of `[push]`, for documentation and for checks.
 
 use alliance_proto::mission::prelude::ParameterDefault::{Number, Required};
 use alliance_proto::mission::prelude::ParameterRange::{Above, List, X, Y};
@@ -12,34 +12,34 @@ pub(super) fn all() -> Vec<ParameterSpec> {
     };
     vec![
         number("length_m", 2.4, "length of each bar's axis", 100.0),
-        number("half_width_m", 0.1, "half of its thickness", 10.0),
-        number(
-            "stroke_m",
-            0.4,
-            "how far an end comes forward in a stroke",
-            10.0,
-        ),
+        number("half_width_m", 0.1, "half of a bar's thickness", 10.0),
+        number("stroke_m", 0.4, "motion of an end in one stroke", 10.0),
         number(
             "skew_m",
             0.8,
-            "how far the ends of a bar may be apart toward the goal",
+            "largest lead of one end of a bar over the other toward the goal",
             100.0,
         ),
-        number("sight_m", 1.5, "from how far a robot sees a bar", 1e3),
+        number(
+            "sight_m",
+            1.5,
+            "distance from which a robot sees a bar",
+            1e3,
+        ),
         ParameterSpec::new(
             "bars",
             "",
             Required,
-            "the bars, upright at first",
+            "the bars, parallel to y at the start",
             List(1, MAX_BARS),
         ),
-        ParameterSpec::new("bars.x_m", "m", Required, "where its middle is", X),
-        ParameterSpec::new("bars.y_m", "m", Required, "where its middle is", Y),
+        ParameterSpec::new("bars.x_m", "m", Required, "x of the bar's middle", X),
+        ParameterSpec::new("bars.y_m", "m", Required, "y of the bar's middle", Y),
         ParameterSpec::new(
             "bars.goal_x_m",
             "m",
             Required,
-            "the line that both ends are to cross",
+            "x of the line that both ends must cross",
             X,
         ),
     ]

@@ -1,4 +1,4 @@
-//! What a scenario of push may say, and what follows from it.
+//! Valid and invalid scenarios of push, and their catalogs.
 
 use std::collections::BTreeSet;
 
@@ -20,7 +20,7 @@ fn refused(text: &str, expected: &str) {
 }
 
 #[test]
-fn mistakes_are_answered_in_one_line() {
+fn mistakes_give_messages_of_one_line() {
     let with = |from: &str, to: &str| ONE.replace(from, to);
     let key = |line: &str| with("[push]\n", &format!("[push]\n{line}\n"));
     refused(
@@ -33,7 +33,7 @@ fn mistakes_are_answered_in_one_line() {
     );
     refused(
         &with("goal_x_m = 9", "goal_x_m = 1"),
-        "s.toml:5: push.bars[0].goal_x_m: 1 cannot be reached from 2; it must be above that and at most 11.1, for one end leads",
+        "s.toml:5: push.bars[0].goal_x_m: 1 cannot be reached from 2; it must be above 2 and at most 11.1, because one end leads",
     );
     refused(
         &key("length_m = 1"),
@@ -49,15 +49,15 @@ fn mistakes_are_answered_in_one_line() {
     );
     refused(
         &format!("{ONE}[[push.bars]]\nx_m = 2.1\ny_m = 4\ngoal_x_m = 9\n"),
-        "s.toml:6: push.bars[1]: it lies on bars[0]; move one of them",
+        "s.toml:6: push.bars[1]: it overlaps bars[0]; move one of them",
     );
     refused(
         &format!("{ONE}[[obstacles]]\nx_m = 1.5\ny_m = 3\nwidth_m = 1\nheight_m = 1\n"),
-        "s.toml:2: push.bars[0]: a bar lies on an obstacle; move one of them",
+        "s.toml:2: push.bars[0]: a bar overlaps an obstacle; move one of them",
     );
     refused(
         &format!("{ONE}[[robots]]\nname = 'a'\ntasks = ['push(left)']\n"),
-        "s.toml:2: push.bars: nobody has push(right) among its tasks; give them to a robot",
+        "s.toml:2: push.bars: no robot has push(right) among its tasks; assign the tasks to a robot",
     );
     assert!(read("[push]\n").unwrap_err().contains("bars"));
     let device = read(&format!(
@@ -71,10 +71,14 @@ fn mistakes_are_answered_in_one_line() {
 }
 
 #[test]
-fn two_tasks_a_bar_and_a_robot_is_eager_for_the_end_where_it_starts() {
+fn each_bar_has_two_tasks_and_a_robot_is_impatient_for_its_own_end() {
     let vocabulary = Registry::built_in().vocabulary();
     let builtin = vocabulary.builtin("parker-box").unwrap();
-    let text = builtin.text.split("# Each is eager").next().unwrap();
+    let text = builtin
+        .text
+        .split("# Each robot is impatient")
+        .next()
+        .unwrap();
     let scenario = read(text).unwrap();
     let catalog = Catalog::of(&scenario);
     let names: Vec<&str> = catalog
@@ -83,15 +87,18 @@ fn two_tasks_a_bar_and_a_robot_is_eager_for_the_end_where_it_starts() {
         .map(|task| task.name.as_str())
         .collect();
     assert_eq!(names, ["push(left)", "push(right)"]);
-    // So the scenario's own statements say what would hold without them.
-    let eager = |scenario: &Scenario| -> Vec<f64> {
+    // The statements of the scenario equal the built-in values.
+    let impatience = |scenario: &Scenario| -> Vec<f64> {
         let setup = Setup::resolve(scenario.clone(), 1, None).unwrap().setup;
         let robots = setup.alliance.robots.values();
         robots
             .flat_map(|robot| robot.sets.values().map(|set| set.fast_impatience))
             .collect()
     };
-    assert_eq!(eager(&scenario), eager(&read(builtin.text).unwrap()));
+    assert_eq!(
+        impatience(&scenario),
+        impatience(&read(builtin.text).unwrap())
+    );
     let two = read(&format!(
         "{ONE}[[push.bars]]\nx_m = 4\ny_m = 6\ngoal_x_m = 9\n"
     ))
@@ -126,19 +133,19 @@ fn the_family_is_valid_in_every_size() {
                 .unwrap_or_else(|error| panic!("{robots} robots, {bars} bars: {error}"))
                 .setup;
             let robots_of = setup.scenario.robots.iter();
-            let own: BTreeSet<_> = robots_of
+            let tasks: BTreeSet<_> = robots_of
                 .flat_map(|robot| setup.catalog.behaviors_of(robot))
                 .collect();
-            assert_eq!(own.len(), 2 * bars, "{robots} robots, {bars} bars");
+            assert_eq!(tasks.len(), 2 * bars, "{robots} robots, {bars} bars");
         }
     }
     let largest = Setup::resolve(family(10_000, 10_000), 1, None)
         .unwrap()
         .setup;
-    let own = largest
+    let task_counts = largest
         .alliance
         .robots
         .values()
         .map(|robot| robot.sets.len());
-    assert!(own.max() <= Some(12));
+    assert!(task_counts.max() <= Some(12));
 }

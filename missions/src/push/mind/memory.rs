@@ -1,4 +1,4 @@
-//! What a robot knows of its bars, whoever has seen it.
+//! A robot's knowledge of its bars, from its own sensor and from teammates.
 
 use alliance_proto::readings::Pose;
 use alliance_proto::time::SimTime;
@@ -7,30 +7,29 @@ use crate::push::bar::{End, lead_m};
 use crate::push::bus::{Lore, Stroke, TOLD_MOST, Told};
 use crate::push::data::PushSection;
 
-/// A bar that moves by no more than this for that long stands still, m.
+/// The largest motion of a bar at rest, m, and the time for which it must stay within.
 const STILL_M: f32 = 0.02;
 const STILL: SimTime = SimTime(1_000);
 
-/// How often what heartbeats tell of more bars than fit changes, ms.
+/// The interval at which heartbeats switch to further bars, ms, if there are more than fit.
 const TURN_MS: u64 = 500;
 
-/// A bar as far as a robot knows. Facts come in any order, doubled, or late: the newest holds, of where it is and of the last stroke alike.
+/// The knowledge about a bar. Messages may arrive in any order, twice or late, so the newest pose and the newest
+/// stroke count.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Known {
-    /// As it is told.
     pub told: Told,
-    /// How far the left end leads there, m.
+    /// The lead of the left end at the known pose, m.
     lead_m: f32,
-    /// Whether both of its ends are over the line.
+    /// True if both ends are over the line.
     pub has_arrived: bool,
-    /// How far the left end led when the last stroke was heard of, m.
+    /// The lead of the left end when the last stroke became known, m.
     lead_then_m: f32,
-    /// How far it led when it moved last, m, and when.
+    /// The lead of the left end at the last motion, m, and its time.
     still: (f32, SimTime),
 }
 
 impl Known {
-    /// A bar at its start.
     pub fn new(bar: u16, pose: Pose) -> Self {
         Self {
             told: Told {
@@ -46,7 +45,6 @@ impl Known {
         }
     }
 
-    /// It is there, as far as is known.
     pub fn put(&mut self, pose: Pose, section: &PushSection) {
         self.told.pose = pose;
         self.lead_m = lead_m(&pose, section.length_m);
@@ -54,12 +52,10 @@ impl Known {
         self.has_arrived = pose.position.x - self.lead_m.abs() / 2.0 >= goal_m;
     }
 
-    /// How far an end leads the other one, m.
     pub fn lead_of(&self, end: End) -> f32 {
         end.sign() * self.lead_m
     }
 
-    /// Somebody has seen it, or ended a stroke.
     pub fn learn(&mut self, told: &Told, section: &PushSection) {
         if told.seen > self.told.seen {
             self.told.seen = told.seen;
@@ -70,7 +66,7 @@ impl Known {
         }
     }
 
-    /// A stroke is done. Of two at one time that at the right end is the last.
+    /// Records a stroke. Of two strokes at one time, the one at the right end counts as the later one.
     pub fn stroke(&mut self, stroke: Stroke) {
         let order = |stroke: &Stroke| (stroke.at, stroke.end);
         if self
@@ -83,8 +79,8 @@ impl Known {
         }
     }
 
-    /// The robot sees the bar. One that has turned by a quarter of a stroke since the last stroke, and stands still, has had
-    /// another: so a robot goes on that hears nothing.
+    /// Records a reading of the bar. A bar at rest that has turned by a quarter of a stroke since the last stroke
+    /// must have had another one. This detects strokes without messages.
     pub fn see(&mut self, pose: Pose, now: SimTime, section: &PushSection) {
         self.put(pose, section);
         self.told.seen = now;
@@ -98,8 +94,8 @@ impl Known {
         }
     }
 
-    /// Whether an end is to be pushed: it does not lead by half a stroke, and the last stroke was at the other one; or it lags by half a
-    /// stroke, and nobody pushes.
+    /// Returns whether the end should be pushed. It does not lead by half a stroke, and the last stroke was at the
+    /// other end; or it lags by half a stroke, and the bar is at rest.
     pub fn is_due(&self, end: End, now: SimTime, section: &PushSection) -> bool {
         let (lead_m, half_m) = (self.lead_of(end), section.stroke_m / 2.0);
         let is_next = self.told.last.is_none_or(|last| last.end != end);
@@ -108,7 +104,7 @@ impl Known {
     }
 }
 
-/// What to tell with a heartbeat: of all bars in turn, where they are too many for one.
+/// Returns the shared knowledge for a heartbeat. If there are more bars than fit, heartbeats contain them in turn.
 pub(super) fn lore(known: &[Known], now: SimTime) -> Lore {
     let from = if known.len() > TOLD_MOST {
         (now.0 / TURN_MS) as usize * TOLD_MOST % known.len()
@@ -116,6 +112,6 @@ pub(super) fn lore(known: &[Known], now: SimTime) -> Lore {
         0
     };
     let all = known.iter().cycle().skip(from);
-    let some = all.take(known.len().min(TOLD_MOST));
-    some.map(|known| known.told).collect()
+    let selected = all.take(known.len().min(TOLD_MOST));
+    selected.map(|bar| bar.told).collect()
 }

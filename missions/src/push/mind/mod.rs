@@ -1,6 +1,7 @@
-//! What a robot of push knows and does: it goes behind an end of a bar, pushes that by a stroke, and stays where it is.
+//! The controller of a robot in push. The robot drives behind an end of a bar, pushes it by a stroke, and stays
+//! there.
 //!
-//! - `memory`: what it knows of its bars. `way`: how it gets to where it pushes.
+//! - `memory`: the robot's knowledge of its bars. `way`: the motion to its place and the push.
 //!
 //! A robot without a task stands still, and so holds the end at which it is.
 
@@ -26,49 +27,44 @@ use super::data::{PushSection, about};
 use memory::{Known, lore};
 use way::Way;
 
-/// A stroke that is shorter by so much is done: rounding must not keep it from its end, m.
+/// The tolerance of a stroke's length, m. Without it rounding could prevent its completion.
 const ENOUGH_M: f32 = 0.002;
-/// A bar that is nearer than the end of sight by so much is seen for certain, m.
+/// The margin within the sensing range in which a bar is certainly seen, m.
 const CERTAIN_M: f32 = 0.3;
-/// A bar that is not where it is believed to be is looked for so much farther on, m.
+/// The distance by which the known pose of a missing bar is moved forward, m.
 const FARTHER_M: f32 = 0.5;
 
-/// One robot's mind for push.
 #[derive(Clone, Debug)]
 pub struct Pusher {
     section: Arc<PushSection>,
     room: Vec2,
     push_m_s: f32,
-    /// The bars of its tasks, by their numbers.
     known: Vec<Known>,
     way: Way,
-    /// The task that it is at, and where the end was when it began to push, along x, m.
+    /// The task in progress, and the x of its end at the start of the push, m.
     at: Option<(TaskId, Option<f32>)>,
-    /// A bar of which there is news to be told at once.
+    /// The index of a bar with news for an immediate broadcast.
     news: Option<usize>,
     now: SimTime,
 }
 
 impl Pusher {
-    /// The place in memory of a bar.
     fn place_of(&self, bar: u16) -> Option<usize> {
         self.known
             .binary_search_by_key(&bar, |known| known.told.bar)
             .ok()
     }
 
-    /// The bar of a task of its own, as it knows it, and the end.
     fn of_task(&self, task: TaskId) -> Option<(usize, End)> {
         let (bar, end) = about(task);
         Some((self.place_of(bar as u16)?, end))
     }
 
-    /// Where the end of a bar is along x, m.
     fn end_x(&self, place: usize, end: End) -> f32 {
         bar::end(&self.known[place].told.pose, end, self.section.length_m).x
     }
 
-    /// Whether something that is told can be: anybody may say anything.
+    /// Returns whether the content of a message is possible. A message may contain anything.
     fn is_possible(&self, told: &Told) -> bool {
         let Pose {
             position,
@@ -78,20 +74,22 @@ impl Pusher {
         is_in_room && heading_rad.abs() <= std::f32::consts::FRAC_PI_2
     }
 
-    /// Somebody tells of a bar.
-    fn hear(&mut self, mut told: Told) {
-        let Some(place) = self.place_of(told.bar).filter(|_| self.is_possible(&told)) else {
+    fn receive(&mut self, mut message: Told) {
+        let Some(place) = self
+            .place_of(message.bar)
+            .filter(|_| self.is_possible(&message))
+        else {
             return;
         };
-        // Nobody has seen anything in times to come.
-        told.seen = told.seen.min(self.now);
-        if let Some(last) = &mut told.last {
+        // A time in the future is invalid.
+        message.seen = message.seen.min(self.now);
+        if let Some(last) = &mut message.last {
             last.at = last.at.min(self.now);
         }
-        self.known[place].learn(&told, &self.section);
+        self.known[place].learn(&message, &self.section);
     }
 
-    /// It sees the nearest bar. With that, which of its own it sees.
+    /// Records a reading of the nearest bar. Returns its index in memory, if it belongs to the robot's tasks.
     fn see(&mut self, seen: &BarSeen, pose: &Pose) -> Option<usize> {
         let place = self.place_of(seen.bar)?;
         let ahead = Vec2::new(libm::cosf(pose.heading_rad), libm::sinf(pose.heading_rad));
@@ -101,7 +99,7 @@ impl Pusher {
         Some(place)
     }
 
-    /// A bar that is not where it would be seen is looked for farther on.
+    /// Moves the known pose of each bar that should be in sight and is not, so that the robot searches farther ahead.
     fn miss(&mut self, position: Vec2) {
         let section = Arc::clone(&self.section);
         for known in &mut self.known {
@@ -119,8 +117,8 @@ impl Pusher {
         }
     }
 
-    /// Notes a stroke that is done, which is progress and news: the end has come forward by a stroke, or leads by half of one. So the bar
-    /// leans to both sides alike, and does not drift.
+    /// Detects a completed stroke, which is progress and news. The end has moved forward by a stroke, or leads by
+    /// half of one. The bar then leans to both sides equally, without drift.
     fn note_stroke(&mut self, seen: Option<usize>, perception: &mut Perception) {
         let Some((task, Some(begun_m))) = self.at else {
             return;
@@ -141,7 +139,7 @@ impl Pusher {
         }
     }
 
-    /// Whether there is something to do on a task: a stroke that it has begun it ends.
+    /// Returns whether a task needs work. A stroke in progress is always completed.
     fn is_due(&self, task: TaskId, place: usize, end: End) -> bool {
         let known = &self.known[place];
         match self.at {
@@ -150,7 +148,6 @@ impl Pusher {
         }
     }
 
-    /// Where it stands at the end of a task, m.
     fn stands_at(&self, task: TaskId) -> Option<Vec2> {
         let (place, end) = self.of_task(task)?;
         let pose = &self.known[place].told.pose;
@@ -167,8 +164,11 @@ impl TypedMind for Pusher {
     fn new(robot: RobotId, setup: &Setup) -> Self {
         let scenario = &setup.scenario;
         let section = Arc::new(PushSection::of(scenario).clone());
-        let own = OwnBehavior::all_of(robot, setup);
-        let mut bars: Vec<usize> = own.iter().map(|own| about(own.task).0).collect();
+        let behaviors = OwnBehavior::all_of(robot, setup);
+        let mut bars: Vec<usize> = behaviors
+            .iter()
+            .map(|behavior| about(behavior.task).0)
+            .collect();
         bars.sort_unstable();
         bars.dedup();
         let known = bars
@@ -193,9 +193,9 @@ impl TypedMind for Pusher {
         perception: &mut Perception,
     ) {
         self.now = moment.now;
-        for heard in heard {
-            let told = heard.lore.iter().flatten().chain(&heard.bulletin);
-            told.for_each(|told| self.hear(*told));
+        for broadcast in heard {
+            let messages = broadcast.lore.iter().flatten().chain(&broadcast.bulletin);
+            messages.for_each(|message| self.receive(*message));
         }
         let seen = match (&moment.sensed.bar, &moment.readings.pose) {
             (Some(Some(seen)), Some(pose)) => self.see(seen, pose),
@@ -207,14 +207,14 @@ impl TypedMind for Pusher {
         };
         self.note_stroke(seen, perception);
         let is_able = moment.position.is_some() && moment.sensed.bar.is_some();
-        let applicable = moment.own.iter().map(|own| {
-            let due = self.of_task(own.task);
-            is_able && due.is_some_and(|(place, end)| self.is_due(own.task, place, end))
+        let applicable = moment.own.iter().map(|behavior| {
+            let due = self.of_task(behavior.task);
+            is_able && due.is_some_and(|(place, end)| self.is_due(behavior.task, place, end))
         });
         perception.applicable.extend(applicable);
     }
 
-    /// An end is to be pushed again since the last stroke at the other one.
+    /// Returns the time of the last stroke at the other end, which starts the round of this end.
     fn round(&self, moment: &TypedMoment<'_, Self>, task: TaskId) -> SimTime {
         let last = self.of_task(task).and_then(|(place, end)| {
             let last = self.known[place].told.last;
@@ -230,10 +230,10 @@ impl TypedMind for Pusher {
         action: &mut Action,
     ) -> Option<Deed> {
         if let Some(place) = self.news.take() {
-            let told = &self.known[place].told;
+            let news = &self.known[place].told;
             action
                 .bulletins
-                .push(bulletin(BulletinKind::First, None, told));
+                .push(bulletin(BulletinKind::First, None, news));
         }
         let task = moment.task_of(active);
         if self.at.map(|(at, _)| at) != task {
@@ -263,7 +263,7 @@ impl TypedMind for Pusher {
         lore(&self.known, self.now)
     }
 
-    /// Straight to the place behind the end at top speed, and a stroke.
+    /// Returns the travel time in a straight line at top speed, and the time of a stroke.
     fn seconds(&self, from: Option<Vec2>, after: &[TaskId], task: TaskId) -> Option<f64> {
         let from = match after.last() {
             Some(last) => self.stands_at(*last)?,

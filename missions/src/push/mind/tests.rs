@@ -1,4 +1,4 @@
-//! What a robot makes of what it sees and hears of a bar.
+//! Tests of a robot's knowledge from readings and messages.
 
 use alliance_proto::readings::Pose;
 use alliance_proto::scenario::{Scenario, Setup};
@@ -16,7 +16,7 @@ fn section() -> PushSection {
     PushSection::of(&scenario).clone()
 }
 
-/// The bar with its right end at (3, 2.8), so much ahead on the left.
+/// The bar with its right end at (3, 2.8) and that lead of its left end.
 fn leading(lead_m: f32) -> Pose {
     with_end(Vec2::new(3.0, 2.8), End::Right, lead_m, 2.4)
 }
@@ -40,35 +40,35 @@ fn the_ends_are_due_in_turns() {
     assert_eq!(due(&bar, now), [true, true], "at first both");
     bar.stroke(stroke(End::Left, SimTime(5_000)));
     assert_eq!(due(&bar, now), [false, true]);
-    // At one time: the right one counts as the last.
+    // At equal times the right end counts as the later one.
     bar.stroke(stroke(End::Right, SimTime(5_000)));
     assert_eq!(due(&bar, now), [true, false]);
     bar.stroke(stroke(End::Left, SimTime(5_000)));
     assert_eq!(due(&bar, now), [true, false]);
-    // Old news.
+    // An older message.
     bar.stroke(stroke(End::Left, SimTime(4_000)));
     assert_eq!(due(&bar, now), [true, false]);
 }
 
 #[test]
-fn an_end_that_leads_by_half_a_stroke_is_not_due_and_one_that_lags_is_whoever_pushed_last() {
+fn a_leading_end_is_not_due_and_a_lagging_end_at_rest_is_due() {
     let mut bar = known();
     bar.stroke(stroke(End::Right, SimTime(1_000)));
     bar.see(leading(0.21), SimTime(2_000), &section());
-    // Somebody may be pushing still.
+    // A teammate may still push.
     assert_eq!(due(&bar, SimTime(2_500)), [false, false]);
     assert_eq!(due(&bar, SimTime(3_000)), [false, true]);
 }
 
-/// A stroke that nobody tells of is seen: the bar has turned, and stands still.
+/// A stroke without a message is detected: the bar has turned and is at rest.
 #[test]
-fn who_hears_nothing_sees_that_the_other_end_was_pushed() {
+fn a_stroke_without_a_message_is_detected() {
     let mut bar = known();
     bar.stroke(stroke(End::Left, SimTime(1_000)));
     for (step, lead_m) in (0..10).map(|step| (step, -0.02 * step as f32)) {
         bar.see(leading(lead_m), SimTime(1_050 + 50 * step), &section());
     }
-    assert!(!due(&bar, SimTime(1_550))[0], "it moves still");
+    assert!(!due(&bar, SimTime(1_550))[0], "the bar still moves");
     for step in 0..30 {
         bar.see(leading(-0.18), SimTime(1_550 + 50 * step), &section());
     }
@@ -77,7 +77,7 @@ fn who_hears_nothing_sees_that_the_other_end_was_pushed() {
 }
 
 #[test]
-fn a_bar_over_the_line_is_done() {
+fn a_bar_over_the_line_has_no_due_end() {
     let mut bar = known();
     let over = Pose {
         position: Vec2::new(9.1, 4.0),
@@ -88,42 +88,42 @@ fn a_bar_over_the_line_is_done() {
 }
 
 proptest! {
-    /// In whatever order facts come, and how often: the newest hold.
+    /// The newest messages count, in any order and with copies.
     #[test]
-    fn facts_come_in_any_order(facts in prop::collection::vec((0..50_u64, -0.5..0.5_f32, any::<bool>()), 1..12), seed in any::<u64>()) {
+    fn messages_may_arrive_in_any_order(messages in prop::collection::vec((0..50_u64, -0.5..0.5_f32, any::<bool>()), 1..12), seed in any::<u64>()) {
         let section = section();
-        let told = |&(at, lead_m, left): &(u64, f32, bool)| Told {
+        let message_of = |&(at, lead_m, left): &(u64, f32, bool)| Told {
             bar: 0,
             pose: leading(lead_m),
             seen: SimTime(1 + 2 * at),
             last: Some(Stroke { end: if left { End::Left } else { End::Right }, at: SimTime(at) }),
         };
-        // Equal times have equal facts: whoever sees a bar at a time sees the same.
-        let mut facts = facts;
-        facts.sort_by_key(|fact| fact.0);
-        facts.dedup_by_key(|fact| fact.0);
+        // Equal times have equal content: all robots see the same bar.
+        let mut messages = messages;
+        messages.sort_by_key(|message| message.0);
+        messages.dedup_by_key(|message| message.0);
         let mut in_order = known();
-        facts.iter().for_each(|fact| in_order.learn(&told(fact), &section));
+        messages.iter().for_each(|message| in_order.learn(&message_of(message), &section));
         let mut mixed = known();
-        let turn = (seed % facts.len() as u64) as usize;
-        for fact in facts[turn..].iter().chain(&facts).chain(&facts[..turn]) {
-            mixed.learn(&told(fact), &section);
+        let turn = (seed % messages.len() as u64) as usize;
+        for message in messages[turn..].iter().chain(&messages).chain(&messages[..turn]) {
+            mixed.learn(&message_of(message), &section);
         }
         prop_assert_eq!(mixed.told, in_order.told);
     }
 }
 
-/// What is told is bounded, and in time it is told of all.
+/// A heartbeat has a bounded size, and successive heartbeats contain all bars.
 #[test]
-fn of_many_bars_all_are_told_in_turn() {
+fn heartbeats_contain_many_bars_in_turn() {
     let many: Vec<Known> = (0..30).map(|bar| Known::new(bar, leading(0.0))).collect();
-    let mut told = std::collections::BTreeSet::new();
+    let mut shared = std::collections::BTreeSet::new();
     for now in 0..40 {
         let lore = lore(&many, SimTime(500 * now));
         assert!(lore.len() <= TOLD_MOST);
-        told.extend(lore.iter().map(|told| told.bar));
+        shared.extend(lore.iter().map(|shared| shared.bar));
     }
-    assert_eq!(told.len(), 30);
+    assert_eq!(shared.len(), 30);
     let largest = Told {
         bar: u16::MAX,
         pose: leading(0.1),
@@ -139,14 +139,14 @@ fn of_many_bars_all_are_told_in_turn() {
     );
 }
 
-/// Anybody may say anything.
+/// A message may contain anything.
 #[test]
-fn what_cannot_be_is_not_believed() {
+fn impossible_messages_are_ignored() {
     let text = "[push]\n[[push.bars]]\nx_m = 2\ny_m = 4\ngoal_x_m = 9\n";
     let scenario = Scenario::parse("s.toml", text, &Registry::built_in().vocabulary()).unwrap();
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-    let mut mind = Pusher::new(RobotId(0), &setup);
-    mind.now = SimTime(1_000);
+    let mut pusher = Pusher::new(RobotId(0), &setup);
+    pusher.now = SimTime(1_000);
     let good = Told {
         bar: 0,
         pose: leading(0.1),
@@ -180,13 +180,13 @@ fn what_cannot_be_is_not_believed() {
             ..good
         },
     ] {
-        mind.hear(bad);
-        assert_eq!(mind.known[0].told.seen, SimTime::ZERO, "{bad:?}");
+        pusher.receive(bad);
+        assert_eq!(pusher.known[0].told.seen, SimTime::ZERO, "{bad:?}");
     }
-    // Nor that somebody has seen what is to come: else it would hold for ever.
-    mind.hear(Told {
+    // A time in the future is limited to now; otherwise it would count for ever.
+    pusher.receive(Told {
         seen: SimTime(u64::MAX),
         ..good
     });
-    assert_eq!(mind.known[0].told.seen, SimTime(1_000));
+    assert_eq!(pusher.known[0].told.seen, SimTime(1_000));
 }

@@ -1,4 +1,4 @@
-//! The way to a place behind an end of a bar: away from the bar, along it at some distance, and up to it.
+//! The way to a place behind an end of a bar: away from the bar, along it at a distance, and up to it.
 
 use std::f32::consts::PI;
 
@@ -12,43 +12,42 @@ use robot_agent::body::{Chassis, Driver, wrap};
 use crate::push::bar::{End, point_at, seen_from};
 use crate::push::data::{PushSection, SPOTS};
 
-/// How far behind a bar a robot goes along it, m.
+/// The distance behind a bar at which a robot drives along it, m.
 const BEHIND_M: f32 = 0.45;
-/// A robot that is no nearer than that behind a bar need not get away from it, m.
+/// The distance behind a bar from which a robot need not move away first, m.
 const AWAY_M: f32 = 0.2;
-/// A robot that drives up to the bar begins anew when it gets this far from its line, m.
+/// The largest deviation from the line to the place, m. Beyond it the robot starts the approach again.
 const ASIDE_M: f32 = 0.15;
-/// How near a robot gets to a place on the way, m.
+/// The tolerance for a place on the way, m.
 const NEAR_M: f32 = 0.06;
-/// A hull this near to a bar touches it where nothing tells, m.
+/// The distance at which a hull touches a bar, for a dead touch sensor, m.
 const TOUCH_M: f32 = 0.01;
-/// Heading with which it drives against the bar, rad from the goal's direction.
+/// The largest heading error of a robot that pushes, rad from the goal's direction.
 const SQUARE_RAD: f32 = 0.1;
-/// How far within the outer third it pushes, m.
+/// The distance from the edges of the outer third that a robot keeps, m.
 const INSIDE_M: f32 = 0.02;
-/// A way that takes longer than twice what it should, and that, is closed.
+/// The time beyond twice the expected duration after which the way counts as blocked, s.
 const PATIENCE_S: f32 = 6.0;
 
-/// Whether a place, as seen from a bar, is beside the outer third of its length at that end.
+/// Returns whether a place in the bar's frame is beside the outer third at that end.
 fn is_within_third(seen: &Vec2, end: End, section: &PushSection) -> bool {
     let third = section.length_m / 6.0 + INSIDE_M..=section.length_m / 2.0 - INSIDE_M;
     third.contains(&(end.sign() * seen.y))
 }
 
-/// How a robot gets to where it pushes, and pushes.
 #[derive(Clone, Debug)]
 pub(super) struct Way {
     driver: Driver,
     chassis: Chassis,
-    /// The place that it takes at the left end and at the right one: another one, once somebody stood in the way there.
+    /// The place of the robot at the left end and at the right one. It changes if the way to it is blocked.
     spots: [usize; 2],
-    /// When the way there is closed.
+    /// The time from which the way counts as blocked.
     until: Option<SimTime>,
-    /// Whether it has been behind its place, so that it is on its way up to the bar.
+    /// True if the robot was behind its place and now approaches the bar.
     is_lined_up: bool,
-    /// Whether it has to get away from where it is first.
+    /// True if the robot must leave its present place first.
     goes_round: bool,
-    /// Whether it is doing so.
+    /// True while the robot moves away from the bar.
     gets_away: bool,
 }
 
@@ -66,7 +65,7 @@ impl Way {
         }
     }
 
-    /// It has something else to do from now on.
+    /// Resets the state of the way, because the robot changes its task.
     pub fn end(&mut self) {
         self.until = None;
         self.is_lined_up = false;
@@ -78,14 +77,12 @@ impl Way {
         self.chassis.radius_m + section.half_width_m
     }
 
-    /// Where it stands to push, m.
     pub fn place_in_room(&self, bar: &Pose, end: End, section: &PushSection) -> Vec2 {
         let spot = SPOTS[self.spots[usize::from(end == End::Right)]];
         let along_m = end.sign() * (0.5 - spot) * section.length_m;
         point_at(bar, Vec2::new(-self.hull_m(section), along_m))
     }
 
-    /// Whether it stands where it can push that end.
     pub fn is_in_place(
         &self,
         bar: &Pose,
@@ -99,7 +96,6 @@ impl Way {
         touches && seen.x < 0.0 && is_within_third(&seen, end, section)
     }
 
-    /// Against the bar.
     pub fn push(&mut self, pose: &Pose) -> Actuation {
         self.until = None;
         let bearing = wrap(-pose.heading_rad);
@@ -111,7 +107,6 @@ impl Way {
         self.chassis.drive(bearing, way_m)
     }
 
-    /// One step on the way to where it can push that end.
     pub fn go(
         &mut self,
         bar: &Pose,
@@ -131,14 +126,14 @@ impl Way {
         let ahead = readings.proximity.and_then(|proximity| proximity.ahead[1]);
         let meets_something = ahead.is_some_and(|hit| hit.distance_m < TOUCH_M);
         let is_blocked = meets_something && seen.x < -hull_m - TOUCH_M;
-        // It has been there before, and the bar has gone on a little.
+        // The robot was in place before, and the bar has moved on a little.
         let is_just_behind =
             is_within_third(&seen, end, section) && (-hull_m - AWAY_M..=0.0).contains(&seen.x);
         self.goes_round |= is_blocked || !is_just_behind;
         if !self.goes_round {
             return self.chassis.drive(wrap(-pose.heading_rad), BEHIND_M);
         }
-        self.look_at_clock(bar, end, section, pose, now);
+        self.check_time(bar, end, section, pose, now);
         if self.is_lined_up && seen.x < TOUCH_M - hull_m {
             if is_blocked {
                 self.take_another_place(end);
@@ -150,7 +145,7 @@ impl Way {
         let is_behind =
             seen.x < 0.0 && seen.y.abs() < section.length_m / 2.0 + self.chassis.radius_m;
         let gap_m = -hull_m - seen.x;
-        // Once it gets away from the bar it does so for good: on its way along a bar that leans it comes nearer.
+        // The robot moves away for good: on its way along an inclined bar it comes nearer again.
         let leaves_at_m = if self.gets_away {
             BEHIND_M - NEAR_M
         } else {
@@ -165,8 +160,8 @@ impl Way {
         self.driver.drive_to(to, NEAR_M / 2.0, readings, now)
     }
 
-    /// Takes the other place at that end, when the way to this one proves to be closed.
-    fn look_at_clock(
+    /// Takes another place at that end if the way to the present one proves to be blocked.
+    fn check_time(
         &mut self,
         bar: &Pose,
         end: End,
@@ -195,7 +190,7 @@ impl Way {
         self.is_lined_up = false;
     }
 
-    /// How long it takes straight from one place to another, at top speed, s.
+    /// Returns the travel time in a straight line at top speed, s.
     pub fn seconds(&self, from: Vec2, to: Vec2) -> f64 {
         self.driver.seconds(from, to)
     }

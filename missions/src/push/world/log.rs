@@ -1,4 +1,4 @@
-//! What is told of push beside its bars: events, run.json, and what there is to see.
+//! Statistics of push for run.json, and the display of readings.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::mission::Sensed as Encoded;
@@ -9,22 +9,17 @@ use world_server::mission::TeamFigures;
 use crate::push::bar::End;
 use crate::push::bus::Sensed;
 
-/// Of steps to come nothing depends on it.
 #[derive(Clone, Debug)]
 pub(super) struct Log {
-    /// A push that moved an end by so much is a stroke, m.
+    /// The least motion that counts as a stroke, m.
     least_m: f32,
-    /// When the last bar arrived.
     makespan: Option<SimTime>,
-    /// By rank.
     robots: Vec<Worker>,
 }
 
 #[derive(Clone, Debug, Default)]
 struct Worker {
-    /// Strokes at the left and at the right ends.
     strokes: [u64; 2],
-    /// How often it went from one end to another.
     changes: u64,
     last: Option<(usize, End)>,
     pushed_m: f64,
@@ -39,7 +34,6 @@ impl Log {
         }
     }
 
-    /// A robot has pushed an end by so much, and has stopped.
     pub fn pushed(&mut self, robot: RobotId, bar: usize, end: End, moved_m: f32) {
         let worker = &mut self.robots[robot.index()];
         worker.pushed_m += f64::from(moved_m);
@@ -52,7 +46,6 @@ impl Log {
         worker.last = Some((bar, end));
     }
 
-    /// A bar has arrived.
     pub fn arrived(&mut self, now: SimTime) {
         self.makespan = Some(now);
     }
@@ -61,10 +54,13 @@ impl Log {
         let mission = &mut figures.mission;
         let workers = || self.robots.iter();
         mission.add("makespan_ms", self.makespan.map(|last| last.0));
-        mission.add("strokes", workers().flat_map(|it| it.strokes).sum::<u64>());
+        mission.add(
+            "strokes",
+            workers().flat_map(|worker| worker.strokes).sum::<u64>(),
+        );
         mission.add(
             "changes_of_end",
-            workers().map(|it| it.changes).sum::<u64>(),
+            workers().map(|worker| worker.changes).sum::<u64>(),
         );
         for (figures, worker) in figures.robots.iter_mut().zip(&self.robots) {
             figures.add("strokes_left", worker.strokes[0]);
@@ -75,13 +71,13 @@ impl Log {
     }
 }
 
-/// The ends of bars that robots see, in their own frames.
+/// Adds the bar ends that robots see, in their own frames.
 pub(super) fn show_sensed(view: &mut View) {
     for robot in &mut view.robots {
         let Encoded::Open(bytes) = &robot.readings.mission else {
             continue;
         };
-        // Whatever it is, it is only shown.
+        // An invalid reading only affects the display.
         let sensed: Sensed = bytes.decode().unwrap_or_default();
         robot
             .sensed

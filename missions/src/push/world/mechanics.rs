@@ -1,43 +1,40 @@
-//! How a bar gives way: without inertia, as a uniform rod that slides on even friction.
+//! The motion of a pushed bar, as a uniform rod with even friction and without inertia.
 //!
-//! A rod that is pushed at right angles to it, `c` from its middle, turns about the point of it that lies on the other side of the middle, at a
-//! distance `q` from it where friction's force and torque balance the push: `2·q·c = L²/4 - q²`. Pushed at its very end it turns about
-//! the point `L/√2` from there, and the other end goes back by `√2 - 1` of the way.
+//! A push at right angles, at distance `c` from the middle, turns the rod about a point on the other side of the
+//! middle. Its distance `q` balances the force and the torque of friction: `2·q·c = L²/4 - q²`. A push at the very
+//! end turns the rod about the point `L/√2` from there, and the other end moves back by `√2 - 1` of the way.
 
 use alliance_proto::readings::Pose;
 use glam::Vec2;
 
 use crate::push::bar::{End, point_at, seen_from};
 
-/// Cosine of the greatest angle between a body's heading and the bar's normal with which it does not slip: of 30°.
+/// The cosine of 30°, the largest angle between a body's heading and the bar's normal without slip.
 const GRIPS: f32 = 0.866;
 
-/// A body that drives against a bar from behind.
+/// The contact of a body that drives against a bar from behind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Contact {
-    /// The end that it pushes.
     pub end: End,
-    /// Where, as the distance from the middle to the left, m.
+    /// The distance of the contact from the middle, positive to the left, m.
     pub along_m: f32,
-    /// How far the point of contact gives way, of each meter that the body drives, m.
+    /// The motion of the contact point per meter of the body's way.
     pub share: f32,
 }
 
-/// Why a bar does not give way.
+/// The reason for which a bar does not move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Slip {
     /// The body drives at more than 30° from the bar's normal.
     Angle,
-    /// It pushes in the middle third.
     Middle,
-    /// The bar is stuck.
+    /// A fault holds the bar.
     Fixed,
-    /// The bar would run over something, or stand too much askew.
+    /// An object blocks the bar, or it would lean too far.
     Stopped,
 }
 
 impl Slip {
-    /// As in the log.
     pub fn name(self) -> &'static str {
         match self {
             Self::Angle => "angle",
@@ -48,7 +45,7 @@ impl Slip {
     }
 }
 
-/// How a body pushes a bar of that length that it drives against; `None`: not from behind.
+/// Returns the contact of a body that drives against a bar; `None` if it is not behind the bar.
 pub(super) fn contact(
     pose: &Pose,
     length_m: f32,
@@ -73,7 +70,7 @@ pub(super) fn contact(
     })
 }
 
-/// Where the point lies about which a rod turns that is pushed so far from its middle, on the other side of it, m.
+/// Returns the position on the axis of the point about which a rod turns, m. It is on the other side of the middle.
 pub(super) fn turns_about(along_m: f32, length_m: f32) -> f32 {
     let away_m = along_m.abs();
     let half_m = length_m / 2.0;
@@ -81,7 +78,7 @@ pub(super) fn turns_about(along_m: f32, length_m: f32) -> f32 {
     -beyond_m.copysign(along_m)
 }
 
-/// The bar after the point of contact has come forward by that way, when it turns about a point of its axis.
+/// Returns the bar after the contact point has moved forward by `way_m`, for a turn about a point of its axis.
 pub(super) fn turned(pose: &Pose, contact: &Contact, pivot_m: f32, way_m: f32) -> Pose {
     let by_rad = -way_m / (contact.along_m - pivot_m);
     let pivot = point_at(pose, Vec2::new(0.0, pivot_m));

@@ -1,14 +1,14 @@
-//! Push in the world: bars give way to bodies that drive against them.
+//! The world's part of push: bars move when bodies drive against them.
 //!
-//! - `mechanics`: how a bar moves. `log`: what is told of it all.
+//! - `mechanics`: the motion of a bar. `log`: statistics and display.
 //!
-//! # What a bar does
-//! - It gives way to a body that drives against its outer third, from behind and within 30° of its normal, as far as the body drives, and
-//!   no faster than the body pushes.
-//! - It turns about the point of its axis that friction gives (`mechanics`), or about a body that touches it from behind farther off: so the
-//!   other end goes back where nobody holds it.
-//! - What it would run over stops it, and it never stands askew by more than `skew_m`.
-//! - Once both of its ends are over the line it has arrived, wherever it is moved after that.
+//! # Motion of a bar
+//! - A body moves it by driving against its outer third, from behind and within 30° of its normal. The contact moves
+//!   with the body, at most at the body's push speed.
+//! - The bar turns about the point given by friction (`mechanics`), or about a body that touches it from behind
+//!   farther off. An end without such a body moves back.
+//! - An object in its way stops it, and it never leans by more than `skew_m`.
+//! - A bar has arrived once both ends are over the line, also if it moves later.
 
 mod log;
 mod mechanics;
@@ -36,52 +36,45 @@ use super::data::{self, PushSection, STUCK_S};
 use log::Log;
 use mechanics::{Contact, Slip, contact, turned, turns_about};
 
-/// A body that is no farther from a bar touches it, m: bodies stop a [`SKIN_M`] short of it.
+/// The distance at which a body touches a bar, m. Bodies stop a [`SKIN_M`] short of it.
 const TOUCH_M: f32 = 3.0 * SKIN_M;
 
-/// Push, in a run.
 #[derive(Clone, Serialize)]
 pub struct Pushed {
     #[serde(skip)]
     section: Arc<PushSection>,
     #[serde(skip)]
     bars: Vec<BarState>,
-    /// By rank.
     #[serde(skip)]
     robots: Vec<Pushing>,
-    /// Of bars and robots: all of their state.
+    /// The hash of bars and robots, which stands for their entire state.
     hash: u64,
     #[serde(skip)]
     log: Log,
 }
 
-/// A bar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct BarState {
     pose: Pose,
     has_arrived: bool,
-    /// It gives way to nobody until then.
+    /// The end of the fault that holds the bar.
     stuck_until: SimTime,
 }
 
-/// What a robot does to bars.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Pushing {
-    /// The push under way.
-    push: Option<UnderWay>,
-    /// Whether it has slipped in the step before.
+    push: Option<CurrentPush>,
+    /// True if the robot slipped in the previous step.
     slips: bool,
-    /// The same of this step; `false` between steps.
+    /// True if the robot pushed in this step; false between steps.
     pushes_now: bool,
     slips_now: bool,
 }
 
-/// A push that has not ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct UnderWay {
+struct CurrentPush {
     bar: usize,
     end: End,
-    /// How far that end has come forward, m.
     moved_m: f32,
 }
 
@@ -110,7 +103,7 @@ impl Pushed {
             let mut bytes = [0; 17];
             bytes[..4].copy_from_slice(&(rank as u32).to_le_bytes());
             bytes[4] = u8::from(robot.slips);
-            if let Some(UnderWay { bar, end, moved_m }) = robot.push {
+            if let Some(CurrentPush { bar, end, moved_m }) = robot.push {
                 bytes[5] = 1 + u8::from(end == End::Right);
                 bytes[6..10].copy_from_slice(&(bar as u32).to_le_bytes());
                 bytes[10..14].copy_from_slice(&moved_m.to_le_bytes());
@@ -120,7 +113,8 @@ impl Pushed {
         sum
     }
 
-    /// How a bar gives way to a push: its pose after a share of the push, 0 to 1; `None` where it would stand too much askew.
+    /// Returns the function from a share of the push, 0 to 1, to the bar's pose. It returns `None` if the bar would
+    /// lean too far.
     fn motion(
         &self,
         push: &Push,
@@ -148,7 +142,7 @@ impl Pushed {
         move |share| {
             let mut to = turned(&pose, &contact, pivot_m, way_m * share);
             if let Some((center, apart_m)) = holder {
-                // It rolls on the body that holds it.
+                // The bar rolls on the body that holds it.
                 let (ahead, _) = super::bar::axes(&to);
                 to.position += ahead * (seen_from(&to, center).x - apart_m);
             }
@@ -158,8 +152,8 @@ impl Pushed {
         }
     }
 
-    /// The way that a bar lets a body go on, m.
-    fn yielded(
+    /// Moves a bar by a push. Returns the way that the body can go on, m.
+    fn move_bar(
         &mut self,
         push: &Push,
         contact: &Contact,
@@ -191,12 +185,18 @@ impl Pushed {
         }
         let robot = &mut self.robots[push.robot.index()];
         robot.pushes_now = true;
-        let is_same = |it: &UnderWay| it.bar == push.bar && it.end == contact.end;
-        if let Some(under_way) = robot.push.as_mut().filter(|it| is_same(it)) {
+        let is_same = |push_in_progress: &CurrentPush| {
+            push_in_progress.bar == push.bar && push_in_progress.end == contact.end
+        };
+        if let Some(under_way) = robot
+            .push
+            .as_mut()
+            .filter(|push_in_progress| is_same(push_in_progress))
+        {
             under_way.moved_m += moved_m;
         } else {
             self.ends_push(push.robot, happened);
-            self.robots[push.robot.index()].push = Some(UnderWay {
+            self.robots[push.robot.index()].push = Some(CurrentPush {
                 bar: push.bar,
                 end: contact.end,
                 moved_m,
@@ -205,10 +205,9 @@ impl Pushed {
         Ok(push.way_m * share)
     }
 
-    /// A robot has stopped pushing.
     fn ends_push(&mut self, robot: RobotId, happened: &mut Happened) {
         let ended = self.robots[robot.index()].push.take();
-        if let Some(UnderWay { bar, end, moved_m }) = ended {
+        if let Some(CurrentPush { bar, end, moved_m }) = ended {
             self.log.pushed(robot, bar, end, moved_m);
             let event = happened.tell("pushed", Some(robot));
             event.subject = self.section.name_of(bar, Some(end));
@@ -216,7 +215,6 @@ impl Pushed {
         }
     }
 
-    /// The nearest bar that a robot sees.
     fn in_sight(&self, robot: RobotId, floor: &Floor) -> Option<BarSeen> {
         let section = &self.section;
         let position = floor.pose(robot).position;
@@ -236,7 +234,7 @@ impl Pushed {
         })
     }
 
-    /// Means over all bars: how far the left and the right ends have come forward, m, and how much the bars are turned, rad.
+    /// Returns the means over all bars of the left and the right ends' motion, m, and of the turn, rad.
     fn means(&self) -> [f64; 3] {
         let mut sums = [0.0; 3];
         for (bar, start) in self.bars.iter().zip(&self.section.bars) {
@@ -247,7 +245,7 @@ impl Pushed {
             sums[2] += f64::from(bar.pose.heading_rad);
         }
         let count = self.bars.len() as f64;
-        // To a hundredth of a millimeter: people read them.
+        // Rounds to a hundredth of a millimeter, for readers.
         sums.map(|sum| (1e5 * sum / count).round() / 1e5)
     }
 
@@ -294,7 +292,7 @@ impl TypedMission for Pushed {
         let Some(contact) = contact(&pose, self.section.length_m, center, ahead) else {
             return 0.0;
         };
-        let yielded = contact.and_then(|contact| self.yielded(push, &contact, floor, happened));
+        let yielded = contact.and_then(|contact| self.move_bar(push, &contact, floor, happened));
         yielded.unwrap_or_else(|slip| {
             let robot = &mut self.robots[push.robot.index()];
             robot.slips_now = true;
@@ -307,7 +305,6 @@ impl TypedMission for Pushed {
         })
     }
 
-    /// Whoever has not pushed in this step has stopped pushing.
     fn settle(&mut self, _: &mut Floor, happened: &mut Happened) {
         for rank in 0..self.robots.len() {
             let robot = &mut self.robots[rank];
@@ -331,13 +328,13 @@ impl TypedMission for Pushed {
         (sensed, Validity::UntilChange)
     }
 
-    /// A bar gives way to nobody for a while.
+    /// Applies the fault that holds a bar for a while.
     fn change(
         &mut self,
         fault: &MissionFault,
         floor: &mut Floor,
     ) -> Option<Result<String, ChangeError>> {
-        // Checked when it was ordered: only what has a default may be left out.
+        // The order was checked before; only arguments with a default may be missing.
         let number = |key| fault.get(key).unwrap_or(0.0);
         let near = Vec2::new(number("x_m") as f32, number("y_m") as f32);
         let bars = floor.bars().iter().enumerate();
@@ -375,7 +372,7 @@ impl TypedMission for Pushed {
         is_over.then_some(Outcome::Complete)
     }
 
-    /// An end that does not lead may be pushed.
+    /// An end is due unless it leads by half a stroke.
     fn is_due(&self, task: TaskId, _: RobotId, _: &Floor) -> bool {
         let (bar, which) = data::about(task);
         let bar = &self.bars[bar];
@@ -406,7 +403,7 @@ impl TypedMission for Pushed {
                 outline: section.outline(&bar.pose).into(),
                 role: MarkRole::Item,
                 share: Some(share),
-                // One alone needs no name.
+                // A single bar needs no label.
                 label: if self.bars.len() > 1 {
                     name
                 } else {
@@ -432,33 +429,36 @@ impl TypedMission for Pushed {
     }
 
     fn holds(&self, floor: &Floor) -> Result<(), String> {
-        /// What rounding may make of a length, m.
+        /// The tolerance for rounding of a length, m.
         const ROUNDING_M: f32 = 1e-4;
         let section = &self.section;
         let radius_m = floor.body().radius_m;
         for (index, (bar, outline)) in self.bars.iter().zip(floor.bars()).enumerate() {
             let name = section.name_of(index, None);
             if section.outline(&bar.pose) != *outline {
-                return Err(format!("{name} is not where the floor has it"));
+                return Err(format!("{name} has another place than on the floor"));
             }
             let length_m = outline.from.distance(outline.to);
             if (length_m - section.length_m).abs() > ROUNDING_M || !bar.pose.position.is_finite() {
-                return Err(format!("{name} is {length_m} m long at {:?}", bar.pose));
+                return Err(format!(
+                    "{name} has the wrong length of {length_m} m at {:?}",
+                    bar.pose
+                ));
             }
             if lead_m(&bar.pose, section.length_m).abs() > section.skew_m + ROUNDING_M {
-                return Err(format!("{name} stands askew by more than skew_m"));
+                return Err(format!("{name} leans by more than skew_m"));
             }
             let reach_m = section.length_m / 2.0 + section.half_width_m + radius_m;
             for (robot, center) in floor.bodies_near(bar.pose.position, reach_m) {
                 let deep_m = radius_m - outline.way_to_point(center);
                 if deep_m > ROUNDING_M {
-                    return Err(format!("{robot} is {deep_m} m in {name}"));
+                    return Err(format!("{robot} overlaps {name} by {deep_m} m"));
                 }
             }
         }
-        let is_at_rest = |it: &Pushing| !it.pushes_now && !it.slips_now;
+        let is_at_rest = |robot: &Pushing| !robot.pushes_now && !robot.slips_now;
         if self.hash != self.hash() || !self.robots.iter().all(is_at_rest) {
-            return Err("the state is not what it is said to be".to_owned());
+            return Err("the state does not match its hash".to_owned());
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Bars that bodies drive against, by commands and by a physics that shares nothing with ours.
+//! Bars that bodies push by command, and an independent physical model for comparison.
 
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Scenario, Setup};
@@ -9,7 +9,7 @@ use world_server::world::World;
 use super::*;
 use crate::Registry;
 
-/// A bar at x = 3 in a room of 12 × 9 m, and robots with those starts: x, y and heading in degrees.
+/// A bar at x = 3 in a room of 12 × 9 m, and robots with these starts: x, y and heading in degrees.
 fn setup(starts: &[(f32, f32, f32)], more: &str) -> Setup {
     let mut text =
         format!("step_ms = 50\n{more}\n[push]\n[[push.bars]]\nx_m = 3\ny_m = 4.5\ngoal_x_m = 9\n");
@@ -29,9 +29,9 @@ fn world(starts: &[(f32, f32, f32)]) -> World {
     World::new(&setup(starts, ""), super::super::PARTS.world)
 }
 
-/// Those robots drive straight ahead, the others stand still; what happens in so many steps.
+/// Drives those robots straight ahead for `steps` steps and returns the events. The others stand still.
 fn drive(world: &mut World, robots: &[usize], steps: usize) -> Vec<(String, String)> {
-    let mut told = Vec::new();
+    let mut events = Vec::new();
     for _ in 0..steps {
         let mut commands = vec![None; world.robot_count()];
         for robot in robots {
@@ -42,16 +42,16 @@ fn drive(world: &mut World, robots: &[usize], steps: usize) -> Vec<(String, Stri
         }
         for event in world.step(&commands) {
             if let EventKind::Mission(kind) = event.kind {
-                told.push((kind.to_owned(), event.reason));
+                events.push((kind.to_owned(), event.reason));
             }
         }
         world.mission().holds(world).unwrap();
     }
-    told
+    events
 }
 
-/// Where a push far from the middle turns a rod: by hand, from the torque and the force of friction on many pieces of the rod.
-/// The rod turns about the point for which the push does the least work against friction.
+/// Returns the point about which a push far from the middle turns a rod, from friction on many pieces of the rod. It
+/// is the point for which the push does the least work against friction.
 fn by_least_work(along_m: f64, length_m: f64) -> f64 {
     const PIECES: usize = 4000;
     let work = |pivot_m: f64| -> f64 {
@@ -68,24 +68,25 @@ fn by_least_work(along_m: f64, length_m: f64) -> f64 {
 #[test]
 fn a_rod_turns_about_the_point_of_least_work() {
     for along_m in [0.4, 0.6, 0.9, 1.1, 1.2_f32] {
-        let ours = turns_about(along_m, 2.4);
+        let found = turns_about(along_m, 2.4);
         let expected = by_least_work(along_m.into(), 2.4);
         assert!(
-            (f64::from(ours) - expected).abs() < 0.005,
-            "{along_m}: {ours} {expected}"
+            (f64::from(found) - expected).abs() < 0.005,
+            "{along_m}: {found} {expected}"
         );
-        assert_eq!(turns_about(-along_m, 2.4), -ours);
+        assert_eq!(turns_about(-along_m, 2.4), -found);
     }
-    // Published: pushed at its end, L/√2 from there; so the other end goes back by √2 - 1.
+    // Published result: a push at the end turns the rod about the point L/√2 from there, and the other end moves back
+    // by √2 - 1.
     let from_end_m = 1.2 - turns_about(1.2, 2.4);
     assert!((from_end_m - 2.4 / std::f32::consts::SQRT_2).abs() < 1e-5);
     let back = (2.4 - from_end_m) / from_end_m;
     assert!((back - (std::f32::consts::SQRT_2 - 1.0)).abs() < 1e-5);
 }
 
-/// The world's bar, from its ends alone: where it crosses itself as it was is the point about which it has turned.
+/// The bar crosses its earlier axis at the point about which it has turned.
 #[test]
-fn a_bar_that_nobody_holds_turns_about_that_point() {
+fn a_bar_without_a_holder_turns_about_that_point() {
     let mut world = world(&[(2.6, 5.6, 0.0)]);
     drive(&mut world, &[0], 6);
     let before = world.bars()[0];
@@ -95,7 +96,7 @@ fn a_bar_that_nobody_holds_turns_about_that_point() {
     let share =
         (after.from.x - before.from.x) / (after.from.x - before.from.x + before.to.x - after.to.x);
     let from_end_m = 2.4 * share;
-    // It pushes 0.1 m from the end, as the pivot of least work has it.
+    // The body pushes 0.1 m from the end.
     let expected = 1.2 - by_least_work(1.1, 2.4) as f32;
     assert!(
         (from_end_m - expected).abs() < 0.02,
@@ -103,13 +104,13 @@ fn a_bar_that_nobody_holds_turns_about_that_point() {
     );
 }
 
-/// Who stands behind the other end holds it.
+/// A body behind the other end holds it.
 #[test]
 fn a_body_holds_the_other_end() {
     let mut world = world(&[(2.6, 5.5, 0.0), (2.698, 3.5, 0.0)]);
     drive(&mut world, &[0], 12);
     let bar = world.bars()[0];
-    // It turns about the place where it is held, 0.2 m from its end.
+    // The bar turns about the place where it is held, 0.2 m from its end.
     let forward_m = bar.from.x - 3.0;
     let back_m = 3.0 - bar.to.x;
     assert!(forward_m > 0.05);
@@ -121,29 +122,29 @@ fn a_body_holds_the_other_end() {
 }
 
 #[test]
-fn it_gives_way_no_faster_than_a_body_pushes() {
+fn a_bar_moves_at_most_at_the_push_speed() {
     let mut world = world(&[(2.69, 5.5, 0.0)]);
     drive(&mut world, &[0], 2);
     let from_m = world.pose(RobotId(0)).position.x;
     drive(&mut world, &[0], 20);
     let way_m = world.pose(RobotId(0)).position.x - from_m;
-    // 0.2 m/s.
+    // The push speed is 0.2 m/s.
     assert!((way_m - 0.2).abs() < 0.005, "{way_m}");
 }
 
 #[test]
-fn it_gives_way_at_its_outer_thirds_from_behind_and_straight_alone() {
+fn a_bar_moves_only_at_its_outer_thirds_from_behind() {
     let slips = |start: (f32, f32, f32)| {
         let mut world = world(&[start]);
-        let told = drive(&mut world, &[0], 30);
+        let events = drive(&mut world, &[0], 30);
         let bar = world.bars()[0];
         assert_eq!((bar.from.x, bar.to.x), (3.0, 3.0), "{start:?}");
-        told
+        events
     };
-    let slipped = |why: &str| vec![("slipped".to_owned(), why.to_owned())];
+    let slipped = |reason: &str| vec![("slipped".to_owned(), reason.to_owned())];
     assert_eq!(slips((2.6, 4.85, 0.0)), slipped("middle"));
     assert_eq!(slips((2.6, 5.2, 35.0)), slipped("angle"));
-    // From the front, and past its end.
+    // From the front, and beyond the end.
     assert_eq!(slips((3.4, 5.5, 180.0)), []);
     assert_eq!(slips((2.2, 6.05, 0.0)), []);
     for heading in [0.0, 25.0, -25.0] {
@@ -154,14 +155,14 @@ fn it_gives_way_at_its_outer_thirds_from_behind_and_straight_alone() {
 }
 
 #[test]
-fn it_stands_no_more_askew_than_it_may() {
+fn a_bar_leans_at_most_by_skew_m() {
     let mut world = world(&[(2.6, 5.5, 0.0)]);
-    let told = drive(&mut world, &[0], 400);
+    let events = drive(&mut world, &[0], 400);
     let bar = world.bars()[0];
     let lead_m = bar.from.x - bar.to.x;
     assert!((0.79..=0.8001).contains(&lead_m), "{lead_m}");
     assert_eq!(
-        told,
+        events,
         [
             ("slipped".to_owned(), "stopped".to_owned()),
             ("pushed".to_owned(), String::new())
@@ -170,37 +171,40 @@ fn it_stands_no_more_askew_than_it_may() {
 }
 
 #[test]
-fn bodies_and_obstacles_in_its_way_stop_it() {
+fn bodies_and_obstacles_stop_a_bar() {
     let mut blocked = world(&[(2.6, 5.5, 0.0), (3.32, 5.3, 0.0)]);
     drive(&mut blocked, &[0], 100);
-    // 0.02 m up to the body, and a little more at the end.
+    // The way to the body is 0.02 m, and a little more at the end.
     assert!(blocked.bars()[0].from.x < 3.03, "{:?}", blocked.bars()[0]);
     let wall = "[[obstacles]]\nx_m = 3.15\ny_m = 5.0\nwidth_m = 0.2\nheight_m = 0.3\n";
     let mut walled = World::new(&setup(&[(2.6, 5.5, 0.0)], wall), super::super::PARTS.world);
     drive(&mut walled, &[0], 100);
     let bar = walled.bars()[0];
     assert!(bar.from.x > 3.03 && bar.from.x < 3.11, "{bar:?}");
-    // And it goes back no farther than to a body behind it.
+    // The other end moves back only up to a body behind it.
     let mut backed = world(&[(2.6, 5.5, 0.0), (2.69, 3.6, 0.0)]);
     drive(&mut backed, &[0], 60);
     assert!(backed.bars()[0].to.x > 2.9, "{:?}", backed.bars()[0]);
 }
 
 #[test]
-fn a_bar_over_the_line_has_arrived_once_and_the_mission_is_complete() {
+fn a_bar_over_the_line_arrives_once_and_completes_the_mission() {
     let mut setup = setup(&[(2.6, 5.5, 0.0), (2.6, 3.5, 0.0)], "");
     let section = setup.scenario.mission.values_mut::<PushSection>().unwrap();
     section.bars[0].goal_x_m = 3.2;
     let mut world = World::new(&setup, super::super::PARTS.world);
-    let told = drive(&mut world, &[0, 1], 200);
-    assert_eq!(told.iter().filter(|(kind, _)| kind == "arrived").count(), 1);
+    let events = drive(&mut world, &[0, 1], 200);
+    assert_eq!(
+        events.iter().filter(|(kind, _)| kind == "arrived").count(),
+        1
+    );
     assert_eq!(world.mission().end(world.now()), Some(Outcome::Complete));
     let bar = world.bars()[0];
     assert!(bar.from.x >= 3.2 && bar.to.x >= 3.2, "{bar:?}");
 }
 
 #[test]
-fn a_robot_sees_the_nearer_end_and_feels_the_bar() {
+fn a_robot_senses_the_nearer_end_and_the_touch() {
     let mut world = world(&[(2.0, 5.5, 90.0), (0.5, 0.5, 0.0)]);
     let sensed = |world: &World, robot: u16| -> Sensed {
         match world.readings(RobotId(robot)).mission {
@@ -210,7 +214,7 @@ fn a_robot_sees_the_nearer_end_and_feels_the_bar() {
     };
     let seen = sensed(&world, 0).bar.unwrap().unwrap();
     assert_eq!((seen.bar, seen.end, seen.lead_m), (0, End::Left, 0.0));
-    // A meter to the right, 0.2 m ahead.
+    // The end is 1 m to the right and 0.2 m ahead.
     assert!(
         seen.near_end.distance(Vec2::new(0.2, -1.0)) < 1e-5,
         "{seen:?}"
@@ -228,7 +232,7 @@ fn a_robot_sees_the_nearer_end_and_feels_the_bar() {
 }
 
 #[test]
-fn nobody_is_put_on_a_bar() {
+fn a_robot_cannot_be_moved_onto_a_bar() {
     let mut world = world(&[(2.0, 5.5, 0.0)]);
     assert!(
         world
@@ -245,9 +249,9 @@ fn nobody_is_put_on_a_bar() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Whatever bodies do, and whichever way they turn, no two things overlap, and the bar is as long as it was.
+    /// For any motion of bodies, no two objects overlap, and the bar keeps its length.
     #[test]
-    fn nothing_overlaps_whatever_bodies_do(
+    fn nothing_overlaps_for_any_motion_of_bodies(
         starts in prop::collection::vec((0.3..11.7_f32, 0.3..8.7_f32, -180.0..180.0_f32), 1..6),
         turns in prop::collection::vec((-1.6..1.6_f32, 0..4_u8), 120),
         step_ms in prop::sample::select(vec![20_u64, 50, 100, 500]),
@@ -264,13 +268,13 @@ proptest! {
         setup.scenario.step_ms = step_ms;
         prop_assume!(!apart.is_empty());
         let mut world = World::new(&setup, super::super::PARTS.world);
-        for (turn_rad_s, who) in turns {
+        for (turn_rad_s, steered) in turns {
             let robots = 0..apart.len();
             let commands: Vec<_> = robots.map(|robot| {
-                // Most head for the bar.
+                // Most robots head for the bar.
                 let to = world.bars()[0].center() - world.pose(RobotId(robot as u16)).position;
                 let bearing = to.y.atan2(to.x) - world.pose(RobotId(robot as u16)).heading_rad;
-                let turn_rad_s = if robot as u8 % 4 == who { turn_rad_s } else { bearing };
+                let turn_rad_s = if robot as u8 % 4 == steered { turn_rad_s } else { bearing };
                 Some(Actuation { speed_m_s: 0.5, turn_rad_s, ..Actuation::default() })
             }).collect();
             for _ in 0..5 {

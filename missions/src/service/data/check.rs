@@ -1,4 +1,4 @@
-//! What is wrong with `[service]`, beyond what its parameters say.
+//! Checks of `[service]` beyond the ranges of its parameters.
 
 use std::f64::consts::PI;
 
@@ -6,7 +6,6 @@ use alliance_proto::scenario::{Catalog, Path, Problem, Scenario, instead};
 
 use super::{Between, MAX_POINTS, ServiceSection};
 
-/// Refuses the first mistake of `[service]`.
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     let section = ServiceSection::of(scenario);
     let at = Path::of(["service"]);
@@ -59,13 +58,13 @@ fn in_order(between: &Between, at: Path) -> Result<(), Problem> {
     Err(Problem::at(at, what, "write the lower one as min"))
 }
 
-/// Robots side by side within reach of a point.
+/// Checks that the workers of a point fit side by side within its reach.
 fn fit(scenario: &Scenario, workers: u32, at: Path) -> Result<(), Problem> {
     let reach_m = ServiceSection::of(scenario).reach_m;
     if has_room(scenario, reach_m, workers) {
         return Ok(());
     }
-    // One has.
+    // One robot always has room.
     let most = (1..workers)
         .rev()
         .find(|fewer| has_room(scenario, reach_m, *fewer))
@@ -78,14 +77,12 @@ fn fit(scenario: &Scenario, workers: u32, at: Path) -> Result<(), Problem> {
     Err(Problem::at(at, what, remedy))
 }
 
-/// Whether so many robots have room within reach of a point.
 pub(super) fn has_room(scenario: &Scenario, reach_m: f32, workers: u32) -> bool {
     let (reach, radius) = (f64::from(reach_m), f64::from(scenario.body.radius_m));
     let between = 2.0 * reach * (PI / f64::from(workers)).sin();
     scenario.body.robot_penetrability > 0.0 || workers <= 1 || between >= 2.0 * radius
 }
 
-/// Somebody can do each of the tasks.
 pub(super) fn covered(scenario: &Scenario) -> Result<(), Problem> {
     let section = ServiceSection::of(scenario);
     let catalog = Catalog::of(scenario);
@@ -101,13 +98,17 @@ pub(super) fn covered(scenario: &Scenario) -> Result<(), Problem> {
             is_covered[task] = true;
         }
     }
-    let own = scenario
+    let own_skills = scenario
         .robots
         .iter()
         .flat_map(|robot| robot.skills.iter().flatten());
-    let mut skills = scenario.skills.iter().chain(own).map(|(skill, _)| skill);
+    let mut skills = scenario
+        .skills
+        .iter()
+        .chain(own_skills)
+        .map(|(skill, _)| skill);
     if skills.any(|skill| section.kind_named(skill).is_none()) {
-        // That there is no such skill is told by the check of skills, which comes later.
+        // The check of skills, which runs later, reports an unknown skill.
         return Ok(());
     }
     let Some(task) = is_covered.iter().position(|is_covered| !is_covered) else {
@@ -115,11 +116,12 @@ pub(super) fn covered(scenario: &Scenario) -> Result<(), Problem> {
     };
     let name = &catalog.tasks[task].name;
     let what = match &catalog.sets[task].skill {
-        Some(skill) => format!("nobody has {name} among its tasks and the skill {skill}"),
-        None => format!("nobody has {name} among its tasks"),
+        Some(skill) => format!("no robot has {name} among its tasks and the skill {skill}"),
+        None => format!("no robot has {name} among its tasks"),
     };
     let others = if left > 1 {
-        format!(", and {} more tasks that nobody can do", left - 1)
+        let tasks = if left == 2 { "task" } else { "tasks" };
+        format!(", and {} more {tasks} that no robot can do", left - 1)
     } else {
         String::new()
     };
@@ -128,7 +130,7 @@ pub(super) fn covered(scenario: &Scenario) -> Result<(), Problem> {
     } else {
         "kinds"
     };
-    let remedy = "give them to a robot, or say that it is meant: uncovered = true";
+    let remedy = "assign them to a robot, or set uncovered = true";
     let at = Path::of(["service", list]);
     Err(Problem::at(at, what + &others, remedy))
 }

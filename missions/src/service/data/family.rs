@@ -1,8 +1,9 @@
 //! Service in any size: room, team and points grow together (`--robots N --points M`).
 //!
-//! A district of 12 × 9 m has three robots at its left end and two points of work at most; there are as many districts as that
-//! takes. Each point is the task of the three robots that start nearest to it, and each robot has the two points nearest to it: so a robot
-//! that dies has others to take its work over. Teams of more than 20 robots have radios of such a range that each hears about 20.
+//! The room consists of districts of 12 × 9 m, each with at most three robots at its left end and two points of work.
+//! Each point is a task of the three robots that start nearest to it, and each robot has its two nearest points. So
+//! teammates can take over the work of a lost robot. In teams of more than 20 robots the radio range is limited so that
+//! each robot receives from about 20 others.
 
 use alliance_proto::mission::section::MissionSection;
 use alliance_proto::scenario::{Radio, Robot, Room, Scenario, Start};
@@ -10,21 +11,20 @@ use alliance_proto::scenario::{Radio, Robot, Room, Scenario, Start};
 use super::{Between, Kind, KnownTo, Point, SERVICE, ServiceSection, TasksAre};
 use crate::districts::{Districts, nearest_both_ways, range_to_hear};
 
-/// Most robots and points of a district.
 const ROBOTS: usize = 3;
 const POINTS: usize = 2;
-/// How many robots have a task, and how many points a robot has.
 const ROBOTS_PER_TASK: usize = 3;
 const POINTS_PER_ROBOT: usize = 2;
-/// About so many robots hear each other.
-const HEARD: usize = 20;
-/// Where the points of a district are, of its width; robots are at its left end.
+/// The approximate number of robots from which a robot receives, and the team size above which the radio range is
+/// limited.
+const NEIGHBORS: usize = 20;
+/// The x position of the points, as a fraction of the district's width.
 const POINTS_AT: f32 = 0.6;
-/// How far the robots' starts are from the left end of their district, and from each other, m.
+/// The distance of the starts from the left end of the district, and between two starts, m.
 const STARTS_AT_M: f32 = 0.5;
 const STARTS_APART_M: f32 = 1.0;
 
-/// Service with so many robots and points, 1 to 10,000 of each.
+/// Returns service with the given number of robots and points, 1 to 10,000 each.
 pub(super) fn family(robots: usize, points: usize) -> Scenario {
     let districts = Districts::new(robots.div_ceil(ROBOTS).max(points.div_ceil(POINTS)));
     let one = Room::default();
@@ -69,7 +69,7 @@ pub(super) fn family(robots: usize, points: usize) -> Scenario {
     if robots > ROBOTS_PER_TASK {
         assign(&mut team, &points);
     }
-    // As much time for each point as for two by three robots.
+    // The time limit grows with the number of points per robot.
     let load = points.len() as f64 / robots as f64;
     Scenario {
         description: format!(
@@ -80,8 +80,8 @@ pub(super) fn family(robots: usize, points: usize) -> Scenario {
         limit_s: 600.0 * load.ceil(),
         room,
         radio: Radio {
-            range_m: (robots > HEARD)
-                .then(|| range_to_hear(HEARD, robots, room.width_m, room.height_m)),
+            range_m: (robots > NEIGHBORS)
+                .then(|| range_to_hear(NEIGHBORS, robots, room.width_m, room.height_m)),
         },
         robots: team,
         mission: MissionSection::new(SERVICE, section(points)),
@@ -89,7 +89,6 @@ pub(super) fn family(robots: usize, points: usize) -> Scenario {
     }
 }
 
-/// Name of the only kind.
 const KIND: &str = "work";
 
 fn section(points: Vec<Point>) -> ServiceSection {
@@ -117,7 +116,6 @@ fn section(points: Vec<Point>) -> ServiceSection {
     }
 }
 
-/// Gives each robot its tasks.
 fn assign(team: &mut [Robot], points: &[Point]) {
     let at = |robot: &Robot| {
         let start = robot.start;
@@ -125,8 +123,11 @@ fn assign(team: &mut [Robot], points: &[Point]) {
     };
     let robots: Vec<(f32, f32)> = team.iter().map(at).collect();
     let places: Vec<(f32, f32)> = points.iter().map(|point| (point.x_m, point.y_m)).collect();
-    let own = nearest_both_ways(&robots, POINTS_PER_ROBOT, &places, ROBOTS_PER_TASK);
-    for (robot, own) in team.iter_mut().zip(own) {
-        robot.tasks = own.iter().map(|point| format!("serve(p{point})")).collect();
+    let assigned = nearest_both_ways(&robots, POINTS_PER_ROBOT, &places, ROBOTS_PER_TASK);
+    for (robot, assigned) in team.iter_mut().zip(assigned) {
+        robot.tasks = assigned
+            .iter()
+            .map(|point| format!("serve(p{point})"))
+            .collect();
     }
 }

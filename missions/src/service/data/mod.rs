@@ -1,4 +1,4 @@
-//! Service in files: `[service]` of a scenario, its tasks, its words.
+//! Service in scenario files: the section `[service]`, its tasks and terms.
 
 mod check;
 mod family;
@@ -25,12 +25,9 @@ use alliance_proto::scenario::{
     BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread,
 };
 
-/// Most points of a run.
 pub const MAX_POINTS: usize = 10_000;
-/// Most kinds of work.
 pub const MAX_KINDS: usize = 64;
 
-/// Service: points of work, served by whoever can.
 pub const SERVICE: Mission = Mission::new(
     "service",
     "points of work that arrive, take time and skills, and may expire or come back",
@@ -104,7 +101,7 @@ impl MissionData for Service {
         let skill = |kind: usize| Some(section.kinds.get(kind)?.name.clone());
         let (tasks, kinds): (Vec<String>, Vec<usize>) = match section.tasks {
             TasksAre::Points => {
-                // What faults add may be of any kind.
+                // A point that a fault adds may be of any kind.
                 let spare = std::iter::repeat_n(usize::MAX, section.spare.into());
                 let kinds: Vec<usize> = section.kind_of_each().chain(spare).collect();
                 let tasks = (0..kinds.len()).map(|point| format!("serve(p{point})"));
@@ -127,7 +124,7 @@ impl MissionData for Service {
         (tasks, behaviors)
     }
 
-    /// As many as can work on it at once; on a kind of work, one.
+    /// Returns the maximum number of robots on a task: the workers of a point, or one for a kind.
     fn max_robots(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> u32 {
         let section = ServiceSection::of(scenario);
         match (section.tasks, section.kinds.get(behavior.kind as usize)) {
@@ -141,7 +138,7 @@ impl MissionData for Service {
         kinds.map(|kind| kind.name.clone()).collect()
     }
 
-    /// In units of its work: patience is for two of them, perseverance for four.
+    /// Derives the built-in parameters from the unit of work: patience for two units, perseverance for four.
     fn built_in(&self, scenario: &Scenario, robot: &Robot, behavior: &BehaviorSpec) -> BuiltIn {
         let body = scenario.body_of(robot);
         let unit_s = self.unit_s(scenario, &body, robot.skill_at(behavior), behavior);
@@ -156,7 +153,7 @@ impl MissionData for Service {
         }
     }
 
-    /// To a point from across the room, and all of its work.
+    /// Returns the longest duration of a unit of work, s: the way across the room to a point, and all of its work.
     fn unit_s(&self, scenario: &Scenario, body: &Body, skill: f64, behavior: &BehaviorSpec) -> f64 {
         let section = ServiceSection::of(scenario);
         let across_m = scenario.room.width_m.hypot(scenario.room.height_m);
@@ -180,7 +177,7 @@ impl MissionData for Service {
         faults::ALL
     }
 
-    /// It ends, unless points come back for ever.
+    /// Returns the promises of a run. It ends unless a task is uncovered or points keep coming back.
     fn promises(&self, scenario: &Scenario) -> Promises {
         let section = ServiceSection::of(scenario);
         let comes_back = section.kinds.iter().any(|kind| kind.period_s.is_some());
@@ -190,7 +187,6 @@ impl MissionData for Service {
         }
     }
 
-    /// Every point comes back after its kind's period.
     fn due_every_s(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> Option<f64> {
         let section = ServiceSection::of(scenario);
         section.kinds.get(behavior.kind as usize)?.period_s

@@ -1,4 +1,4 @@
-//! The points of a run: a function of the scenario and the seed.
+//! The points of a run, computed from the scenario and the seed.
 
 use alliance_proto::rng::{Purpose, stream};
 use alliance_proto::scenario::Scenario;
@@ -9,28 +9,24 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Between, Kind, ServiceSection};
 
-/// How much farther than its radius a robot at a drawn point is from the walls, m.
+/// The distance beyond its radius that a robot at a drawn point keeps from the walls, m.
 const MARGIN_M: f32 = 0.05;
 
-/// A point as it is before anything happens to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointSpec {
-    /// What there is to do, by the place of the kind.
+    /// The kind of work, as an index into the scenario's kinds.
     pub kind: usize,
-    /// Where, m.
     pub at: Vec2,
-    /// How long it takes a robot of skill 1, s.
     pub work_s: f64,
-    /// When it arrives first.
     pub arrives: SimTime,
-    /// How long after each arrival it expires.
+    /// The time from each arrival to expiration.
     pub expires_after: Option<SimTime>,
-    /// How long after each arrival it comes back.
+    /// The time from each arrival to the next one.
     pub comes_back_after: Option<SimTime>,
 }
 
 impl PointSpec {
-    /// A point of a kind, with what that leaves open drawn.
+    /// Creates a point of a kind, and draws the values that the kind leaves open.
     pub fn drawn(
         kinds: &[Kind],
         kind: usize,
@@ -58,8 +54,8 @@ impl Between {
     }
 }
 
-/// All points that a run has before faults add any, by number. A drawn place may be inside an obstacle: the world takes the nearest one
-/// that is free.
+/// Returns all initial points of a run, by number. A drawn place may lie inside an obstacle: the world then moves the
+/// point to the nearest free place.
 #[must_use]
 pub fn points(scenario: &Scenario, seed: u64) -> Vec<PointSpec> {
     let section = ServiceSection::of(scenario);
@@ -83,7 +79,7 @@ pub fn points(scenario: &Scenario, seed: u64) -> Vec<PointSpec> {
             let share = Vec2::new(rng.random(), rng.random());
             let at = margin + share * (size - 2.0 * margin);
             if batch.rate_hz > 0.0 {
-                // The share is below 1.
+                // The random number is below 1, so the logarithm is finite.
                 at_s -= libm::log(1.0 - rng.random::<f64>()) / batch.rate_hz;
             }
             let arrives = SimTime::from_secs_f64(at_s);

@@ -1,4 +1,4 @@
-//! Random service: every key of its section, and what robots can do (`[random_mission] mission = "service"`).
+//! Random service missions, which cover every key of the section (`[random_mission] mission = "service"`).
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -11,14 +11,12 @@ use rand_chacha::ChaCha8Rng;
 use super::check::{covered, has_room};
 use super::{Batch, Between, Kind, KnownTo, Point, SERVICE, ServiceSection, TasksAre};
 
-/// Nothing arrives later, s.
+/// The latest arrival time, s.
 const LAST_S: f64 = 240.0;
-/// Share of what may be there or not.
 const SOME: f64 = 0.25;
-/// Share of the skills that a robot lacks.
 const LACKED: f64 = 0.3;
 
-/// Writes a random section of service, and skills for each robot.
+/// Writes a random section and random skills into a scenario.
 pub(super) fn draw(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
     let mut dice = Dice(rng);
     let count = dice.0.random_range(1..=4);
@@ -58,10 +56,10 @@ pub(super) fn draw(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
     };
     for kind in &mut section.kinds {
         let fits = |workers: &u32| has_room(scenario, reach_m, *workers);
-        // One has.
+        // One robot always has room.
         kind.workers = (1..=kind.workers).rev().find(fits).unwrap_or(1);
     }
-    // Of a kind without points there may be no task.
+    // A kind without points may have no task.
     let sure: Vec<usize> = section.kind_of_each().collect();
     for robot in &mut scenario.robots {
         robot.skills = Some(dice.skills(&section.kinds, &sure));
@@ -92,13 +90,13 @@ impl Dice<'_> {
         }
     }
 
-    /// Skills of a robot, one of these kinds among them.
+    /// Draws the skills of a robot. At least one skill is of a kind with points.
     fn skills(&mut self, kinds: &[Kind], sure: &[usize]) -> BTreeMap<String, f64> {
-        let sure = sure[self.0.random_range(0..sure.len())];
+        let required = sure[self.0.random_range(0..sure.len())];
         let mut skills = BTreeMap::new();
         for (index, kind) in kinds.iter().enumerate() {
             let skill = self.between(0.2..2.0);
-            if index == sure || !self.0.random_bool(LACKED) {
+            if index == required || !self.0.random_bool(LACKED) {
                 skills.insert(kind.name.clone(), skill);
             }
         }
@@ -117,7 +115,7 @@ impl Dice<'_> {
         self.0.random_bool(SOME).then(|| self.between(range))
     }
 
-    /// To two decimals, rounded down: people read them.
+    /// Draws a number, rounded down to two decimals so that scenario files stay readable.
     fn between(&mut self, range: Range<f64>) -> f64 {
         let value: f64 = self.0.random_range(range.clone());
         ((value * 100.0).floor() / 100.0).max(range.start)

@@ -1,4 +1,4 @@
-//! What a scenario of service may say, and what follows from it.
+//! Checks of service scenarios, and the values derived from them.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +10,7 @@ use super::*;
 use crate::Registry;
 use crate::service::data::family::family;
 
-/// Two kinds, a robot for all of it.
+/// Two kinds of work, and a robot with all skills.
 const TWO_KINDS: &str = "[service]\n\
     [[service.kinds]]\nname = 'garbage'\nwork_s = { min = 6, max = 10 }\n\
     [[service.kinds]]\nname = 'dust'\nwork_s = { min = 20, max = 30 }\n";
@@ -31,7 +31,7 @@ fn refused(text: &str, expected: &str) {
 }
 
 #[test]
-fn mistakes_are_answered_in_one_line() {
+fn mistakes_give_one_line_of_error() {
     refused(
         TWO_KINDS,
         "s.toml:1: service: there are no points; give points, random or spare",
@@ -57,14 +57,15 @@ fn mistakes_are_answered_in_one_line() {
         &TWO_KINDS.replace("min = 6, max = 10", "min = 12, max = 10"),
         "s.toml:4: service.kinds[0].work_s: min 12 is above max 10; write the lower one as min",
     );
-    // Two robots of 0.2 m find room on opposite sides of a point within 0.3 m; 0.3·2·sin(60°) is 0.52 m for three; for five 0.35 m.
+    // Two robots of radius 0.2 m fit on opposite sides of a point within 0.3 m. Neighbors are 0.3·2·sin(60°) = 0.52 m
+    // apart for three robots, and 0.35 m for five.
     refused(
         &with("workers = 5\n[[service.random]]\nn = 3\n"),
         "s.toml:8: service.kinds[1].workers: 5 robots of radius 0.2 m have no room within reach_m, 0.3 m, of a point; give at most 4, or a longer reach_m",
     );
 }
 
-/// That nobody can do a task is a mistake, unless it is meant.
+/// A task that no robot can do is a mistake, unless `uncovered` allows it.
 #[test]
 fn every_task_is_covered() {
     let points = "[[service.points]]\nkind = 'garbage'\nx_m = 1\ny_m = 1\n\
@@ -74,7 +75,7 @@ fn every_task_is_covered() {
     let text = format!("{TWO_KINDS}{points}{team}");
     refused(
         &text,
-        "s.toml:8: service.points: nobody has serve(p1) among its tasks and the skill dust; give them to a robot, or say that it is meant: uncovered = true",
+        "s.toml:8: service.points: no robot has serve(p1) among its tasks and the skill dust; assign them to a robot, or set uncovered = true",
     );
     refused(
         &text.replace("dust = 0 ", "dusk = 1 "),
@@ -82,7 +83,7 @@ fn every_task_is_covered() {
     );
     let meant = text.replace("[service]\n", "[service]\nuncovered = true\n");
     let scenario = parse(&meant);
-    assert!(!SERVICE.promises(&scenario).ends, "p1 stays for ever");
+    assert!(!SERVICE.promises(&scenario).ends, "p1 stays forever");
     assert!(
         SERVICE
             .promises(&parse(&text.replace("dust = 0 ", "dust = 0.1 ")))
@@ -112,8 +113,8 @@ fn a_robot_has_the_behaviors_that_its_skills_allow() {
     assert_eq!(own(&kinds, 1), ["serve(garbage)", "serve(dust)"]);
 }
 
-/// By hand: across 12 × 9 m are 15 m, but for the reach of 0.3 m; 14.7 m at 0.5 m/s are 29.4 s, a half turn at 90°/s is 2 s; the most work of
-/// the kind, 30 s, takes a robot of skill 0.5 60 s.
+/// By hand: the way across 12 × 9 m is 15 m minus the reach of 0.3 m. 14.7 m take 29.4 s at 0.5 m/s, a half turn 2 s at
+/// 90°/s. The most work of the kind, 30 s, takes 60 s at skill 0.5.
 #[test]
 fn alliance_values_follow_from_the_unit_of_work() {
     let text = format!(
@@ -132,17 +133,17 @@ fn alliance_values_follow_from_the_unit_of_work() {
     assert!((built_in.before_giving_up_s - 365.6).abs() < 1e-4);
     assert!((built_in.slow_impatience - 100.0 / 182.8).abs() < 1e-6);
     assert_eq!(built_in.fast_impatience, 20.0);
-    // The quick one is patient for less: 29.4 + 2 + 10 s.
+    // The faster robot has less patience: 29.4 + 2 + 10 s.
     let garbage = SERVICE.built_in(&scenario, robot, &catalog.sets[0]);
     assert!((garbage.willing_to_affect_s - 82.8).abs() < 1e-4);
-    // Without a way, the work alone.
+    // Without travel, only the work counts.
     let still = parse(&text.replace("[service]\n", "[service]\nreach_m = 1000\n"));
     let unit_s = SERVICE.unit_s(&still, &still.body, 1.0, &catalog.sets[0]);
     assert_eq!(unit_s, 10.0);
 }
 
 #[test]
-fn as_many_robots_have_a_task_as_can_work_on_the_point() {
+fn a_task_allows_as_many_robots_as_its_point() {
     let text = format!("{TWO_KINDS}workers = 2\n[[service.random]]\nn = 2\n");
     let most = |scenario: &Scenario| -> Vec<u32> {
         let catalog = Catalog::of(scenario);
@@ -187,7 +188,7 @@ proptest! {
     }
 }
 
-/// Of 4,000 at 0.5 Hz the last comes at 8,000 s, give or take 126 s; the share of gaps above the mean is 1/e.
+/// The last of 4,000 arrivals at 0.5 Hz comes at 8,000 ± 126 s. The share of gaps above the mean is 1/e.
 #[test]
 fn arrivals_are_a_poisson_process() {
     let text = format!("{TWO_KINDS}[[service.random]]\nn = 4000\nrate_hz = 0.5\n");
@@ -227,7 +228,7 @@ fn the_family_is_valid_in_every_size() {
     let largest = Setup::resolve(family(10_000, 10_000), 1, None)
         .unwrap()
         .setup;
-    // Every robot has values for its own behaviors alone.
+    // Each robot has parameter values only for its own behaviors.
     let own = largest
         .alliance
         .robots

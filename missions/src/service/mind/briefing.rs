@@ -1,4 +1,4 @@
-//! What robots know beforehand.
+//! The initial knowledge of robots.
 
 use alliance_proto::ids::{RobotId, TaskId};
 use alliance_proto::scenario::Setup;
@@ -8,7 +8,6 @@ use glam::Vec2;
 use crate::service::bus::Fact;
 use crate::service::data::{KnownTo, ServiceSection, TasksAre};
 
-/// What all robots of a run know beforehand.
 #[derive(Debug)]
 pub(super) struct Briefing {
     pub tasks: TasksAre,
@@ -17,12 +16,11 @@ pub(super) struct Briefing {
     pub sight_m: f32,
     pub step_s: f32,
     pub kinds: Vec<KindBrief>,
-    /// From (0, 0) to here is inside the border, m.
+    /// The upper right corner of the room, m. The lower left is (0, 0).
     pub room: Vec2,
     most_points: usize,
 }
 
-/// A kind of work.
 #[derive(Debug)]
 pub(super) struct KindBrief {
     pub name: String,
@@ -51,7 +49,6 @@ impl Briefing {
         }
     }
 
-    /// How good a robot is at each kind.
     pub fn skills(&self, robot: RobotId, setup: &Setup) -> Vec<f32> {
         let robot = &setup.scenario.robots[robot.index()];
         let kinds = self.kinds.iter();
@@ -60,7 +57,7 @@ impl Briefing {
             .collect()
     }
 
-    /// Whether there may be such a point: what is heard may be anything.
+    /// Checks whether a received fact is plausible. A faulty teammate may send any values.
     pub fn is_possible(&self, fact: &Fact) -> bool {
         usize::from(fact.point) < self.most_points
             && usize::from(fact.kind) < self.kinds.len()
@@ -68,7 +65,6 @@ impl Briefing {
             && (0.0..1e7).contains(&fact.left_s)
     }
 
-    /// The task that a point is of.
     pub fn task(&self, fact: &Fact) -> TaskId {
         match self.tasks {
             TasksAre::Points => TaskId(fact.point),

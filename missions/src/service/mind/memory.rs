@@ -1,4 +1,4 @@
-//! What a robot knows of the points, whoever has sensed it.
+//! The knowledge of a robot about the points, from its own sensors and from messages.
 
 use std::collections::BTreeMap;
 
@@ -11,29 +11,27 @@ use super::briefing::Briefing;
 use crate::service::bus::{Fact, Known, TOLD_MOST, Told};
 use crate::service::data::KnownTo;
 
-/// How many points that have changed last are told with each heartbeat: where there is a board, it tells the rest.
+/// The number of recently changed points in each heartbeat. A board, if any, announces the rest.
 const NEWS: usize = 4;
 
-/// Points by number. Facts come in any order, doubled, or late: of two about a point the one of the later round holds, then the one that
-/// was sensed later; work that stays done is never more again.
+/// The known points. Facts may arrive late, repeatedly and in any order. The fact of the later round holds, then the
+/// later observation. Kept work never increases within a round.
 #[derive(Clone, Debug)]
 pub(super) struct Memory {
     points: BTreeMap<u16, Known>,
-    /// Those that have changed last, the newest at the end.
+    /// The most recently changed points, the newest last.
     news: ArrayVec<u16, NEWS>,
-    /// The tasks that the robot has behaviors for, in order, and how many open points that it can serve it knows of each.
+    /// The robot's tasks in ascending order, with the number of known open points that it can serve.
     open: Vec<(TaskId, u32)>,
-    /// By kind.
     skills: Vec<f32>,
 }
 
-/// Whether there is work left on a point.
 pub(super) fn is_open(fact: &Fact) -> bool {
     fact.left_s > 0.0
 }
 
 impl Memory {
-    /// Nothing is known. Tasks are in order.
+    /// Creates an empty memory. `tasks` must be in ascending order.
     pub fn new(tasks: impl Iterator<Item = TaskId>, skills: Vec<f32>) -> Self {
         Self {
             points: BTreeMap::new(),
@@ -51,23 +49,21 @@ impl Memory {
         Some(&self.points.get(&point)?.fact)
     }
 
-    /// All points that are known, from that number on.
     pub fn facts_from(&self, point: u16) -> impl Iterator<Item = &Fact> {
         self.points.range(point..).map(|(_, known)| &known.fact)
     }
 
-    /// For each own task, in order, whether it has a point that the robot can serve.
+    /// Returns for each own task, in order, whether it has a point that the robot can serve.
     pub fn applicable(&self) -> impl Iterator<Item = bool> {
         self.open.iter().map(|(_, open)| *open > 0)
     }
 
-    /// Somebody has sensed something. It is possible.
     pub fn learn(&mut self, briefing: &Briefing, mut new: Known) {
         let number = new.fact.point;
         let task = briefing.task(&new.fact);
-        let own = self.open.binary_search_by_key(&task, |(task, _)| *task);
-        if own.is_err() && briefing.known == KnownTo::All {
-            // The board tells it to whom it concerns.
+        let index = self.open.binary_search_by_key(&task, |(task, _)| *task);
+        if index.is_err() && briefing.known == KnownTo::All {
+            // With a board, the robots concerned receive the fact from the board.
             return;
         }
         let old = self.points.get(&number).copied();
@@ -91,8 +87,8 @@ impl Memory {
         if was_open == is_open || self.skill(&new.fact) <= 0.0 {
             return;
         }
-        if let Ok(own) = own {
-            let open = &mut self.open[own].1;
+        if let Ok(index) = index {
+            let open = &mut self.open[index].1;
             *open = if is_open {
                 *open + 1
             } else {
@@ -101,14 +97,13 @@ impl Memory {
         }
     }
 
-    /// The robot has taken work off a point.
     pub fn work_left(&mut self, point: u16, left_s: f32) {
         if let Some(known) = self.points.get_mut(&point) {
             known.fact.left_s = known.fact.left_s.min(left_s);
         }
     }
 
-    /// A point is to be told of soon.
+    /// Marks a point as recently changed, for the next heartbeats.
     pub fn is_news(&mut self, point: u16) {
         if let Some(old) = self.news.iter().position(|news| *news == point) {
             self.news.remove(old);
@@ -119,16 +114,16 @@ impl Memory {
         self.news.push(point);
     }
 
-    /// What to tell: what has changed last, and where there is no board, more and more of the rest.
+    /// Returns the content of a heartbeat: recent changes and, without a board, a rotating part of the other points.
     pub fn tell(&self, briefing: &Briefing, now: SimTime) -> Told {
         let news = self.news.iter().rev();
-        let mut told: Told = news
+        let mut content: Told = news
             .filter_map(|point| self.points.get(point))
             .copied()
             .collect();
         if briefing.known == KnownTo::Sight && !self.points.is_empty() {
             let most = TOLD_MOST - NEWS;
-            // In the order of the points, as many as there is room for in each second.
+            // The window advances by its own size each second.
             let from = (now.0 / 1000) as usize * most % self.points.len();
             let rest = self
                 .points
@@ -136,12 +131,12 @@ impl Memory {
                 .cycle()
                 .skip(from)
                 .take(most.min(self.points.len()));
-            told.extend(rest.copied());
+            content.extend(rest.copied());
         }
-        told
+        content
     }
 
-    /// The open point of a kind that is nearest to a place, among those that the robot can serve.
+    /// Returns the nearest open point of a kind that the robot can serve.
     pub fn nearest(&self, kind: usize, to: Vec2) -> Option<&Fact> {
         let facts = self.facts_from(0);
         let of_kind = facts.filter(|fact| {

@@ -1,7 +1,7 @@
-//! What a robot of service knows and does: it goes to a point of its task and works there.
+//! The robot controller of service: goes to a point of the active task and works there.
 //!
-//! - `briefing`: what it knows beforehand. `memory`: what is known of the points. `wander`: where it goes without a task. `progress`: how far it
-//!   has come with what it does.
+//! - `briefing`: the initial knowledge. `memory`: the knowledge about points. `wander`: movement without a task.
+//! - `progress`: the estimated progress of the current work.
 
 mod briefing;
 mod memory;
@@ -31,20 +31,19 @@ use memory::{Memory, is_open};
 use progress::Progress;
 use wander::Wander;
 
-/// Known points whose absence is noticed in a step, where there is no board.
+/// The maximum number of known points per step that are checked for absence, if there is no board.
 const LOOKED_FOR: usize = 8;
-/// A point that is nearer than the end of sight by so much is seen for certain, m.
+/// The margin inside the sight range within which an open point is surely visible, m.
 const CERTAIN_M: f32 = 0.3;
-/// What comes nearer to an idle robot may want to get to where it stands, m. More than what robots keep from what they go round.
+/// The distance below which an idle robot moves aside, m. It is larger than the distance that robots keep when they
+/// drive around something.
 const ROOM_M: f32 = 0.15;
 
-/// The robots' side of service.
 pub const MIND: MissionMind = MissionMind {
     data: SERVICE,
     shared: |setup| Arc::new(Team(Arc::new(Briefing::of(setup)))),
 };
 
-/// What all robots of a run have in common.
 #[derive(Debug)]
 struct Team(Arc<Briefing>);
 
@@ -54,7 +53,8 @@ impl SharedMission for Team {
         Box::new(Typed::new(mind, robot, setup))
     }
 
-    /// Straight from its start to each point, or the nearest of each kind, and all of the work.
+    /// Estimates the cost of each task from the robot's start: the straight way and all work, for a kind its cheapest
+    /// point.
     fn planned_cost_ms(&self, setup: &Setup) -> Vec<Vec<Option<i64>>> {
         let (scenario, catalog) = (&setup.scenario, &setup.catalog);
         let points = data::points(scenario, setup.seed);
@@ -90,7 +90,6 @@ impl SharedMission for Team {
     }
 }
 
-/// One robot's mind for service.
 #[derive(Clone, Debug)]
 struct ServiceMind {
     briefing: Arc<Briefing>,
@@ -98,21 +97,20 @@ struct ServiceMind {
     driver: Driver,
     wander: Wander,
     progress: Option<Progress>,
-    /// The point on which it has said that it works, in the step before.
+    /// The point on which the robot worked in the previous step, according to its own action.
     working: Option<u16>,
-    /// The point of a kind that it has chosen.
     target: Option<u16>,
-    /// The point from which the search for what is missing goes on.
+    /// The number of the point from which the absence check continues.
     looked_for: u16,
     now: SimTime,
 }
 
 impl ServiceMind {
     fn new(robot: RobotId, setup: &Setup, briefing: &Arc<Briefing>) -> Self {
-        let own = OwnBehavior::all_of(robot, setup);
+        let behaviors = OwnBehavior::all_of(robot, setup);
         let skills = briefing.skills(robot, setup);
         Self {
-            memory: Memory::new(own.iter().map(|own| own.task), skills),
+            memory: Memory::new(behaviors.iter().map(|behavior| behavior.task), skills),
             driver: Driver::of(robot, setup),
             wander: Wander::new(setup.seed, robot),
             progress: None,
@@ -130,7 +128,7 @@ impl ServiceMind {
         }
     }
 
-    /// What it reads on the board, or sees.
+    /// Records the points that the robot reads on the board or sees.
     fn look(&mut self, moment: &TypedMoment<'_, Self>) {
         let Some(points) = &moment.sensed.points else {
             return;
@@ -151,7 +149,7 @@ impl ServiceMind {
         self.miss(points, pose.position, moment.now);
     }
 
-    /// An open point that would be seen if it were still open is over.
+    /// Marks known points as over that should be visible but are not.
     fn miss(&mut self, seen: &[Fact], position: Vec2, now: SimTime) {
         let reach_m = match seen.last() {
             Some(last) if seen.len() == super::bus::SENSED_MOST => last.at.length(),
@@ -175,7 +173,8 @@ impl ServiceMind {
         }
     }
 
-    /// Notes how its work goes on: each quarter of a point is progress, or each point where the task is a kind.
+    /// Updates the progress of the current work. A quarter of a point is progress; if tasks are kinds, a whole point
+    /// is.
     fn note_work(&mut self, moment: &TypedMoment<'_, Self>, perception: &mut Perception) {
         let effect = moment.sensed.effect;
         if let (Some(progress), None) = (&self.progress, effect)
@@ -183,7 +182,7 @@ impl ServiceMind {
             && progress.is_at_its_end()
             && let Some(&fact) = self.memory.fact(progress.point)
         {
-            // Nothing more can be taken off.
+            // No more work can be taken off.
             self.learn(
                 Fact {
                     left_s: 0.0,
@@ -221,7 +220,6 @@ impl ServiceMind {
         self.progress = (!is_over).then_some(progress);
     }
 
-    /// The point of a task that it goes to.
     fn target(&mut self, task: TaskId, position: Vec2) -> Option<Fact> {
         let open = |fact: &&Fact| is_open(fact);
         match self.briefing.tasks {
@@ -240,8 +238,8 @@ impl ServiceMind {
         }
     }
 
-    /// Without a task it looks round where there is no board. Where there is one it stands still, until something comes near or is: a
-    /// teammate may have to work where it stands, and need not be heard to be sensed.
+    /// Computes the movement of a robot without a task. Without a board it explores. With a board it stands still until
+    /// something comes near: a teammate may need its place, and may be detected by sensors only.
     fn idle(&mut self, position: Vec2, readings: &Readings, now: SimTime) -> Actuation {
         let near_m = self.briefing.sight_m.min(1.0);
         let goes = self.briefing.known == KnownTo::Sight
@@ -254,7 +252,7 @@ impl ServiceMind {
         self.driver.drive_to(to, near_m / 2.0, readings, now)
     }
 
-    /// Straight there at top speed, and all that is left of the work, s.
+    /// Estimates the cost of a point: straight way at top speed and all work left, s. `None` without the skill.
     fn cost_s(&self, from: Vec2, fact: &Fact) -> Option<f64> {
         let skill = self.memory.skill(fact);
         let way_m = (from.distance(fact.at) - self.briefing.reach_m).max(0.0);
@@ -262,7 +260,7 @@ impl ServiceMind {
         (skill > 0.0).then(|| drive_s + f64::from(fact.left_s / skill))
     }
 
-    /// The point that a task stands for, for a robot at that place.
+    /// Returns the point that represents a task, for a robot at the given place.
     fn point_of(&self, task: TaskId, from: Vec2) -> Option<&Fact> {
         match self.briefing.tasks {
             TasksAre::Points => self.memory.fact(task.0),
@@ -284,13 +282,16 @@ impl TypedMind for ServiceMind {
     fn perceive(
         &mut self,
         moment: &TypedMoment<'_, Self>,
-        heard: &[Heard<'_, Self>],
+        received: &[Heard<'_, Self>],
         perception: &mut Perception,
     ) {
         self.now = moment.now;
         self.look(moment);
-        for known in heard.iter().flat_map(|heard| heard.lore.iter().flatten()) {
-            // Nobody has sensed anything in times to come.
+        for known in received
+            .iter()
+            .flat_map(|message| message.lore.iter().flatten())
+        {
+            // An observation cannot be in the future.
             self.learn(known.fact, known.sensed.min(moment.now));
         }
         self.note_work(moment, perception);
@@ -306,7 +307,8 @@ impl TypedMind for ServiceMind {
             .min(moment.now)
     }
 
-    /// It drives on until its work has an effect: that it is within reach it only believes.
+    /// Drives toward the point until its work has an effect, because the robot only estimates whether it is within
+    /// reach.
     fn act(
         &mut self,
         moment: &TypedMoment<'_, Self>,
@@ -350,7 +352,7 @@ impl TypedMind for ServiceMind {
 }
 
 impl ServiceMind {
-    /// Since when at the earliest a point is in its round, where each point is a task: all robots take the same time for it.
+    /// Returns the earliest start of a point's current round if each point is a task. All robots compute the same time.
     fn came_back(&self, fact: &Fact) -> SimTime {
         let period = self.briefing.kinds[usize::from(fact.kind)].period;
         match (self.briefing.tasks, period) {

@@ -1,4 +1,4 @@
-//! How far a robot has come with a point, by its own reckoning.
+//! The robot's own estimate of its progress on a point.
 
 use crate::service::bus::{Fact, LEAST_LEFT_S};
 
@@ -6,17 +6,16 @@ use crate::service::bus::{Fact, LEAST_LEFT_S};
 pub(super) struct Progress {
     pub point: u16,
     pub round: u16,
-    /// Work left when it began, s of a robot of skill 1.
+    /// The work left at the beginning, s at skill 1.
     at_first_s: f32,
-    /// Work left now, s; no less than 0.
+    /// The work left now, s, at least 0.
     left_s: f32,
-    /// What a step takes off, s.
     step_s: f32,
-    /// Steps that it has worked since nothing should be left.
+    /// The number of steps worked after the estimate reached 0.
     beyond: u32,
 }
 
-/// So many steps at most its reckoning is off for its rounding alone.
+/// The maximum number of steps by which rounding alone can falsify the estimate.
 const ROUNDING_STEPS: u32 = 2;
 
 impl Progress {
@@ -31,7 +30,7 @@ impl Progress {
         }
     }
 
-    /// A step's work is done; whether a quarter of all of it is.
+    /// Records the work of a step. Returns whether a quarter of the whole was completed.
     pub fn work(&mut self, work_s: f32) -> bool {
         let before = self.quarters();
         self.beyond += u32::from(self.left_s <= 0.0);
@@ -40,18 +39,18 @@ impl Progress {
         self.quarters() < before
     }
 
-    /// Work left, s; of what is still open never 0.
+    /// Returns the work left, s. Never 0, because the point is still open.
     pub fn left_s(&self) -> f32 {
         self.left_s.max(LEAST_LEFT_S)
     }
 
-    /// Whether another step like the last would have ended it. Whoever works on beyond that takes less off than it knows.
+    /// Checks whether another step would complete the point. A robot that keeps working long after that is slower than
+    /// it estimates, so the estimate no longer counts.
     pub fn is_at_its_end(&self) -> bool {
         self.step_s > 0.0 && self.left_s <= self.step_s && self.beyond <= ROUNDING_STEPS
     }
 
     fn quarters(&self) -> u32 {
-        // Not above 4.
         (4.0 * self.left_s / self.at_first_s.max(LEAST_LEFT_S)).ceil() as u32
     }
 }

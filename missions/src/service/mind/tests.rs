@@ -1,4 +1,4 @@
-//! What a robot knows of the points, and how far it has come with one.
+//! A robot's knowledge of points, and its estimate of progress.
 
 use alliance_proto::ids::TaskId;
 use alliance_proto::mission::LORE_MAX;
@@ -13,7 +13,7 @@ use super::progress::Progress;
 use crate::Registry;
 use crate::service::bus::{Fact, Known, TOLD_MOST, Told};
 
-/// Two kinds of work for points in a room of 12 × 9 m: garbage is kept, dust is not.
+/// Creates a briefing with two kinds of work in a room of 12 × 9 m: garbage is kept, dust is not.
 fn briefing(section: &str) -> Briefing {
     let text = format!(
         "[service]\n{section}\n\
@@ -47,12 +47,12 @@ fn known(fact: Fact, sensed_s: f64) -> Known {
     }
 }
 
-/// A point's life as it is: rounds go up, and the work that is left in each goes down.
+/// Draws the history of a point: rounds increase, and the work left decreases within a round.
 fn history() -> impl Strategy<Value = Vec<Known>> {
     proptest::collection::vec((0..2_u16, proptest::bool::ANY, 0.0..30.0_f32), 1..20).prop_map(
         |steps| {
             let (mut round, mut left_s) = (0, 60.0_f32);
-            let life = (1..).zip(steps).map(|(second, (back, is_over, work_s))| {
+            let history = (1..).zip(steps).map(|(second, (back, is_over, work_s))| {
                 if back == 1 {
                     (round, left_s) = (round + 1, 60.0);
                 } else if left_s > 0.0 {
@@ -64,23 +64,24 @@ fn history() -> impl Strategy<Value = Vec<Known>> {
                 }
                 known(fact(4, round, left_s), f64::from(second))
             });
-            life.collect()
+            history.collect()
         },
     )
 }
 
 proptest! {
-    /// Facts come late, doubled and in any order: in the end the newest is known, and the task is there as long as there is work.
+    /// Facts arrive late, repeatedly and in any order. At the end the newest fact holds, and the task is applicable
+    /// while work is left.
     #[test]
-    fn the_newest_fact_holds(life in history(), order in proptest::collection::vec(0..20_usize, 0..40)) {
+    fn the_newest_fact_holds(facts in history(), order in proptest::collection::vec(0..20_usize, 0..40)) {
         let briefing = briefing("");
         let mut memory = memory();
         for index in order {
-            memory.learn(&briefing, life[index % life.len()]);
+            memory.learn(&briefing, facts[index % facts.len()]);
         }
-        let newest = life[life.len() - 1];
+        let newest = facts[facts.len() - 1];
         memory.learn(&briefing, newest);
-        for late in &life {
+        for late in &facts {
             memory.learn(&briefing, *late);
         }
         prop_assert_eq!(memory.fact(4), Some(&newest.fact));
@@ -89,29 +90,29 @@ proptest! {
         prop_assert_eq!(applicable, expected);
     }
 
-    /// Whatever is told fits in a heartbeat, and within a minute everything has been told.
+    /// The content fits in a heartbeat, and every point is sent within a minute.
     #[test]
-    fn what_is_told_fits(points in proptest::collection::btree_set(0..40_u16, 1..40)) {
+    fn the_shared_knowledge_fits_in_a_heartbeat(points in proptest::collection::btree_set(0..40_u16, 1..40)) {
         let briefing = briefing("known = 'sight'");
         let mut memory = memory();
         for point in &points {
             memory.learn(&briefing, known(fact(*point, u16::MAX, f32::MAX), 1e6));
         }
-        let mut told = std::collections::BTreeSet::new();
+        let mut sent = std::collections::BTreeSet::new();
         for second in 0..60 {
             let heartbeat: Told = memory.tell(&briefing, SimTime(1000 * second));
             prop_assert!(heartbeat.len() <= TOLD_MOST);
             let bytes = alliance_proto::codec::encode(&heartbeat).unwrap();
             prop_assert!(bytes.len() <= LORE_MAX, "{} bytes", bytes.len());
-            told.extend(heartbeat.iter().map(|known| known.fact.point));
+            sent.extend(heartbeat.iter().map(|known| known.fact.point));
         }
-        prop_assert_eq!(told, points);
+        prop_assert_eq!(sent, points);
     }
 }
 
-/// What anybody may say is looked at before it is believed.
+/// Received facts are checked, because a faulty teammate may send any values.
 #[test]
-fn impossible_facts_are_not_possible() {
+fn implausible_facts_are_rejected() {
     let briefing = briefing("");
     let sound = fact(39, 0, 1.0);
     assert!(briefing.is_possible(&sound));
@@ -144,9 +145,8 @@ fn impossible_facts_are_not_possible() {
     }
 }
 
-/// Of the open points of a kind the nearest one that the robot can serve.
 #[test]
-fn the_nearest_open_point_of_a_kind() {
+fn the_nearest_open_point_that_the_robot_can_serve_is_selected() {
     let briefing = briefing("tasks = 'kinds'");
     let mut memory = Memory::new([TaskId(0), TaskId(1)].into_iter(), vec![1.0, 0.0]);
     for point in [2, 4, 8] {
@@ -159,7 +159,11 @@ fn the_nearest_open_point_of_a_kind() {
             .map(|fact| fact.point)
     };
     assert_eq!(nearest(&memory, 0, 5.0), Some(4));
-    assert_eq!(nearest(&memory, 1, 5.0), None, "it has no skill for dust");
+    assert_eq!(
+        nearest(&memory, 1, 5.0),
+        None,
+        "the robot has no skill for dust"
+    );
     assert_eq!(memory.applicable().collect::<Vec<_>>(), [true, false]);
     memory.learn(&briefing, known(fact(4, 0, 0.0), 2.0));
     assert_eq!(nearest(&memory, 0, 5.0), Some(2), "p4 is done");
@@ -167,17 +171,14 @@ fn the_nearest_open_point_of_a_kind() {
     assert_eq!(nearest(&memory, 0, 5.0), Some(4), "p4 has come back");
 }
 
-/// 8 s in steps of 0.5 s: a quarter is done with each fourth step.
+/// 8 s in steps of 0.5 s: every fourth step completes a quarter.
 #[test]
 fn each_quarter_is_progress() {
     let mut progress = Progress::new(&fact(0, 0, 8.0));
     let quarters: Vec<u32> = (1..=16).filter(|_| progress.work(0.5)).collect();
     assert_eq!(quarters, [4, 8, 12, 16]);
     assert!(progress.is_at_its_end());
-    assert!(
-        progress.left_s() > 0.0,
-        "whether it is over, the point says"
-    );
+    assert!(progress.left_s() > 0.0, "an open point has work left");
 
     let mut progress = Progress::new(&fact(0, 0, 8.0));
     (1..=14).for_each(|_| {
@@ -188,9 +189,9 @@ fn each_quarter_is_progress() {
     assert!(progress.is_at_its_end(), "another step would end it");
 }
 
-/// Whoever works on after its reckoning has come to the end is slower than it knows: then it does not conclude that all is done.
+/// A robot that works beyond its estimate is slower than it estimates, and must not conclude that the point is done.
 #[test]
-fn who_is_slower_than_it_knows_is_never_at_the_end() {
+fn a_robot_slower_than_estimated_does_not_conclude_that_a_point_is_done() {
     let mut progress = Progress::new(&fact(0, 0, 8.0));
     for _ in 0..18 {
         progress.work(0.5);

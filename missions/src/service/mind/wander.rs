@@ -1,4 +1,4 @@
-//! Where a robot without a task goes: to a place drawn from its own stream, to look round or to be in nobody's way.
+//! Movement of a robot without a task: to random places, to explore or to clear the way.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::rng::{Purpose, robot_stream};
@@ -7,7 +7,7 @@ use glam::Vec2;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// A place that takes longer to get to is given up.
+/// The time after which a place that was not reached is given up.
 const PATIENCE: SimTime = SimTime(60_000);
 
 #[derive(Clone, Debug)]
@@ -26,17 +26,16 @@ impl Wander {
         }
     }
 
-    /// Whether it has not yet come to the place that it was sent to last.
+    /// Checks whether the robot is still driving to its last random place.
     pub fn is_on_its_way(&self, position: Vec2, near_m: f32, now: SimTime) -> bool {
         now < self.until && position.distance(self.to) > near_m
     }
 
-    /// It has something better to do.
     pub fn end(&mut self) {
         self.until = SimTime::ZERO;
     }
 
-    /// Where to go now, in a room of that size, m.
+    /// Returns the current destination. Draws a new place in the room, m, if the last one was reached or given up.
     pub fn next(&mut self, position: Vec2, near_m: f32, room: Vec2, now: SimTime) -> Vec2 {
         if !self.is_on_its_way(position, near_m, now) {
             self.to = room * Vec2::new(self.rng.random(), self.rng.random());

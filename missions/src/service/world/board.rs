@@ -1,6 +1,6 @@
-//! The board: robots read on it what is new of the points that they have tasks for.
+//! The board: it announces changes of points to the robots that have tasks for them.
 //!
-//! A robot is told again until it has said up to where it has read: what it was told in a step that did not count is not lost.
+//! The board repeats its lines until the robot acknowledges them, so a step that does not count loses nothing.
 
 use std::collections::BTreeMap;
 
@@ -12,22 +12,20 @@ use super::points::Points;
 use crate::service::bus::{Fact, SENSED_MOST};
 use crate::service::data::TasksAre;
 
-/// Most lines that are looked through for a robot in a step: a long board is read in several.
+/// The maximum number of lines that are examined per robot and step. A robot reads a longer board in several steps.
 const LINES: usize = 64;
 
-/// Which points concern a robot.
 #[derive(Debug)]
 pub(super) enum Reader {
-    /// All of them.
     All,
-    /// Those points, in order.
+    /// Points with these numbers, in ascending order.
     Points(Vec<u16>),
-    /// Those of these kinds, in order.
+    /// Points of these kinds, in ascending order.
     Kinds(Vec<u16>),
 }
 
 impl Reader {
-    /// A robot with these tasks, in order.
+    /// Creates the filter for a robot with these tasks, in ascending order.
     pub fn new(tasks: TasksAre, own: Vec<u16>, all: usize) -> Self {
         match tasks {
             _ if own.len() == all => Self::All,
@@ -45,19 +43,16 @@ impl Reader {
     }
 }
 
-/// A line per point: that of its latest change.
+/// The board, with one line per point: its latest change.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Board {
-    /// Points by the number of the line.
     lines: BTreeMap<u32, u16>,
-    /// Number of the line of a point.
     line_of: BTreeMap<u16, u32>,
     latest: u32,
-    /// Of all lines.
     hash: u64,
 }
 
-/// The hash tells the state apart.
+/// Serializes only the hash, which identifies the state.
 impl Serialize for Board {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         (self.hash, self.latest).serialize(serializer)
@@ -68,15 +63,13 @@ fn hash(line: u32, point: u16) -> u64 {
     xxh3_64(&(u64::from(line) << 16 | u64::from(point)).to_le_bytes())
 }
 
-/// What is new for a robot.
 pub(super) struct News {
     pub facts: ArrayVec<Fact, SENSED_MOST>,
-    /// With these, the board is read up to that line.
+    /// The last line that these facts cover.
     pub upto: u32,
 }
 
 impl Board {
-    /// A point has changed.
     pub fn write(&mut self, point: u16) {
         self.latest += 1;
         if let Some(old) = self.line_of.insert(point, self.latest) {
@@ -87,12 +80,11 @@ impl Board {
         self.hash ^= hash(self.latest, point);
     }
 
-    /// Number of the last line.
     pub fn latest(&self) -> u32 {
         self.latest
     }
 
-    /// What comes after the line up to which the robot has read.
+    /// Returns the facts after the last line that the robot has read.
     pub fn news(&self, reader: &Reader, points: &Points, read: u32) -> News {
         let mut facts = ArrayVec::new();
         let mut upto = read;

@@ -1,4 +1,4 @@
-//! What is told of service beside its points: events, run.json, and what there is to see.
+//! Output of service beside its points: events, figures of run.json and the view.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::mission::Sensed as Encoded;
@@ -9,24 +9,21 @@ use world_server::mission::{Happened, TeamFigures};
 use super::points::{Change, Points};
 use crate::service::bus::Sensed;
 
-/// Of steps to come nothing depends on it.
+/// The record of a run. It does not affect later steps.
 #[derive(Clone, Debug)]
 pub(super) struct Log {
     step_s: f64,
-    /// When the last point was done.
     makespan: Option<SimTime>,
-    /// From the arrival of each point that was done until then, ms.
+    /// The time from arrival to completion of each point that is done, ms.
     responses_ms: Vec<u64>,
-    /// From the arrivals of points until somebody began with them, and how many these were, ms.
+    /// The total time from arrival to the first work on a point, ms, and the number of these points.
     waits_ms: (u64, u64),
-    /// By rank.
     robots: Vec<Worker>,
 }
 
 #[derive(Clone, Debug, Default)]
 struct Worker {
     work_steps: u64,
-    /// Steps in which it worked where others were enough.
     wasted_steps: u64,
     done: u64,
     way_m: f64,
@@ -43,7 +40,7 @@ impl Log {
         }
     }
 
-    /// A point has changed, by a robot's work or by itself.
+    /// Records a change of a point, caused by a robot's work or by time.
     pub fn add(
         &mut self,
         points: &Points,
@@ -72,23 +69,21 @@ impl Log {
         }
     }
 
-    /// Work on a point of which nothing was done begins so long after its arrival.
+    /// Records the time from a point's arrival to the first work on it.
     pub fn waited(&mut self, wait: SimTime) {
         self.waits_ms.0 += wait.0;
         self.waits_ms.1 += 1;
     }
 
-    /// A robot has worked for a step.
     pub fn work_step(&mut self, robot: RobotId) {
         self.robots[robot.index()].work_steps += 1;
     }
 
-    /// A robot has worked for a step where others were enough.
+    /// Records a step of work on a point that already had enough workers.
     pub fn waste_step(&mut self, robot: RobotId) {
         self.robots[robot.index()].wasted_steps += 1;
     }
 
-    /// A robot has moved for a step.
     pub fn moved(&mut self, robot: RobotId, speed_m_s: f32) {
         self.robots[robot.index()].way_m += f64::from(speed_m_s) * self.step_s;
     }
@@ -99,7 +94,7 @@ impl Log {
         responses.sort_unstable();
         let count = responses.len();
         let mean = responses.iter().sum::<u64>() as f64 / count as f64;
-        // The least that is not below 95 % of them.
+        // The 95th percentile by the nearest-rank method.
         let p95 = count
             .checked_sub(1)
             .map(|_| responses[(count * 95).div_ceil(100) - 1]);
@@ -122,13 +117,13 @@ impl Log {
     }
 }
 
-/// The points that robots see, in their own frames.
+/// Adds the points that robots see, in their own frames.
 pub(super) fn show_sensed(view: &mut View) {
     for robot in &mut view.robots {
         let Encoded::Open(bytes) = &robot.readings.mission else {
             continue;
         };
-        // Whatever it is, it is only shown.
+        // An undecodable reading shows no points.
         let sensed: Sensed = bytes.decode().unwrap_or_default();
         let points = sensed.points.iter().flatten();
         robot.sensed.extend(points.map(|fact| fact.at));

@@ -1,6 +1,7 @@
-//! Service in the world: points arrive, robots within reach take work off them, points are done, expire and come back.
+//! The world side of service: points arrive, robots within reach work on them, and points are done, expire and come
+//! back.
 //!
-//! - `points`: the points, and what becomes of them. `board`: what is written for robots to read. `log`: what is told of it all.
+//! - `points`: the points and their phases. `board`: the announcements for robots. `log`: tables, figures and view.
 
 mod board;
 mod log;
@@ -30,17 +31,14 @@ use board::{Board, Reader};
 use log::Log;
 use points::{Change, Points};
 
-/// A service mission of a run.
 #[derive(Clone, Serialize)]
 pub struct Service {
-    /// What never changes.
     #[serde(skip)]
     constants: Arc<Constants>,
     points: Points,
     board: Board,
-    /// By rank.
     robots: Vec<Robot>,
-    /// How many robots have worked on each point in this step; all 0 between steps.
+    /// The number of workers per point in the current step. 0 between steps.
     #[serde(skip)]
     workers_on: Vec<u32>,
     #[serde(skip)]
@@ -52,27 +50,23 @@ struct Constants {
     section: ServiceSection,
     seed: u64,
     step_s: f64,
-    /// By rank and kind.
     skills: Vec<Vec<f64>>,
-    /// The tasks that each robot has behaviors for, by rank.
     readers: Vec<Reader>,
 }
 
-/// A robot as far as its work is concerned.
 #[derive(Clone, Debug, Default, Serialize)]
 struct Robot {
-    /// Up to where it has read the board.
+    /// The last board line that the robot has acknowledged.
     read: u32,
-    /// The point at which it was at work in the step before.
     worked: Option<u16>,
-    /// Where work is lost with who leaves, its own attempt: the round of the point, and the work left, s of a robot of skill 1.
+    /// The robot's own attempt, for kinds whose unfinished work is lost: the round of the point, and the work left, s
+    /// at skill 1.
     attempt: (u16, f64),
-    /// The same of this step.
     #[serde(skip)]
     works: Option<u16>,
 }
 
-/// The nearest place to a point where a robot can stand.
+/// Returns the nearest place to a point at which a robot can stand.
 fn free_place(at: Vec2, floor: &Floor) -> Option<Vec2> {
     let radius_m = floor.body().radius_m;
     floor.nearest_place(at, |place| floor.fits(place, radius_m))
@@ -89,9 +83,9 @@ impl Constants {
                 .collect()
         });
         let readers = scenario.robots.iter().map(|robot| {
-            let own = catalog.behaviors_of(robot);
-            let own = own.map(|id| catalog.sets[id.index()].task.0);
-            Reader::new(section.tasks, own.collect(), catalog.tasks.len())
+            let tasks = catalog.behaviors_of(robot);
+            let tasks = tasks.map(|id| catalog.sets[id.index()].task.0);
+            Reader::new(section.tasks, tasks.collect(), catalog.tasks.len())
         });
         Self {
             skills: skills.collect(),
@@ -104,7 +98,7 @@ impl Constants {
 }
 
 impl Service {
-    /// Passes on what has become of a point.
+    /// Logs and announces a change of a point.
     fn changed(&mut self, point: u16, change: Change, floor: &Floor, happened: &mut Happened) {
         let now = floor.now();
         self.log
@@ -112,7 +106,7 @@ impl Service {
         self.announce(point, floor);
     }
 
-    /// Whoever can know of a point may sense something else from now on.
+    /// Announces a change of a point: on the board, or by invalidating the readings of robots in sight.
     fn announce(&mut self, point: u16, floor: &Floor) {
         match self.constants.section.known {
             KnownTo::All => {
@@ -126,7 +120,7 @@ impl Service {
         }
     }
 
-    /// A robot works on a point: it takes off what its skill allows, if it can.
+    /// Lets a robot work on a point, if it is within reach and has the skill.
     fn work(&mut self, robot: RobotId, point: u16, floor: &mut Floor, happened: &mut Happened) {
         let constants = Arc::clone(&self.constants);
         let Some(kind) = self.points.open_kind(point) else {
@@ -184,7 +178,7 @@ impl Service {
         }
     }
 
-    /// The points that a robot sees, nearest first, in its own frame.
+    /// Returns the visible points in the robot's own frame, nearest first.
     fn in_sight(&self, robot: RobotId, floor: &Floor) -> ArrayVec<Fact, SENSED_MOST> {
         let (position, ahead) = (floor.pose(robot).position, floor.ahead(robot));
         let near = self
@@ -224,7 +218,6 @@ impl TypedMission for Service {
         }
     }
 
-    /// Points arrive, expire and come back.
     fn begin(&mut self, floor: &mut Floor, happened: &mut Happened) {
         while let Some((point, change)) = self.points.next_change(floor.now()) {
             self.changed(point, change, floor, happened);
@@ -242,7 +235,7 @@ impl TypedMission for Service {
         }
     }
 
-    /// Whoever has stopped working has left, unless the point is over.
+    /// Records a robot that has stopped working as leaving, unless the point is over.
     fn settle(&mut self, floor: &mut Floor, happened: &mut Happened) {
         for rank in 0..self.robots.len() {
             let robot = RobotId(rank as u16);
@@ -291,19 +284,19 @@ impl TypedMission for Service {
         (sensed, Validity::UntilChange)
     }
 
-    /// Whoever takes its place has read nothing.
+    /// Resets the board position: the next incarnation of the robot has read nothing.
     fn lose(&mut self, robot: RobotId, floor: &mut Floor, _: &mut Happened) {
         self.robots[robot.index()].read = 0;
         floor.changed(robot);
     }
 
-    /// A point arrives now, at the nearest place where a robot can stand.
+    /// Adds a point now, at the nearest place at which a robot can stand.
     fn change(
         &mut self,
         fault: &MissionFault,
         floor: &mut Floor,
     ) -> Option<Result<String, ChangeError>> {
-        // Checked when it was ordered: only what has a default may be left out.
+        // The order was checked before: only values with a default may be missing.
         let number = |key| fault.get(key).unwrap_or(0.0);
         let section = &self.constants.section;
         let kind = number("kind") as usize;
@@ -323,7 +316,7 @@ impl TypedMission for Service {
         let Some(at) = free_place(near, floor) else {
             return refused("no place is left where a robot could stand".to_owned());
         };
-        // The first points are drawn for nobody.
+        // The streams of robots are unused here, so the point's number selects one.
         let mut rng: ChaCha8Rng = robot_stream(
             self.constants.seed,
             Purpose::Mission,
@@ -346,7 +339,7 @@ impl TypedMission for Service {
         }
     }
 
-    /// What is written on a board is no length.
+    /// Adds errors to visible points. The board contains no measurements.
     fn mislead(&self, device: &str, sensed: &mut Sensed, error_m: &mut dyn FnMut() -> f32) {
         if device != "points" || self.constants.section.known == KnownTo::All {
             return;
@@ -392,7 +385,7 @@ impl TypedMission for Service {
         self.points.holds()?;
         match self.workers_on.iter().position(|workers| *workers != 0) {
             None => Ok(()),
-            Some(point) => Err(format!("somebody is at work on p{point} between steps")),
+            Some(point) => Err(format!("p{point} has workers between steps")),
         }
     }
 }

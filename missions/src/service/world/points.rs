@@ -1,4 +1,4 @@
-//! The points of a run, and what becomes of each: it waits, is open, and is over, done or expired, until it comes back.
+//! The points of a run. A point waits, is open, and is then done or expired, until it comes back.
 
 use std::collections::BTreeSet;
 
@@ -14,17 +14,13 @@ use xxhash_rust::xxh3::xxh3_64;
 use crate::service::bus::{Fact, LEAST_LEFT_S, SENSED_MOST};
 use crate::service::data::{PointSpec, ServiceSection};
 
-/// Radius of a point as it is shown, m: it can be seen round a robot that works there.
+/// The radius of a displayed point, m. It is larger than a robot, so that the point stays visible.
 const SHOWN_M: f32 = 0.28;
 
-/// What has become of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Change {
-    /// It is open from now on.
     Arrived,
-    /// All work on it is done.
     Done,
-    /// It is over, with work left.
     Expired,
 }
 
@@ -41,44 +37,40 @@ struct Point {
     spec: PointSpec,
     phase: Phase,
     round: u16,
-    /// When this round of it arrives.
+    /// The arrival time of the current round.
     arrives: SimTime,
-    /// Work left for a robot of skill 1, s.
+    /// The work left for a robot of skill 1, s.
     left_s: f64,
 }
 
-/// How many points are in which phase, and what is left of those that are open.
+/// The number of points per phase, and the work left of open points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Counts {
     open: u64,
-    /// Open, and some work is done.
+    /// Open points on which some work is done.
     started: u64,
     done: u64,
     expired: u64,
-    /// In quarters of each point, rounded up, ms.
+    /// The work left of all open points, in quarters of each point, rounded up, ms.
     left_ms: u64,
 }
 
-/// All of them, by number.
 #[derive(Clone, Debug)]
 pub(super) struct Points {
     points: Vec<Point>,
-    /// The open ones, by place.
     open: Grid,
-    /// By kind.
     open_of_kind: Vec<u32>,
-    /// Whether unfinished work stays done, by kind.
     kept: Vec<bool>,
-    /// When something happens to a point by itself.
+    /// The times of the next change of each point that time causes.
     agenda: BTreeSet<(SimTime, u16)>,
     counts: Counts,
-    /// None arrives or comes back from then on.
+    /// The time from which no point arrives or comes back.
     until: SimTime,
-    /// Of all points, each with its number: of what changes, and of those that faults have added.
+    /// The combined hash of the variable data of all points. Covers points that faults have added.
     hash: u64,
 }
 
-/// The hash tells the state apart.
+/// Serializes only the data that identifies the state.
 impl Serialize for Points {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let counts = &self.counts;
@@ -97,8 +89,7 @@ impl Point {
         }
     }
 
-    /// When something happens to it by itself, and what it is then: it arrives, expires, or comes back, at the latest when it is still
-    /// open.
+    /// Returns the time of the next change that time causes: arrival, expiration or return. An open point returns, too.
     fn next(&self, until: SimTime) -> Option<SimTime> {
         let round_after = |by: SimTime| Some(self.arrives + by).filter(|next| *next < until);
         let comes_back = self.spec.comes_back_after.and_then(round_after);
@@ -112,7 +103,7 @@ impl Point {
         }
     }
 
-    /// Quarters of its work that are left, rounded up.
+    /// Returns the number of quarters of its work that are left, rounded up.
     fn quarters_left(&self) -> u64 {
         (4.0 * self.left_s / self.spec.work_s).ceil() as u64
     }
@@ -166,7 +157,7 @@ impl Points {
         points
     }
 
-    /// One more: it arrives when its time has come.
+    /// Adds a point, which arrives at its arrival time. Returns its number.
     pub fn add(&mut self, spec: PointSpec) -> u16 {
         let number = self.points.len() as u16;
         let point = Point::new(spec);
@@ -181,66 +172,62 @@ impl Points {
         self.points.len()
     }
 
-    /// Where a point is, m.
     pub fn at(&self, point: u16) -> Vec2 {
         self.points[usize::from(point)].spec.at
     }
 
-    /// How long a point takes a robot of skill 1, s, and when its round arrived.
+    /// Returns the work of a point for a robot of skill 1, s, and the arrival time of its round.
     pub fn work_and_arrival(&self, point: u16) -> (f64, SimTime) {
         let point = &self.points[usize::from(point)];
         (point.spec.work_s, point.arrives)
     }
 
-    /// The kind of a point that is open, by its place; `None`: it is not, or there is no such point.
+    /// Returns the kind of an open point. `None` if the point is not open or does not exist.
     pub fn open_kind(&self, point: u16) -> Option<usize> {
         let point = self.points.get(usize::from(point))?;
         (point.phase == Phase::Open).then_some(point.spec.kind)
     }
 
-    /// How often a point has come back.
     pub fn round(&self, point: u16) -> u16 {
         self.points[usize::from(point)].round
     }
 
-    /// How many of a kind are open.
     pub fn open_of_kind(&self, kind: usize) -> u32 {
         self.open_of_kind[kind]
     }
 
-    /// Whether nothing of a point is done.
     pub fn is_untouched(&self, point: u16) -> bool {
         let point = &self.points[usize::from(point)];
         point.left_s >= point.spec.work_s
     }
 
-    /// Quarters of the work of a point that are left, rounded up.
+    /// Returns the number of quarters of a point's work that are left, rounded up.
     pub fn quarters_left(&self, point: u16) -> u64 {
         self.points[usize::from(point)].quarters_left()
     }
 
-    /// What is to be known of a point: work left in quarters, where they stay done.
+    /// Returns the fact that robots can sense about a point. Kept work is reported in quarters.
     pub fn fact(&self, point: u16) -> Fact {
-        let of = &self.points[usize::from(point)];
-        let quarters = if self.kept[of.spec.kind] {
-            of.quarters_left() as f64
+        let state = &self.points[usize::from(point)];
+        let quarters = if self.kept[state.spec.kind] {
+            state.quarters_left() as f64
         } else {
             4.0
         };
-        let left_s = match of.phase {
-            Phase::Open => ((quarters / 4.0 * of.spec.work_s) as f32).max(LEAST_LEFT_S),
+        let left_s = match state.phase {
+            Phase::Open => ((quarters / 4.0 * state.spec.work_s) as f32).max(LEAST_LEFT_S),
             _ => 0.0,
         };
         Fact {
             point,
-            kind: of.spec.kind as u8,
-            round: of.round,
-            at: of.spec.at,
+            kind: state.spec.kind as u8,
+            round: state.round,
+            at: state.spec.at,
             left_s,
         }
     }
 
-    /// Changes a point, and with it all that depends on it.
+    /// Edits a point and updates all data derived from it.
     fn change(&mut self, number: u16, edit: impl FnOnce(&mut Point)) {
         let point = &mut self.points[usize::from(number)];
         let was = point.phase;
@@ -270,7 +257,7 @@ impl Points {
         }
     }
 
-    /// The next thing that happens by itself until now, and has happened with that.
+    /// Applies the next change that is due by `now`, and returns it.
     pub fn next_change(&mut self, now: SimTime) -> Option<(u16, Change)> {
         let (at, number) = *self.agenda.first()?;
         if at > now {
@@ -300,7 +287,7 @@ impl Points {
         Some((number, change))
     }
 
-    /// Takes work off an open point, s of a robot of skill 1: whether none is left.
+    /// Takes work off an open point, s at skill 1. Returns whether none is left.
     pub fn take_off(&mut self, number: u16, work_s: f64) -> bool {
         self.change(number, |point| {
             point.left_s = (point.left_s - work_s).max(0.0);
@@ -308,7 +295,7 @@ impl Points {
         self.points[usize::from(number)].left_s <= 0.0
     }
 
-    /// Somebody's own attempt has come so far, s left: whether nothing is.
+    /// Records the progress of a robot's own attempt, s left. Returns whether the attempt is complete.
     pub fn attempt(&mut self, number: u16, left_s: f64) -> bool {
         if left_s < self.points[usize::from(number)].left_s {
             self.change(number, |point| point.left_s = left_s.max(0.0));
@@ -316,19 +303,17 @@ impl Points {
         left_s <= 0.0
     }
 
-    /// An open point is done.
     pub fn finish(&mut self, number: u16) -> Change {
         self.change(number, |point| point.phase = Phase::Done);
         self.counts.done += 1;
         Change::Done
     }
 
-    /// What has been done on an open point is lost.
     pub fn start_over(&mut self, number: u16) {
         self.change(number, |point| point.left_s = point.spec.work_s);
     }
 
-    /// The open points within sight of a place, nearest first; of those at the same distance, by number.
+    /// Returns the open points within sight of a place, nearest first, by number at equal distance.
     pub fn open_near(&self, place: Vec2, sight_m: f32) -> ArrayVec<u16, SENSED_MOST> {
         let mut nearest: ArrayVec<(f32, u16), SENSED_MOST> = ArrayVec::new();
         for (point, at) in self.open.near(place, sight_m) {
@@ -348,7 +333,7 @@ impl Points {
         nearest.into_iter().map(|(_, point)| point).collect()
     }
 
-    /// Whether nothing is open, and nothing will be.
+    /// Checks whether no point is open now or later.
     pub fn is_over(&self) -> bool {
         self.counts.open == 0 && self.agenda.is_empty()
     }
@@ -365,7 +350,7 @@ impl Points {
         figures.mission.add("open", self.counts.open);
     }
 
-    /// Each point that has arrived, or does so now.
+    /// Adds a mark for each point that has arrived by `now`.
     pub fn show(&self, section: &ServiceSection, now: SimTime, view: &mut View) {
         for (number, point) in self.points.iter().enumerate() {
             if point.phase == Phase::Waiting && point.arrives > now {
@@ -382,7 +367,7 @@ impl Points {
         }
     }
 
-    /// What follows from the points is as it must be.
+    /// Checks that the derived data matches the points.
     pub fn holds(&self) -> Result<(), String> {
         let mut counts = Counts {
             done: self.counts.done,
@@ -402,12 +387,12 @@ impl Points {
             let next = point.next(self.until);
             let is_there = next.is_none_or(|next| self.agenda.contains(&(next, number)));
             if !is_there {
-                return Err(format!("nothing is to become of p{number}"));
+                return Err(format!("the next change of p{number} is not scheduled"));
             }
         }
         if counts != self.counts || hash != self.hash {
             return Err(format!(
-                "the points are {counts:?}, and said to be {:?}",
+                "the points give {counts:?}, but the record is {:?}",
                 self.counts
             ));
         }

@@ -1,4 +1,4 @@
-//! What becomes of points, robots doing as they are told here.
+//! The phases of points, with robots that execute given actions.
 
 use alliance_proto::fault::{Fault, MissionFault};
 use alliance_proto::ids::RobotId;
@@ -17,7 +17,7 @@ use crate::Registry;
 const GOLD: RobotId = RobotId(0);
 const BLUE: RobotId = RobotId(1);
 
-/// Two robots within reach of everything: steps of 0.5 s.
+/// Creates a world with two robots within reach of all points, and steps of 0.5 s.
 fn world(section: &str) -> World {
     let skills = [("garbage", 1.0), ("dust", 0.5), ("floor", 0.0)];
     let own: Vec<String> = skills
@@ -57,14 +57,14 @@ fn works(point: u16) -> Option<Actuation> {
     })
 }
 
-fn does(deed: Deed) -> Option<Actuation> {
+fn does(action: Deed) -> Option<Actuation> {
     Some(Actuation {
-        deed: AnyDeed::Open(Bytes::encode(&deed).unwrap()),
+        deed: AnyDeed::Open(Bytes::encode(&action).unwrap()),
         ..Actuation::default()
     })
 }
 
-/// A step in which gold and blue do that; the events as `12.5 done gold p0`.
+/// Makes a step in which gold and blue execute the commands. Returns events such as `12.5 done gold p0`.
 fn step(world: &mut World, commands: [Option<Actuation>; 2]) -> Vec<String> {
     let now = world.now();
     let events = world.step(&commands);
@@ -83,7 +83,7 @@ fn step(world: &mut World, commands: [Option<Actuation>; 2]) -> Vec<String> {
     events.iter().map(text).collect()
 }
 
-/// The events until that time.
+/// Returns the events until the given time.
 fn until(world: &mut World, end_s: f64, commands: [Option<Actuation>; 2]) -> Vec<String> {
     let mut events = Vec::new();
     while world.now() < SimTime::from_secs_f64(end_s) {
@@ -105,7 +105,7 @@ fn sensed(world: &World, robot: RobotId) -> Sensed {
     }
 }
 
-/// Work is taken off by skill: 3 s of dust take gold, of skill 0.5, 6 s, and blue, of skill 1, 3 s.
+/// Work takes time by skill: for 3 s of dust, gold needs 6 s at skill 0.5, and blue 3 s at skill 1.
 #[test]
 fn work_takes_its_time_by_skill() {
     let section = kind("dust", 3.0, "") + &point("dust", 1.0) + &point("dust", 1.0);
@@ -135,7 +135,7 @@ fn work_takes_its_time_by_skill() {
     );
 }
 
-/// 3 s of dust take blue, of skill 1, 6 s with half of it, whatever becomes of other skills, and of others' skills.
+/// For 3 s of dust, blue needs 6 s with half of its skill 1. Faults of other skills and robots have no effect.
 #[test]
 fn an_impaired_skill_takes_less_off() {
     let section = kind("dust", 3.0, "") + &kind("garbage", 3.0, "");
@@ -152,7 +152,11 @@ fn an_impaired_skill_takes_less_off() {
     while world.now() < SimTime::from_secs_f64(8.0) {
         world.impair([half.clone(), none.clone()].into_iter());
         events.extend(step(&mut world, [works(1), works(0)]));
-        let acted: Vec<bool> = world.impairments().iter().map(|it| it.has_acted).collect();
+        let acted: Vec<bool> = world
+            .impairments()
+            .iter()
+            .map(|impairment| impairment.has_acted)
+            .collect();
         let works = world.now() <= SimTime::from_secs_f64(6.0);
         assert_eq!(acted, [works, false], "at {}", world.now());
     }
@@ -168,7 +172,7 @@ fn an_impaired_skill_takes_less_off() {
 }
 
 #[test]
-fn nobody_works_without_the_skill_or_on_what_has_not_arrived() {
+fn no_robot_works_without_the_skill_or_before_arrival() {
     let section = kind("floor", 1.0, "")
         + &kind("garbage", 1.0, "")
         + &point("floor", 0.0)
@@ -180,7 +184,7 @@ fn nobody_works_without_the_skill_or_on_what_has_not_arrived() {
 }
 
 #[test]
-fn nobody_works_beyond_reach() {
+fn no_robot_works_beyond_reach() {
     let start = "[[robots]]\nname = 'gold'\nstart = { x_m = 5.4, y_m = 4, heading_deg = 0 }\n";
     let text = format!(
         "step_ms = 500\n[service]\nreach_m = 0.5\n{}{}{start}",
@@ -193,14 +197,14 @@ fn nobody_works_beyond_reach() {
         speed_m_s: 0.5,
         ..works(0).unwrap()
     };
-    // 0.6 m away, and after a step 0.35 m.
+    // The robot is 0.6 m away, and 0.35 m after a step.
     assert_eq!(step(&mut world, [Some(near), None]), [""; 0]);
     assert_eq!(step(&mut world, [works(0), None]), ["1 begun gold p0"]);
 }
 
-/// A second robot on a point for one takes nothing off, and the time that it wastes is told.
+/// A second robot at a point for one worker takes no work off, and its time counts as wasted.
 #[test]
-fn no_more_than_the_workers_take_work_off() {
+fn surplus_workers_take_no_work_off() {
     let section =
         |workers| kind("garbage", 4.0, &format!("workers = {workers}")) + &point("garbage", 0.0);
     let mut one = world(&section(1));
@@ -211,20 +215,20 @@ fn no_more_than_the_workers_take_work_off() {
     );
     let mut figures = world_server::mission::TeamFigures::new(2);
     one.mission().figures(&mut figures);
-    let told = |name: &str| figures.mission.get(name);
-    assert_eq!(told("wasted_robot_s"), Value::Real(3.5));
-    assert_eq!(told("makespan_ms"), Value::Count(3500));
-    assert_eq!(told("wait.mean_ms"), Value::Real(0.0));
-    assert_eq!(told("response.p95_ms"), Value::Count(3500));
+    let figure = |name: &str| figures.mission.get(name);
+    assert_eq!(figure("wasted_robot_s"), Value::Real(3.5));
+    assert_eq!(figure("makespan_ms"), Value::Count(3500));
+    assert_eq!(figure("wait.mean_ms"), Value::Real(0.0));
+    assert_eq!(figure("response.p95_ms"), Value::Count(3500));
 
     let mut both = world(&section(2));
     let events = until(&mut both, 10.0, [works(0), works(0)]);
     assert_eq!(events[3], "1.5 done blue p0");
 }
 
-/// Work that is left stays done, or is lost, as the kind says.
+/// Unfinished work is kept or lost, depending on the kind.
 #[test]
-fn what_is_left_unfinished() {
+fn unfinished_work_is_kept_or_lost_by_kind() {
     let section = |kept| kind("garbage", 4.0, &format!("kept = {kept}")) + &point("garbage", 0.0);
     for (kept, done) in [(true, "6 done blue p0"), (false, "8.5 done blue p0")] {
         let mut world = world(&section(kept));
@@ -236,10 +240,10 @@ fn what_is_left_unfinished() {
     }
 }
 
-/// Where work is lost with who leaves, each robot makes an attempt of its own: who comes later takes nothing off the other's, and is told as
-/// wasted; when the first one leaves, its attempt is what is left.
+/// If unfinished work is lost, each robot makes its own attempt. A later robot does not help the first one, and its
+/// time counts as wasted. When the first robot leaves, the attempt of the other remains.
 #[test]
-fn attempts_of_their_own() {
+fn each_robot_makes_its_own_attempt() {
     let section = kind("garbage", 4.0, "kept = false") + &point("garbage", 0.0);
     let mut alone = world(&section);
     until(&mut alone, 2.0, [None, works(0)]);
@@ -256,14 +260,14 @@ fn attempts_of_their_own() {
     left.mission().figures(&mut figures);
     assert_eq!(figures.mission.get("wasted_robot_s"), Value::Real(1.0));
     let of = |robot: RobotId, name: &str| figures.robots[robot.index()].get(name);
-    // The lower rank is told as the one that is enough.
+    // The time of the lower rank counts as useful.
     assert_eq!(of(GOLD, "work_s"), Value::Real(4.0));
     assert_eq!(of(BLUE, "surplus_s"), Value::Real(1.0));
 }
 
-/// One who dies has left; the point is there for the next.
+/// A lost robot leaves its point, which stays open for others.
 #[test]
-fn a_robot_that_is_gone_has_left() {
+fn a_lost_robot_leaves_its_point() {
     let mut world = world(&(kind("garbage", 4.0, "") + &point("garbage", 0.0)));
     until(&mut world, 1.0, [works(0), None]);
     world.lose(GOLD);
@@ -292,7 +296,7 @@ fn points_expire() {
     assert_eq!(row(&world)[3], Value::Count(2));
 }
 
-/// A point of a period comes back whether it was done or not, until `duration_s`; what is open then can still be done.
+/// A point with a period comes back, done or not, until `duration_s`. Points that are open then can still be done.
 #[test]
 fn points_come_back() {
     let section = "duration_s = 11\n".to_owned()
@@ -318,9 +322,9 @@ fn points_come_back() {
     assert!(world.mission().end(world.now()).is_some());
 }
 
-/// What was told is told again until the robot says that it has read it.
+/// The board repeats its lines until the robot acknowledges them.
 #[test]
-fn the_board_is_read_in_pieces_and_told_again() {
+fn the_board_is_read_in_parts_and_repeated() {
     let points: String = (0..10).map(|_| point("garbage", 0.0)).collect();
     let mut world = world(&(kind("garbage", 4.0, "") + &points));
     step(&mut world, [None, None]);
@@ -331,13 +335,13 @@ fn the_board_is_read_in_pieces_and_told_again() {
     let first = sensed(&world, GOLD);
     assert_eq!(numbers(&first), [0, 1, 2, 3, 4, 5, 6]);
     assert_eq!(first.told, Some(7));
-    // A step that did not count: nothing was read.
+    // The step does not count, so nothing is acknowledged.
     step(&mut world, [None, None]);
     assert_eq!(sensed(&world, GOLD), first);
-    let reads = |told| {
+    let reads = |line| {
         does(Deed {
             work: None,
-            read: told,
+            read: line,
         })
     };
     step(&mut world, [reads(first.told), None]);
@@ -348,22 +352,22 @@ fn the_board_is_read_in_pieces_and_told_again() {
         (numbers(&sensed(&world, GOLD)), sensed(&world, GOLD).told),
         (vec![], None)
     );
-    // Blue has read nothing, and one in gold's place neither. Nobody has read what is not written yet.
+    // Blue has read nothing, nor has a new incarnation of gold. A robot cannot acknowledge lines that do not exist yet.
     assert_eq!(sensed(&world, BLUE), first);
     world.lose(GOLD);
     assert_eq!(sensed(&world, GOLD), first);
     step(&mut world, [reads(Some(u32::MAX)), works(3)]);
     assert_eq!(sensed(&world, GOLD).told, None);
-    // What is done comes to the end of the board.
+    // A done point moves to the end of the board.
     until(&mut world, 10.0, [None, works(3)]);
     let news = sensed(&world, GOLD);
     let news = news.points.iter().flatten().next().unwrap();
     assert_eq!((news.point, news.left_s), (3, 0.0));
 }
 
-/// A robot reads of points that it has a task for, and of no others.
+/// A robot receives only the points of its own tasks.
 #[test]
-fn a_robot_is_told_of_its_own_tasks() {
+fn a_robot_reads_only_points_of_its_own_tasks() {
     let section = kind("garbage", 4.0, "")
         + &kind("floor", 4.0, "")
         + &point("garbage", 0.0)
@@ -408,7 +412,7 @@ fn a_fault_adds_a_point_while_there_are_tasks_for_it() {
     world.mission().holds(&world).unwrap();
 }
 
-/// The points that are seen are those within sight, the nearest first, in the robot's own frame.
+/// Robots see the points within sight in their own frames, nearest first.
 #[test]
 fn sight_is_limited_and_relative() {
     let place =
@@ -429,7 +433,7 @@ fn sight_is_limited_and_relative() {
         .iter()
         .map(|fact| (fact.point, fact.at.to_array()))
         .collect();
-    // To the left and ahead of it.
+    // The points are to the left of the robot and ahead of it.
     assert_eq!(places.len(), 2);
     let expected = [(1, [0.0, 1.0]), (0, [1.5, 0.0])];
     for ((point, at), (number, place)) in places.iter().zip(expected) {
@@ -442,7 +446,7 @@ fn sight_is_limited_and_relative() {
     assert_eq!(sensed(&world, BLUE).points.unwrap().len(), 0);
 }
 
-/// What is told fits in a reading, whatever the numbers are.
+/// The largest reading fits in a message.
 #[test]
 fn the_largest_reading_fits() {
     let fact = super::super::bus::Fact {
@@ -466,7 +470,7 @@ fn the_largest_reading_fits() {
 }
 
 proptest! {
-    /// Whatever robots do, no point is lost: each is waiting, open or over, and what is counted is what the events told.
+    /// No point is lost: each is waiting, open or over, and the counts match the events.
     #[test]
     fn all_points_are_accounted_for(
         tasks in proptest::collection::vec((0..3_u16, 0..3_u16), 1..120),

@@ -1,17 +1,15 @@
-//! What is wrong with `[waste]`.
+//! Checks of `[waste]`.
 
 use super::WasteSection;
 use alliance_proto::scenario::limits::{FRACTION, LENGTH, TIME, closed, named};
 use alliance_proto::scenario::{Path, Problem, Scenario};
 
-/// Most spills of a scenario, and most deposits.
+/// The maximum number of spills of a scenario, and of deposits.
 pub const MAX_SPILLS: usize = 10_000;
-/// Most items of a spill.
 pub(super) const MAX_ITEMS: u32 = 1000;
-/// Most items of all spills, and most that a fault strews in the course of a run.
+/// The maximum number of items of all spills, and of all items that a repeated fault adds.
 pub(crate) const MAX_ITEMS_IN_ALL: u32 = 200_000;
 
-/// Refuses the first mistake of `[waste]`.
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     let waste = WasteSection::of(scenario);
     let at = Path::of(["waste"]);
@@ -27,7 +25,6 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         FRACTION.check(at.key("x_fraction"), spill.x_fraction)?;
         FRACTION.check(at.key("y_fraction"), spill.y_fraction)?;
     }
-    // At most so many spills of so many items: no overflow.
     let items: u32 = waste.spills.iter().map(|spill| spill.items).sum();
     if items > MAX_ITEMS_IN_ALL {
         let what = format!("{items} items in all");
@@ -70,14 +67,14 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     lasting(waste, at.key("duration_s"))
 }
 
-/// Only foraging lasts for a time.
+/// Checks `duration_s`, which only foraging allows.
 fn lasting(waste: &WasteSection, at: Path) -> Result<(), Problem> {
     let Some(duration_s) = waste.duration_s else {
         return Ok(());
     };
     TIME.check(at.clone(), duration_s)?;
     if !waste.respawn {
-        let what = "the clean-up ends when all is delivered";
+        let what = "the clean-up ends when all items are delivered";
         let remedy = "leave it out, or write respawn = true";
         return Err(Problem::at(at, what, remedy));
     }

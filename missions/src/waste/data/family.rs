@@ -1,31 +1,32 @@
 //! The waste clean-up in any size: room, team and work grow together (`--robots N --spills M`).
 //!
-//! The default mission is three robots and two spills in a room of 12 × 9 m. A larger one is made of so many *districts* of
-//! that size, without walls between them, that none has more than three robots and two spills: each has a deposit where the
-//! default room has it, and its spills and its robots' starts in the places of the default's.
+//! The default mission has three robots and two spills in a room of 12 × 9 m. A larger one consists of *districts* of
+//! that size, without walls between them. No district has more than three robots and two spills. Deposit, spills and
+//! starts lie as in the default room.
 //!
-//! - Each spill is the task of the three robots that start nearest to it, and each robot has the two spills nearest to it: so a
-//!   robot that dies has others to take its work over, which have work of their own, and nobody has to know of everything.
-//! - The three that start nearest to the report site also find the locations and report. Along the walls of more than ten
-//!   districts that would take longer than the work: there the robots know the border beforehand.
-//! - Teams of more than 20 robots have radios of such a range that each hears about 20.
+//! - Each spill is a task of the three robots that start nearest to it, and each robot has its two nearest spills. So
+//!   teammates can take over the work of a lost robot, and no robot needs all knowledge.
+//! - The three robots that start nearest to the report site also find the locations and report. In more than ten
+//!   districts the search along the walls would take longer than the work, so the border is known beforehand.
+//! - In teams of more than 20 robots the radio range is limited so that each robot receives from about 20 others.
 
 use super::{Spill, Spot, WasteSection, default_scenario};
 use crate::districts::{Districts, Share, nearest, nearest_both_ways, range_to_hear};
 use alliance_proto::scenario::{Radio, Robot, Room, Scenario, Start};
 
-/// Most robots and spills of a district: those of the default mission.
+/// The maximum number of robots and spills per district, as in the default mission.
 const ROBOTS: usize = 3;
 const SPILLS: usize = 2;
-/// How many robots have a task, and how many spills a robot has.
 const ROBOTS_PER_TASK: usize = 3;
 const SPILLS_PER_ROBOT: usize = 2;
-/// About so many robots hear each other.
-const HEARD: usize = 20;
-/// The border of more districts than these is known beforehand.
+/// The approximate number of robots from which a robot receives, and the team size above which the radio range is
+/// limited.
+const NEIGHBORS: usize = 20;
+/// The number of districts above which the border is known beforehand.
 const SEARCHED: usize = 10;
 
-/// The waste clean-up with so many robots and spills, 1 to 10,000 of each. With 3 and 2 it is the default mission.
+/// Returns the waste clean-up with the given number of robots and spills, 1 to 10,000 each. 3 and 2 give the default
+/// mission.
 #[must_use]
 pub fn family(robots: usize, spills: usize) -> Scenario {
     if (robots, spills) == (ROBOTS, SPILLS) {
@@ -83,25 +84,23 @@ pub fn family(robots: usize, spills: usize) -> Scenario {
     if robots > ROBOTS_PER_TASK {
         assign(&mut scenario);
     }
-    if robots > HEARD {
+    if robots > NEIGHBORS {
         let Room { width_m, height_m } = scenario.room;
         scenario.radio = Radio {
-            range_m: Some(range_to_hear(HEARD, robots, width_m, height_m)),
+            range_m: Some(range_to_hear(NEIGHBORS, robots, width_m, height_m)),
         };
     }
-    // As much time for each item as in the default mission.
+    // The time limit grows with the number of items per robot.
     let load = (spills * items) as f64 / robots as f64;
     let default_load = (SPILLS * items) as f64 / ROBOTS as f64;
     scenario.limit_s *= (load / default_load).ceil().max(1.0);
     scenario
 }
 
-/// As many as robots and spills take.
 fn districts(robots: usize, spills: usize) -> Districts {
     Districts::new(robots.div_ceil(ROBOTS).max(spills.div_ceil(SPILLS)))
 }
 
-/// A place that is given as fractions of a district, as fractions of the room.
 fn spot(districts: &Districts, district: usize, x: f32, y: f32) -> Spot {
     let (column, row) = districts.place(district);
     Spot {
@@ -110,7 +109,7 @@ fn spot(districts: &Districts, district: usize, x: f32, y: f32) -> Spot {
     }
 }
 
-/// A robot at the left end of its district, beside the others.
+/// Creates a robot at the left end of its district, beside the other robots there.
 fn robot(districts: &Districts, index: usize, district: usize, share: Share) -> Robot {
     let default = default_scenario();
     let (room, site) = (default.room, WasteSection::of(&default).report_site);
@@ -128,7 +127,6 @@ fn robot(districts: &Districts, index: usize, district: usize, share: Share) -> 
     }
 }
 
-/// Gives each robot its tasks.
 fn assign(scenario: &mut Scenario) {
     let at = |robot: &Robot| {
         robot
@@ -175,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn of_any_size_it_is_valid_and_has_what_was_asked_for() {
+    fn every_size_is_valid_and_has_the_requested_counts() {
         for robots in [1, 2, 3, 4, 7, 10, 20, 21, 30, 31, 100, 333] {
             for spills in [1, 2, 3, 5, 20, 67, 200] {
                 let scenario = family(robots, spills);
@@ -196,7 +194,7 @@ mod tests {
         );
         assert_eq!(WasteSection::of(&scenario).deposits().count(), 58 * 58);
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-        // Every robot has values for its own sets alone, and one for all teammates.
+        // Each robot has parameter values only for its own sets, with one value for all teammates.
         let sets = setup.alliance.robots.values().map(|robot| robot.sets.len());
         assert!(sets.max() <= Some(16));
     }
@@ -236,15 +234,15 @@ mod tests {
     }
 
     #[test]
-    fn about_twenty_hear_each_other() {
+    fn each_robot_receives_from_about_twenty_others() {
         let scenario = family(900, 600);
         let range_m = scenario.radio.range_m.unwrap();
         let at = |robot: &Robot| robot.start.map(|start| (start.x_m, start.y_m)).unwrap();
         let places: Vec<(f32, f32)> = scenario.robots.iter().map(at).collect();
-        let hears = |a: &(f32, f32), b: &(f32, f32)| (a.0 - b.0).hypot(a.1 - b.1) <= range_m;
+        let in_range = |a: &(f32, f32), b: &(f32, f32)| (a.0 - b.0).hypot(a.1 - b.1) <= range_m;
         let pairs: usize = places
             .iter()
-            .map(|a| places.iter().filter(|b| hears(a, b)).count() - 1)
+            .map(|a| places.iter().filter(|b| in_range(a, b)).count() - 1)
             .sum();
         let mean = pairs as f64 / places.len() as f64;
         assert!((15.0..25.0).contains(&mean), "{mean}");

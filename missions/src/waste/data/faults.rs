@@ -1,4 +1,4 @@
-//! Faults of the clean-up: waste that is strewn, and items that are put elsewhere.
+//! Faults of the clean-up: added waste and moved items.
 
 use alliance_proto::fault::{
     Fault, FaultArgument, FaultRange, FaultSpec, MissionFault, Order, OrderError,
@@ -6,14 +6,12 @@ use alliance_proto::fault::{
 
 use super::check::{MAX_ITEMS, MAX_ITEMS_IN_ALL};
 
-/// Name of the fault that strews waste.
 pub const WASTE: &str = "waste";
-/// Name of the fault that puts an item elsewhere.
 pub const MOVE_WASTE: &str = "move-waste";
 
 const X: FaultArgument = FaultArgument {
     key: "x_m",
-    about: "where to, m",
+    about: "place, m",
     range: FaultRange::X,
     default: None,
 };
@@ -23,7 +21,6 @@ const Y: FaultArgument = FaultArgument {
     ..X
 };
 
-/// All of them.
 pub(super) const ALL: &[FaultSpec] = &[
     FaultSpec {
         name: WASTE,
@@ -33,7 +30,7 @@ pub(super) const ALL: &[FaultSpec] = &[
             Y,
             FaultArgument {
                 key: "items",
-                about: "how many items",
+                about: "number of items",
                 range: FaultRange::Whole(1, MAX_ITEMS),
                 default: Some(1.0),
             },
@@ -41,7 +38,7 @@ pub(super) const ALL: &[FaultSpec] = &[
     },
     FaultSpec {
         name: MOVE_WASTE,
-        about: "put an item that lies on the floor elsewhere",
+        about: "move an item that lies on the floor",
         arguments: &[
             FaultArgument {
                 key: "item",
@@ -55,21 +52,19 @@ pub(super) const ALL: &[FaultSpec] = &[
     },
 ];
 
-/// So many items near a place, m.
 #[must_use]
 pub fn strew(x_m: f64, y_m: f64, items: u32) -> Fault {
     let values = [("x_m", x_m), ("y_m", y_m), ("items", items.into())];
     Fault::Mission(MissionFault::new(WASTE, &values))
 }
 
-/// An item near a place, m.
 #[must_use]
 pub fn move_waste(item: u32, x_m: f64, y_m: f64) -> Fault {
     let values = [("item", item.into()), ("x_m", x_m), ("y_m", y_m)];
     Fault::Mission(MissionFault::new(MOVE_WASTE, &values))
 }
 
-/// Refuses what is strewn again and again, and would be more and more until the run ends.
+/// Rejects a repeated fault that would add too many items until the run ends.
 pub(super) fn check(limit_s: f64, order: &Order) -> Result<(), OrderError> {
     let (Fault::Mission(fault), Some(every_s)) = (&order.fault, order.every_s) else {
         return Ok(());
@@ -84,9 +79,10 @@ pub(super) fn check(limit_s: f64, order: &Order) -> Result<(), OrderError> {
     if items <= f64::from(MAX_ITEMS_IN_ALL) {
         return Ok(());
     }
-    let what =
-        format!("{at_once} items every {every_s} s are {items:.0} until limit_s, {limit_s} s");
+    let what = format!(
+        "items = {at_once} every {every_s} s gives {items:.0} items until limit_s, {limit_s} s"
+    );
     let remedy =
-        format!("let it be at most {MAX_ITEMS_IN_ALL} in all: strew fewer, or more rarely");
+        format!("keep the total at most {MAX_ITEMS_IN_ALL}: add fewer items, or less often");
     Err(OrderError::at(&["every_s"], what, &remedy))
 }

@@ -1,4 +1,4 @@
-//! What the clean-up leaves in mission.csv and run.json.
+//! The clean-up's columns of mission.csv and figures of run.json.
 
 use super::ItemCounts;
 use alliance_proto::log::{Table, TableRow};
@@ -6,21 +6,15 @@ use alliance_proto::mission::{MissionFigures, Value};
 use alliance_proto::time::SimTime;
 use serde::Deserialize;
 
-/// Name of a column.
 pub const LAST_REPORT: &str = "last_report_ms";
-/// Name of a figure.
 pub const REPORTS_MADE: &str = "reports_made";
-/// Name of a figure.
 pub const ITEMS_DELIVERED: &str = "items_delivered";
-/// Name of a figure.
 pub const LATENESS_MEAN_MS: &str = "report_lateness_mean_ms";
-/// Name of a figure.
 pub const LATENESS_MAX_MS: &str = "report_lateness_max_ms";
 
-/// A row of mission.csv.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // The columns of DESIGN §8.
+#[allow(missing_docs)] // The fields are the columns of mission.csv.
 pub struct WasteRow {
     pub t_ms: SimTime,
     pub items_in_spills: u32,
@@ -34,22 +28,19 @@ impl TableRow for WasteRow {
     const TABLE: Table = Table::Mission;
 }
 
-/// What run.json tells of the clean-up.
+/// The clean-up's figures of run.json.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WasteFigures {
-    /// Where the items were at the end.
     pub items: ItemCounts,
-    /// Progress reports made.
     pub reports_made: u32,
-    /// How much later than the wanted period after the report before it, or after the start, a report came: the mean over
-    /// all reports, ms; `None` without reports. Early ones count as 0.
+    /// The mean lateness of all reports, ms. `None` without reports. Lateness is the time since the previous report, or
+    /// the start, beyond the report period. Early reports count as 0.
     pub report_lateness_mean_ms: Option<f64>,
-    /// The same of the latest one.
     pub report_lateness_max_ms: Option<u64>,
 }
 
 impl WasteFigures {
-    /// Those among a run's figures; zeros in a run of another mission.
+    /// Reads the clean-up's figures from a run's figures. Returns zeros for a run of another mission.
     #[must_use]
     pub fn of(figures: &MissionFigures) -> Self {
         let count = |name| figures.count(name) as u32;

@@ -5,21 +5,16 @@ use alliance_proto::ids::TaskId;
 use alliance_proto::mission::data::BuiltIn;
 use alliance_proto::scenario::{BehaviorSpec, Scenario};
 
-/// What a behavior set does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BehaviorKind {
-    /// Follow the walls with the side sensor.
     FindLocationsMethodical,
-    /// Wander west, north, east, south.
     FindLocationsWander,
-    /// Carry the items of one spill to the deposit; the spill by its place in the scenario.
+    /// Carries the items of one spill to the deposit. The value is the index of the spill in the scenario.
     MoveSpill(u16),
-    /// Report at the report site.
     ReportProgress,
 }
 
 impl BehaviorKind {
-    /// What a behavior of the catalog does.
     #[must_use]
     pub fn of(behavior: &BehaviorSpec) -> Self {
         match behavior.kind {
@@ -39,8 +34,8 @@ impl BehaviorKind {
         }
     }
 
-    /// They suit the default mission. What takes long to do gets much patience: moving a spill more than finding the
-    /// locations, and that more than a report. Wandering is less reliable than following the walls, so less impatient.
+    /// Returns the built-in parameters, which suit the default mission. Longer work gets more patience: moving a spill
+    /// most, a report least. Wandering is less reliable than following the walls, so its impatience is lower.
     pub(super) fn built_in(self) -> BuiltIn {
         let (fast, slow, phi, psi, lambda) = match self {
             Self::FindLocationsMethodical => (20.0, 1.0, 60.0, 120.0, 300.0),
@@ -60,8 +55,8 @@ impl BehaviorKind {
     }
 }
 
-/// Tasks: find-locations, move-spill(NAME) of each spill, report-progress. Behavior sets: two that find the locations, and one
-/// of the task's name for each other task.
+/// Creates tasks and behavior sets: the tasks find-locations, move-spill(NAME) per spill, and report-progress.
+/// find-locations has two behavior sets. Every other task has one, with the name of the task.
 pub(super) fn catalog(scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
     let spills = WasteSection::of(scenario).spills.iter();
     let move_spill = spills.map(|spill| format!("move-spill({})", spill.name));

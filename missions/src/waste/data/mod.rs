@@ -1,4 +1,4 @@
-//! The hazardous waste clean-up (thesis §4.1) in files.
+//! The hazardous waste clean-up (thesis §4.1) in scenario files.
 
 mod check;
 mod family;
@@ -38,31 +38,29 @@ use alliance_proto::scenario::{
 };
 use glam::Vec2;
 
-/// The default mission.
 #[must_use]
 pub fn default_scenario() -> Scenario {
-    // Cannot fail: no key of the section must be stated, and a test reads it.
+    // Cannot fail: the section has no required key, and a test reads it.
     #[allow(clippy::expect_used)]
-    Scenario::of(WASTE).expect("no key must be stated")
+    Scenario::of(WASTE).expect("the section has no required key")
 }
 
-/// The default mission, resolved.
 #[must_use]
 pub fn default_setup(seed: u64) -> Setup {
-    // Cannot fail: neither the default scenario nor the built-in values depend on anything, and a test resolves them.
+    // Cannot fail: scenario and built-in values are constant, and a test resolves them.
     #[allow(clippy::expect_used)]
-    let resolved = Setup::resolve(default_scenario(), seed, None).expect("it is valid");
+    let resolved =
+        Setup::resolve(default_scenario(), seed, None).expect("the default scenario is valid");
     resolved.setup
 }
 
-/// The waste clean-up.
 pub const WASTE: Mission = Mission::new(
     "waste",
     "hazardous waste clean-up: find the spills, carry their items to a deposit, report (thesis 4.1)",
     &WasteData,
 );
 
-/// The default mission first.
+/// The built-in scenarios, the default mission first.
 const SCENARIOS: [BuiltinScenario; 8] = [
     BuiltinScenario {
         name: "waste-cleanup",
@@ -106,7 +104,7 @@ impl MissionData for WasteData {
         section::<WasteSection>(text)
     }
 
-    /// Nobody knows how much there is to carry.
+    /// Hides the number of items from the robots.
     fn brief(&self, section: &mut MissionSection) {
         if let Some(waste) = section.values_mut::<WasteSection>() {
             for spill in &mut waste.spills {
@@ -190,7 +188,7 @@ impl MissionData for WasteData {
         kinds::catalog(scenario)
     }
 
-    /// Following the walls takes the side sensor.
+    /// Checks whether a robot has a behavior. Following the walls needs the side sensor.
     fn has_behavior(&self, robot: &Robot, behavior: &BehaviorSpec) -> bool {
         BehaviorKind::of(behavior) != BehaviorKind::FindLocationsMethodical
             || robot.has_device(Robot::SIDE_BORDER)

@@ -1,4 +1,4 @@
-//! The keys of `[waste]`, for people.
+//! The keys of `[waste]` with their defaults, ranges and descriptions.
 
 use super::check::MAX_ITEMS;
 use alliance_proto::scenario::ParameterDefault::{Flag, Number, Required, Whole, Words};
@@ -21,28 +21,28 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "spills.name",
             "",
             Required,
-            "names the spill, its task and its behavior set",
+            "name of the spill, its task and its behavior set",
             ParameterRange::Other("a name"),
         ),
         ParameterSpec::new(
             "spills.items",
             "",
             Whole(12),
-            "items at the start",
+            "number of items at the start",
             ParameterRange::Whole(0, items),
         ),
         ParameterSpec::new(
             "spills.x_fraction",
             "",
             Words("1/3"),
-            "center, of the room's width",
+            "center, as a fraction of the room's width",
             FRACTION,
         ),
         ParameterSpec::new(
             "spills.y_fraction",
             "",
             Number(0.5),
-            "center, of the room's height",
+            "center, as a fraction of the room's height",
             FRACTION,
         ),
         ParameterSpec::new(
@@ -70,49 +70,49 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "deposit.x_fraction",
             "",
             Number(0.8),
-            "center of the deposit, of the room's width",
+            "center of the deposit, as a fraction of the room's width",
             FRACTION,
         ),
         ParameterSpec::new(
             "deposit.y_fraction",
             "",
             Number(0.5),
-            "center of the deposit, of the room's height",
+            "center of the deposit, as a fraction of the room's height",
             FRACTION,
         ),
         ParameterSpec::new(
             "further_deposits",
             "",
             Words("none"),
-            "centers of more deposits",
+            "centers of additional deposits",
             ParameterRange::Other("a list of up to 9,999 tables"),
         ),
         ParameterSpec::new(
             "report_site.width_m",
             "m",
             Number(0.6),
-            "extent of the report site in x",
+            "width of the report site",
             LENGTH,
         ),
         ParameterSpec::new(
             "report_site.height_m",
             "m",
             Number(3.0),
-            "extent of the report site in y",
+            "height of the report site",
             LENGTH,
         ),
         ParameterSpec::new(
             "report_site.color_s",
             "s",
             Number(5.0),
-            "how long it shows a report",
+            "time for which the site shows its changed color after a report",
             ParameterRange::Within(0.0, 1e9),
         ),
         ParameterSpec::new(
             "report_period_s",
             "s",
             Number(120.0),
-            "wanted time between two reports",
+            "desired time between two reports",
             ParameterRange::Above(0.0, 1e9),
         ),
         ParameterSpec::new(
@@ -126,14 +126,14 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "respawn",
             "",
             Flag(false),
-            "whether what is delivered comes back at the spill: foraging, with no end but time",
+            "whether delivered items return to a spill (foraging); the run then ends by time only",
             ParameterRange::Flag,
         ),
         ParameterSpec::new(
             "duration_s",
             "s",
             Words("limit_s"),
-            "after this foraging is complete; with respawn only",
+            "duration of foraging; requires respawn",
             ParameterRange::Above(0.0, 1e9),
         ),
     ]
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
     use crate::waste::data::{Spill, Spot, WasteSection};
 
-    /// `[waste]` with one of everything, each with its default.
+    /// Returns `[waste]` with every key set.
     fn section() -> Value {
         let section = WasteSection {
             spills: vec![Spill::default()],
@@ -179,14 +179,17 @@ mod tests {
                 keys.insert(key.clone());
             }
         }
-        // A place has no more to say than where it is.
+        // Keys of a further deposit need no entry: they state only its place.
         keys.retain(|key| !key.starts_with("further_deposits."));
-        let listed: BTreeSet<String> = all().iter().map(|it| it.key.to_owned()).collect();
+        let listed: BTreeSet<String> = all()
+            .iter()
+            .map(|parameter| parameter.key.to_owned())
+            .collect();
         assert_eq!(listed, keys);
     }
 
     #[test]
-    fn defaults_are_those_in_force() {
+    fn listed_defaults_match_the_section() {
         let section = section();
         for parameter in all() {
             let steps = parameter.key.split('.');

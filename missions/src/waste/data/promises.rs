@@ -1,4 +1,4 @@
-//! What holds of the clean-up's runs: items are neither lost nor doubled, and the deposit keeps what it gets.
+//! Invariants of the clean-up's runs: items are never lost or duplicated, and deposits keep their items.
 
 use alliance_proto::mission::promises::{Place, Promises};
 use alliance_proto::scenario::Scenario;
@@ -6,9 +6,9 @@ use glam::Vec2;
 
 use super::WasteSection;
 
-/// Half the width of the free square round the middle of the deposit, m.
+/// Half the side of the square around the deposit's center that random obstacles keep free, m.
 const DEPOSIT_FREE_M: f32 = 0.5;
-/// Width of the free strip at the report site, m.
+/// The width of the free strip at the report site, m.
 const SITE_FREE_M: f32 = 1.2;
 
 pub(super) fn promises(scenario: &Scenario) -> Promises {
@@ -26,8 +26,8 @@ pub(super) fn promises(scenario: &Scenario) -> Promises {
     }
 }
 
-/// Whether a place is in a spill, or beside the straight way from one to the deposit, where it is seen also by a robot that
-/// goes round something.
+/// Checks whether robots see a place during their work: in a spill, or near the straight way from a spill to its
+/// deposit.
 pub(super) fn is_looked_for(scenario: &Scenario, place: Vec2) -> bool {
     let waste = WasteSection::of(scenario);
     waste.spills.iter().any(|spill| {
@@ -46,7 +46,7 @@ pub(super) fn is_looked_for(scenario: &Scenario, place: Vec2) -> bool {
     })
 }
 
-/// The middle of the deposit, and the place where robots start.
+/// Returns the rectangles that obstacles must not cover: the center of the deposit and the robots' starts.
 pub(super) fn kept_free(scenario: &Scenario) -> Vec<[Vec2; 2]> {
     let (room, waste) = (scenario.room, WasteSection::of(scenario));
     let deposit = Vec2::new(

@@ -1,60 +1,47 @@
-//! `[waste]` of a scenario file.
+//! The section `[waste]` of a scenario file.
 
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
 use alliance_proto::scenario::{Room, Scenario};
 
-/// The hazardous waste clean-up (thesis §4.1).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct WasteSection {
-    /// The initial spill locations.
     pub spills: Vec<Spill>,
-    /// Radius of each spill, m.
     pub spill_radius_m: f32,
-    /// Radius of an item, m.
     pub item_radius_m: f32,
-    /// The desired final spill location.
     pub deposit: Deposit,
-    /// More deposits of the same radius, for large rooms: waste goes to the one nearest to its spill.
+    /// More deposits of the same radius, for large rooms. Waste goes to the deposit nearest to its spill.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub further_deposits: Vec<Spot>,
-    /// The report progress site.
     pub report_site: ReportSite,
-    /// Wanted time between two progress reports, s.
     pub report_period_s: f64,
-    /// Whether the robots know the border beforehand, and with it where everything is.
+    /// True if the robots know the border, and with it all places, beforehand.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub border_known: bool,
-    /// Whether what is delivered comes back at the spill, so that there is no end but time: foraging.
+    /// True if delivered items return to a spill (foraging). The run then ends only by time.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub respawn: bool,
-    /// After this foraging is complete, s; absent: at the time limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
 }
 
 impl WasteSection {
-    /// The section of a scenario of this mission.
-    ///
-    /// # Panics
-    /// If the scenario is of another one: nobody but this mission asks.
     #[must_use]
     pub fn of(scenario: &Scenario) -> &Self {
         scenario.section()
     }
 
-    /// The same, to be written to.
+    /// Returns the section of a scenario of this mission for writing.
     ///
     /// # Panics
-    /// As [`WasteSection::of`] does.
+    /// If the scenario is of another mission.
     pub fn of_mut(scenario: &mut Scenario) -> &mut Self {
         let section = scenario.mission.values_mut();
         section.expect("a scenario of the waste clean-up")
     }
 
-    /// Centers of all deposits.
     pub fn deposits(&self) -> impl Iterator<Item = Spot> + '_ {
         let first = Spot {
             x_fraction: self.deposit.x_fraction,
@@ -64,18 +51,18 @@ impl WasteSection {
     }
 }
 
-/// A place in the room.
+/// A place in the room, independent of the room's size.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spot {
-    /// As a fraction of the room's width.
+    /// The fraction of the room's width, from the left.
     pub x_fraction: f32,
-    /// As a fraction of the room's height.
+    /// The fraction of the room's height, from the bottom.
     pub y_fraction: f32,
 }
 
 impl Spot {
-    /// Where that is, m.
+    /// Returns the place in a given room, m.
     #[must_use]
     pub fn in_room(self, room: &Room) -> Vec2 {
         Vec2::new(room.width_m, room.height_m) * Vec2::new(self.x_fraction, self.y_fraction)
@@ -83,7 +70,6 @@ impl Spot {
 }
 
 impl Spill {
-    /// Its center.
     #[must_use]
     pub fn spot(&self) -> Spot {
         Spot {
@@ -116,17 +102,13 @@ impl Default for WasteSection {
     }
 }
 
-/// An initial spill location. Robots know the fractions, not the place.
+/// An initial spill. Robots know the fractions beforehand, but not the place.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Spill {
-    /// Name of the spill; its task is `move-spill(NAME)`.
     pub name: String,
-    /// Number of items at the start.
     pub items: u32,
-    /// Centre, as a fraction of the room's width.
     pub x_fraction: f32,
-    /// Centre, as a fraction of the room's height.
     pub y_fraction: f32,
 }
 
@@ -141,15 +123,12 @@ impl Default for Spill {
     }
 }
 
-/// The deposit: a disc.
+/// A disc to which waste is carried.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Deposit {
-    /// Radius, m.
     pub radius_m: f32,
-    /// Centre, as a fraction of the room's width.
     pub x_fraction: f32,
-    /// Centre, as a fraction of the room's height.
     pub y_fraction: f32,
 }
 
@@ -163,15 +142,13 @@ impl Default for Deposit {
     }
 }
 
-/// The report progress site: a rectangle at the left wall, centered in y, cut off at the border.
+/// The report site: a rectangle at the left wall, centered in y, cut off at the border.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ReportSite {
-    /// Extent in x, m.
     pub width_m: f32,
-    /// Extent in y, m.
     pub height_m: f32,
-    /// How long it shows its changed color after a report, s.
+    /// The time for which the site shows its changed color after a report, s.
     pub color_s: f64,
 }
 

@@ -1,7 +1,7 @@
-//! How long a unit of work takes: from one sign of progress to the next (ALLIANCE.md §3 "Progress").
+//! Estimates of the duration of a unit of work: the time between two signs of progress.
 //!
-//! Estimated from the room's geometry at the body's top speed and turn rate, for the longest way of each kind, as if there
-//! were nothing in between: obstacles, slow ground and teammates make it longer, near items shorter.
+//! The estimates use the geometry of the room, top speed and turn rate, and the longest way of each kind. Obstacles,
+//! slow ground and teammates increase the real time, and near items reduce it.
 
 use super::WasteSection;
 use glam::{UVec2, Vec2};
@@ -10,26 +10,25 @@ use super::BehaviorKind;
 use alliance_proto::scenario::{Body, Scenario};
 use alliance_proto::time::SimTime;
 
-/// After this a spill that was seen empty may have waste again: somebody may have added some, or erred.
+/// The time after which a spill that was seen empty counts as unknown. Waste may have been added, or a robot may have
+/// erred.
 pub(crate) const EMPTY_EXPIRES: SimTime = SimTime(180_000);
 
-/// Width and height of a cell of a search, in ranges of the robot's sight: from its middle, and from some way round it, all of
-/// it is seen.
+/// The side of a search cell, in ranges of the waste sensor. At this size the whole cell is visible from and around its
+/// center.
 const CELL_SIGHTS: f32 = 0.8;
 
-/// Columns and rows into which a search divides a room of that size, for robots that see waste as far as this from their
-/// centers, m.
+/// Returns the columns and rows of a search of a room, for robots with sensor range `sight_m` from their centers, m.
 #[must_use]
 pub(crate) fn sweep_cells(size: Vec2, sight_m: f32) -> UVec2 {
-    // Casts saturate.
     (size / (CELL_SIGHTS * sight_m))
         .ceil()
         .as_uvec2()
         .max(UVec2::ONE)
 }
 
-/// Estimated time in which a robot with that body, that knows of no more waste, looks all over the room, s: until it doubts that
-/// the spills are empty, and once along each row.
+/// Returns the estimated time, s, in which a robot that knows of no waste searches the whole room. It includes the time
+/// until the spills count as unknown, and a pass along each row.
 pub(super) fn search_s(scenario: &Scenario, body: &Body) -> f64 {
     let room = Vec2::new(scenario.room.width_m, scenario.room.height_m);
     let sight_m = body.radius_m + scenario.sensors.item_range_m;
@@ -38,7 +37,7 @@ pub(super) fn search_s(scenario: &Scenario, body: &Body) -> f64 {
     EMPTY_EXPIRES.as_secs_f64() + f64::from(way_m / body.speed_m_s + turn_deg / body.turn_deg_s)
 }
 
-/// Estimated length of a unit of work for a robot with that body, s.
+/// Returns the estimated duration of a unit of work for a robot with this body, s.
 ///
 /// - Finding the locations: along the longest wall, and a quarter turn.
 /// - Moving a spill: from the deposit's edge to the far side of the spill and back, and two half turns.

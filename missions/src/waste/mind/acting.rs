@@ -1,4 +1,4 @@
-//! Second half of a step: what the active behavior set wants becomes what the body does.
+//! Second half of a step: converts the goal of the active behavior set into commands for the body.
 
 use crate::waste::data::BehaviorKind;
 use crate::waste::data::notes;
@@ -20,11 +20,11 @@ use robot_agent::body::goal::length;
 use robot_agent::body::{Drive, Goal, Navigator, Status, Surroundings, Teammate};
 use robot_agent::mission::Action;
 
-/// An idle robot leaves this much room between itself and a teammate at work, m.
+/// The distance that an idle robot keeps from a working teammate, m.
 const ROOM_M: f32 = 0.2;
 
 impl WasteMission {
-    /// Second half of a step: writes to `action` what the active set wants, on the readings that were perceived.
+    /// Executes the active behavior set on the perceived readings and writes the commands to `action`.
     #[inline]
     pub(super) fn carry_out(
         &mut self,
@@ -40,8 +40,10 @@ impl WasteMission {
             self.work = None;
             return self.make_room(now, readings, action);
         };
-        let mut own = self.briefing.own_behaviors.iter();
-        let Some(&OwnBehavior { task, kind, .. }) = own.find(|own| own.id == set) else {
+        let mut own_behaviors = self.briefing.own_behaviors.iter();
+        let Some(&OwnBehavior { task, kind, .. }) =
+            own_behaviors.find(|behavior| behavior.id == set)
+        else {
             return;
         };
         let spill = match kind {
@@ -68,7 +70,7 @@ impl WasteMission {
         }
     }
 
-    /// The set hibernates while the robot carries something: it puts that down and remembers where.
+    /// Puts down a load whose behavior set hibernates, and records the place.
     fn put_down(&mut self, now: SimTime, readings: &Readings, action: &mut Action) {
         action.actuation.deed = Gripper::Drop.into();
         self.work = None;
@@ -84,7 +86,7 @@ impl WasteMission {
         }
     }
 
-    /// Idle, it steps aside for a teammate at work that comes near: it may be what keeps that one in.
+    /// Moves an idle robot away from a near working teammate: the robot may block the teammate's way.
     fn make_room(&mut self, now: SimTime, readings: &Readings, action: &mut Action) {
         let Some(position) = self.position else {
             return;
@@ -98,7 +100,7 @@ impl WasteMission {
         if distance > 0.0 {
             let goal = Goal::Direction(away / distance);
             let drive = drive(&mut self.navigator, &self.briefing, goal, [], readings, now);
-            self.obey(drive, action);
+            self.apply_drive(drive, action);
         }
     }
 
@@ -130,8 +132,8 @@ impl WasteMission {
                         set,
                         progress: self.search_progress + u32::from(progress),
                     };
-                    let told = ItemsBulletin::PositionUpdate(locations);
-                    action.bulletins.push(told.about(Some(about)));
+                    let update = ItemsBulletin::PositionUpdate(locations);
+                    action.bulletins.push(update.about(Some(about)));
                 }
                 progress
             }
@@ -236,8 +238,8 @@ impl WasteMission {
             kind: notes::LOCATIONS_WITHDRAWN,
             detail: format!("of {} at {}", withdrawal.finder, withdrawal.seen),
         });
-        let told = ItemsBulletin::Withdrawal(withdrawal);
-        action.bulletins.push(told.about(None));
+        let message = ItemsBulletin::Withdrawal(withdrawal);
+        action.bulletins.push(message.about(None));
     }
 
     fn go(&mut self, now: SimTime, goal: Goal, readings: &Readings, action: &mut Action) {
@@ -250,10 +252,10 @@ impl WasteMission {
             readings,
             now,
         );
-        self.obey(drive, action);
+        self.apply_drive(drive, action);
     }
 
-    fn obey(&mut self, drive: Option<Drive>, action: &mut Action) {
+    fn apply_drive(&mut self, drive: Option<Drive>, action: &mut Action) {
         let Some(drive) = drive else { return };
         self.status = drive.status;
         action.actuation = drive.actuation;
@@ -266,7 +268,7 @@ impl WasteMission {
     }
 }
 
-/// A step of driving; `None` without a position.
+/// Computes one step of driving. Returns `None` without a position.
 fn drive(
     navigator: &mut Navigator,
     briefing: &Briefing,

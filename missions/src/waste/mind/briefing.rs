@@ -1,5 +1,5 @@
-//! What every robot of a scenario knows beforehand: its own body, and where things are *relative to the border*
-//! (thesis §4.1.1.1). Not how much waste there is, nor the room's size, unless the scenario says so.
+//! The initial knowledge of a robot: its own body, and the places *relative to the border* (thesis §4.1.1.1). The
+//! amount of waste is unknown, and the size of the room is known only if the scenario allows it.
 
 use crate::waste::data::BehaviorKind;
 use crate::waste::data::WasteSection;
@@ -15,33 +15,32 @@ use smallvec::SmallVec;
 use super::map::Map;
 use robot_agent::body::Chassis;
 
-/// What a robot knows beforehand.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Briefing {
     pub robot: RobotId,
     pub team_size: usize,
     pub catalog: Arc<Catalog>,
     pub map: Arc<Map>,
-    /// Its behavior sets, in the order of `Catalog::behaviors_of`.
+    /// The robot's own behavior sets, in the order of `Catalog::behaviors_of`.
     pub own_behaviors: SmallVec<[OwnBehavior; 6]>,
-    /// The spills that it has behavior sets for, in ascending order.
+    /// The spills for which the robot has behavior sets, in ascending order.
     pub own_spills: Vec<u16>,
-    /// The border, where it is known beforehand.
+    /// The border, if the scenario makes it known beforehand.
     pub border: Option<Locations>,
     pub chassis: Chassis,
-    /// How far from its center the robot reaches and senses waste, m.
+    /// The reach of the gripper and the range of the waste sensor, both from the robot's center, m.
     pub reach_m: f32,
     pub sight_m: f32,
-    /// τ, the longest of the robot's own sets.
+    /// The time τ until a silent teammate counts as ceased, the longest of the robot's own sets.
     pub silence: SimTime,
-    /// 1/ρ, the longest of the robot's own sets.
+    /// The heartbeat interval 1/ρ, the longest of the robot's own sets.
     pub heartbeat: SimTime,
     pub spill_radius_m: f32,
     pub deposit_radius_m: f32,
     pub report_period: SimTime,
 }
 
-/// What a robot reads of one of its behaviors in every step, copied here because a look into the shared catalog is a cache miss.
+/// The data of an own behavior that each step reads. A copy, because the shared catalog costs a cache miss per access.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct OwnBehavior {
     pub id: BehaviorId,
@@ -53,13 +52,17 @@ impl Briefing {
     pub fn new(robot: RobotId, setup: &Setup, map: &Arc<Map>) -> Self {
         let scenario = &setup.scenario;
         let waste = WasteSection::of(scenario);
-        let own = &scenario.robots[robot.index()];
-        let sets = setup.alliance.robots.get(&own.name).map(|own| &own.sets);
+        let config = &scenario.robots[robot.index()];
+        let sets = setup
+            .alliance
+            .robots
+            .get(&config.name)
+            .map(|robot| &robot.sets);
         let longest = |seconds: fn(&alliance_proto::scenario::BehaviorParams) -> f64| {
             let sets = sets.into_iter().flat_map(|sets| sets.values());
             SimTime::from_secs_f64(sets.map(seconds).fold(0.0, f64::max))
         };
-        let own_behaviors = setup.catalog.behaviors_of(own).map(|id| {
+        let own_behaviors = setup.catalog.behaviors_of(config).map(|id| {
             let spec = &setup.catalog.sets[id.index()];
             let (task, kind) = (spec.task, BehaviorKind::of(spec));
             OwnBehavior { id, task, kind }
@@ -82,7 +85,7 @@ impl Briefing {
             own_behaviors,
             own_spills,
             border: waste.border_known.then_some(border),
-            chassis: Chassis::of(scenario, own),
+            chassis: Chassis::of(scenario, config),
             reach_m: scenario.body.radius_m + scenario.body.reach_m,
             sight_m: scenario.body.radius_m + scenario.sensors.item_range_m,
             silence: longest(|set| set.ceased_after_s),

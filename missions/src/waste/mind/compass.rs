@@ -1,10 +1,8 @@
-//! The four walls.
-
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use glam::Vec2;
 
-/// The directions in which the walls lie, in the order in which both behaviors take them.
+/// The direction of a wall. Both search behaviors visit the walls in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Compass {
     West,
@@ -16,7 +14,6 @@ pub(super) enum Compass {
 impl Compass {
     pub const CLOCKWISE: [Self; 4] = [Self::West, Self::North, Self::East, Self::South];
 
-    /// Unit vector.
     pub fn vector(self) -> Vec2 {
         match self {
             Self::West => Vec2::NEG_X,
@@ -26,7 +23,6 @@ impl Compass {
         }
     }
 
-    /// Heading in that direction, rad.
     pub fn heading(self) -> f32 {
         match self {
             Self::West => PI,

@@ -1,5 +1,5 @@
-//! What a unit of each behavior's work costs and is worth (ALLOCATORS.md §1): straight lines at top speed, from what the robot itself
-//! knows.
+//! Estimates of what a unit of each behavior's work costs and is worth, from the robot's own knowledge. Costs assume
+//! straight lines at top speed.
 
 use crate::waste::data::WasteSection;
 use crate::waste::data::{BehaviorKind, Spill};
@@ -17,11 +17,12 @@ use super::{WasteMission, places};
 use robot_agent::allocator::{Choice, RouteCost};
 use robot_agent::body::goal::length;
 
-/// Time of a search with the side sensor and without it, s: nobody knows the room yet.
+/// The assumed time of a search, with and without the side sensor, s. The size of the room is still unknown then.
 const METHODICAL_S: f64 = 100.0;
 const WANDER_S: f64 = 150.0;
 
-/// What a unit is worth: finding is what all else waits for, and a report is more urgent than one more item.
+/// Returns the reward of a unit of work. Finding the locations enables all other tasks, and a report is more urgent
+/// than an item.
 fn reward(kind: BehaviorKind) -> f64 {
     match kind {
         BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => 3.0,
@@ -31,7 +32,7 @@ fn reward(kind: BehaviorKind) -> f64 {
 }
 
 impl WasteMission {
-    /// Writes a choice per own behavior; `applicable` is what the step has perceived.
+    /// Writes a choice per own behavior. `applicable` comes from the perception of this step.
     pub(super) fn offer(
         &self,
         now: SimTime,
@@ -41,29 +42,31 @@ impl WasteMission {
     ) {
         let places = places(&self.briefing, &self.memory, &self.realms);
         let position = readings.pose.map(|pose| pose.position);
-        for (own, &applicable) in self.briefing.own_behaviors.iter().zip(applicable) {
-            let spec = &self.briefing.catalog.tasks[own.task.index()];
-            let is_laden = self.holding && self.load_of == Some(own.id);
+        for (behavior, &applicable) in self.briefing.own_behaviors.iter().zip(applicable) {
+            let spec = &self.briefing.catalog.tasks[behavior.task.index()];
+            let is_laden = self.holding && self.load_of == Some(behavior.id);
             choices.push(Choice {
-                behavior: own.id,
-                task: own.task,
-                round: self.round(own, now),
+                behavior: behavior.id,
+                task: behavior.task,
+                round: self.round(behavior, now),
                 applicable,
-                cost_s: self.cost_s(own, position, is_laden, places.as_ref()),
-                reward: reward(own.kind),
+                cost_s: self.cost_s(behavior, position, is_laden, places.as_ref()),
+                reward: reward(behavior.kind),
                 priority: spec.priority,
                 max_robots: spec.max_robots as usize,
             });
         }
     }
 
-    /// Since when the task has been due again, as far as the robot knows.
-    fn round(&self, own: &OwnBehavior, now: SimTime) -> SimTime {
+    /// Returns the time since which the task is due again, as far as the robot knows.
+    fn round(&self, behavior: &OwnBehavior, now: SimTime) -> SimTime {
         let known = self.memory.knowledge();
-        let round = match own.kind {
-            BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => {
-                known.withdrawn.iter().map(|it| it.seen).max()
-            }
+        let round = match behavior.kind {
+            BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => known
+                .withdrawn
+                .iter()
+                .map(|withdrawal| withdrawal.seen)
+                .max(),
             BehaviorKind::MoveSpill(_) => None,
             BehaviorKind::ReportProgress => known.last_report.map(|report| report.seen),
         };
@@ -72,12 +75,12 @@ impl WasteMission {
 
     fn cost_s(
         &self,
-        own: &OwnBehavior,
+        behavior: &OwnBehavior,
         position: Option<Vec2>,
         is_laden: bool,
         places: Option<&Places<'_>>,
     ) -> Option<f64> {
-        match own.kind {
+        match behavior.kind {
             BehaviorKind::FindLocationsMethodical => Some(METHODICAL_S),
             BehaviorKind::FindLocationsWander => Some(WANDER_S),
             BehaviorKind::MoveSpill(spill) => {
@@ -103,10 +106,10 @@ impl WasteMission {
         f64::from(way_m / chassis.speed_m_s + turn_rad / chassis.turn_rad_s)
     }
 
-    /// Where a robot is once it has done a unit of the task.
+    /// Returns the place of a robot after a unit of the task.
     fn after(&self, task: TaskId, places: &Places<'_>) -> Option<Vec2> {
-        let mut own = self.briefing.own_behaviors.iter();
-        match own.find(|own| own.task == task)?.kind {
+        let mut behaviors = self.briefing.own_behaviors.iter();
+        match behaviors.find(|behavior| behavior.task == task)?.kind {
             BehaviorKind::MoveSpill(spill) => Some(places.nearest_deposit(places.spill(spill))),
             BehaviorKind::ReportProgress => Some(center(places.site())),
             BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => None,
@@ -116,13 +119,13 @@ impl WasteMission {
 
 impl RouteCost for WasteMission {
     fn seconds(&self, after: &[TaskId], task: TaskId) -> Option<f64> {
-        let mut own = self.briefing.own_behaviors.iter();
-        let own = own.find(|own| own.task == task)?;
+        let mut behaviors = self.briefing.own_behaviors.iter();
+        let behavior = behaviors.find(|behavior| behavior.task == task)?;
         let places = places(&self.briefing, &self.memory, &self.realms);
         let last = after.last().zip(places.as_ref());
         let from = last.and_then(|(&last, places)| self.after(last, places));
-        let is_laden = after.is_empty() && self.holding && self.load_of == Some(own.id);
-        self.cost_s(own, from.or(self.position), is_laden, places.as_ref())
+        let is_laden = after.is_empty() && self.holding && self.load_of == Some(behavior.id);
+        self.cost_s(behavior, from.or(self.position), is_laden, places.as_ref())
     }
 }
 
@@ -130,8 +133,8 @@ fn center((min, max): (Vec2, Vec2)) -> Vec2 {
     (min + max) / 2.0
 }
 
-/// Cost of a unit of each task for each robot as it stands before the start, ms, for assignments made beforehand: a row per robot,
-/// a column per task, `None` where it has no behavior for it.
+/// Returns the cost of a unit of each task before the start, ms, for allocators that assign beforehand. A row per
+/// robot, a column per task. `None` if the robot has no behavior for the task.
 pub(super) fn planned_cost_ms(scenario: &Scenario, catalog: &Catalog) -> Vec<Vec<Option<i64>>> {
     let waste = WasteSection::of(scenario);
     let site = Vec2::new(

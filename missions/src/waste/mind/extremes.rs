@@ -1,4 +1,4 @@
-//! The smallest and largest x and y that a robot knows to be inside the border (thesis §4.1.2.1).
+//! The smallest and largest x and y that the robot has found to be inside the border (thesis §4.1.2.1).
 
 use alliance_proto::mission::items::Locations;
 use alliance_proto::readings::{Pose, Readings};
@@ -7,20 +7,19 @@ use glam::Vec2;
 use super::compass::Compass;
 use robot_agent::body::wrap;
 
-/// A border sensor that looks this exactly at a wall tells which wall it sees, rad.
+/// The maximum angle between a border sensor and the normal of a wall at which the reading identifies the wall, rad.
 const SQUARE_RAD: f32 = 0.3;
 
-/// Extremes of all points that are inside the border: the robot's own places, and what its border sensors measured from
-/// there. Each lies inside or on the border, so that they never exceed it, and reach it where it was sensed.
+/// The extremes of all points inside the border: the robot's own positions and the points measured by its border
+/// sensors. They never exceed the border, and they reach it where a sensor has measured it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Extremes {
     known: Option<Locations>,
-    /// Which walls were sensed, by [`Compass`].
+    /// The walls that were sensed, indexed by [`Compass`].
     sensed: [bool; 4],
 }
 
 impl Extremes {
-    /// Joins one step's readings of a robot of that radius.
     pub fn join(&mut self, readings: &Readings, radius_m: f32) {
         let Some(pose) = readings.pose else { return };
         self.include(pose.position);
@@ -33,18 +32,17 @@ impl Extremes {
         }
     }
 
-    /// Whether that wall was sensed.
     pub fn has_sensed(&self, wall: Compass) -> bool {
         self.sensed[wall as usize]
     }
 
-    /// The border, once all of its walls were sensed.
+    /// Returns the border after all walls were sensed.
     pub fn border(&self) -> Option<Locations> {
         self.known
             .filter(|_| self.sensed.iter().all(|&sensed| sensed))
     }
 
-    /// How far the extremes reach in a direction, m along it; only differences mean something.
+    /// Returns the coordinate of the extreme in a direction, m. Only differences between results are meaningful.
     pub fn reach(&self, direction: Compass) -> f32 {
         let Some(Locations { min, max }) = self.known else {
             return f32::NEG_INFINITY;
@@ -85,7 +83,7 @@ mod tests {
     const RADIUS_M: f32 = 0.2;
     const SIZE: Vec2 = Vec2::new(12.0, 9.0);
 
-    /// What a robot with both border sensors reads in a room of [`SIZE`].
+    /// Returns the readings of a robot with both border sensors in a room of [`SIZE`].
     fn readings(position: Vec2, heading_rad: f32) -> Readings {
         let border = |direction: f32| {
             let ray = Vec2::new(libm::cosf(direction), libm::sinf(direction));
@@ -131,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_position_nothing_is_learned() {
+    fn readings_without_a_position_are_ignored() {
         let mut extremes = Extremes::default();
         let lost = Readings {
             pose: None,

@@ -1,4 +1,4 @@
-//! find-locations: find the border's extremes, in two ways (thesis §4.1.2.1, Fig. 4.4).
+//! find-locations: find the extremes of the border, with two behaviors (thesis §4.1.2.1, Fig. 4.4).
 
 use alliance_proto::readings::Readings;
 use alliance_proto::time::SimTime;
@@ -8,21 +8,21 @@ use super::compass::Compass;
 use super::extremes::Extremes;
 use robot_agent::body::{Goal, Status, wrap};
 
-/// How near to a wall the robot turns, and at which distance it follows one, m.
+/// The distance at which the robot turns at a wall and at which it follows a wall, m.
 const WALL_M: f32 = 0.15;
-/// Steering back to that distance, rad per m, and its limit.
+/// The steering correction per meter of deviation from that distance, and its limit.
 const STEER_RAD_PER_M: f32 = 0.5;
 const STEER_MAX_RAD: f32 = 0.08;
-/// Faces a wall squarely, rad.
+/// The maximum angle to a wall's normal at which the robot faces the wall, rad.
 const FACING_RAD: f32 = 0.1;
-/// A leg of the first round of wandering.
+/// The duration of a leg in the first round of wandering.
 const FIRST_LEG: SimTime = SimTime(30_000);
-/// Wandering, the robot takes the next leg when it has found the way blocked so often.
+/// The number of blocked steps after which a wandering robot starts the next leg.
 const BLOCKED: u32 = 2;
-/// An extreme that moved by this much is progress (ALLIANCE.md §3), m.
+/// The movement of an extreme that counts as progress, m.
 const PROGRESS_M: f32 = 0.1;
 
-/// Whether the robot stands before the wall in that direction.
+/// Checks whether the robot stands before the wall in a direction and faces it.
 fn is_before(wall: Compass, readings: &Readings) -> bool {
     let faces = readings
         .pose
@@ -31,19 +31,21 @@ fn is_before(wall: Compass, readings: &Readings) -> bool {
     faces && distance.is_some_and(|distance| distance <= WALL_M)
 }
 
-/// What one step of searching comes to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Search {
-    /// Go there; `progress` if this step had an effect on the world.
-    Go { goal: Goal, progress: bool },
-    /// All walls have been visited.
-    Finished { progress: bool },
+    /// The next goal. `progress` is true if this step had an effect.
+    Go {
+        goal: Goal,
+        progress: bool,
+    },
+    Finished {
+        progress: bool,
+    },
 }
 
-/// find-locations-methodical: to the left wall, then clockwise along each wall to the next.
+/// find-locations-methodical: drive to the left wall, then clockwise along each wall to the next.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Methodical {
-    /// Walls visited.
     visited: usize,
 }
 
@@ -53,7 +55,7 @@ impl Methodical {
         if let Some(&wall) = Compass::CLOCKWISE.get(self.visited)
             && is_before(wall, readings)
         {
-            // The way to the first wall follows none.
+            // The way to the first wall follows no wall, so it is no progress.
             progress = self.visited > 0;
             self.visited += 1;
         }
@@ -66,7 +68,7 @@ impl Methodical {
         }
     }
 
-    /// Straight toward the wall, at a constant distance from the one to the left where the side sensor feels it.
+    /// Returns the direction to the wall. Keeps a constant distance from a wall that the side sensor measures.
     fn along(&self, wall: Compass, readings: &Readings) -> Vec2 {
         let aligned = readings
             .pose
@@ -85,14 +87,14 @@ impl Methodical {
     }
 }
 
-/// find-locations-wander: a while to the west, north, east and south; longer each round, until each wall was sensed.
+/// find-locations-wander: drive west, north, east and south for a while, longer each round, until all walls are sensed.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Wander {
     leg: usize,
     leg_time: SimTime,
     spent: SimTime,
     blocked: u32,
-    /// Reach of the extremes in the leg's direction when progress was last counted, m.
+    /// The reach of the extremes in the leg's direction at the last counted progress, m.
     counted: Option<f32>,
 }
 
@@ -109,7 +111,7 @@ impl Default for Wander {
 }
 
 impl Wander {
-    /// One step of that length; `status` is how the body got on in the step before.
+    /// Advances by one step of duration `step`. `status` is the result of driving in the previous step.
     pub fn step(
         &mut self,
         readings: &Readings,
@@ -141,7 +143,7 @@ impl Wander {
         }
     }
 
-    /// On to the next direction in which the wall is still unknown; in the first round to each.
+    /// Starts the next leg. Skips sensed walls after the first round.
     fn next_leg(&mut self, extremes: &Extremes) {
         loop {
             self.leg += 1;
@@ -202,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_beside_the_way_is_not_the_one_ahead() {
+    fn a_wall_beside_the_path_is_not_the_wall_ahead() {
         let mut methodical = Methodical::default();
         let search = methodical.step(&facing(Compass::North, Some(0.1)));
         assert!(heads(search, Compass::West));
@@ -278,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn progress_of_wandering_is_an_extreme_that_moved() {
+    fn a_moved_extreme_is_progress_of_wandering() {
         let mut extremes = Extremes::default();
         let mut wander = Wander::default();
         let mut progress = 0;
@@ -292,7 +294,7 @@ mod tests {
             let search = wander.step(&readings, &extremes, STEP, Status::Going);
             progress += u32::from(matches!(search, Search::Go { progress: true, .. }));
         }
-        // Two steps of 0.0625 m each time.
+        // The extreme moves 0.0625 m per step, so every second step counts.
         assert_eq!(progress, 19);
     }
 }

@@ -1,4 +1,4 @@
-//! Where spills and deposits are, relative to the border (thesis §4.1.1.1): the same for all robots of a run.
+//! The places of spills and deposits relative to the border (thesis §4.1.1.1), shared by all robots of a run.
 
 use crate::waste::data::{Spill, Spot, WasteSection};
 use std::cell::Cell;
@@ -7,12 +7,11 @@ use alliance_proto::mission::items::Locations;
 use alliance_proto::scenario::Scenario;
 use glam::Vec2;
 
-/// Up to so many places are simply looked at one after the other.
+/// The maximum number of spots that a linear search handles without a grid.
 const FEW: usize = 16;
-/// Places to a cell, on average.
 const PER_CELL: usize = 2;
 
-/// A plan of the room without its size.
+/// A plan of the room that does not depend on its size.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Map {
     pub(super) spills: Spots,
@@ -21,7 +20,6 @@ pub(super) struct Map {
 }
 
 impl Map {
-    /// The map of a scenario.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let waste = WasteSection::of(scenario);
@@ -32,7 +30,7 @@ impl Map {
         }
     }
 
-    /// Where things are in a border of these extremes. `realms` are those of the robot that asks.
+    /// Returns the places for a border. `realms` is the cache of the calling robot.
     pub(super) fn places<'a>(&'a self, border: &Locations, realms: &'a Realms) -> Places<'a> {
         realms.keep_for(*border);
         Places {
@@ -45,19 +43,18 @@ impl Map {
     }
 }
 
-/// Where a spot is known to be the nearest of its kind: a robot asks for it many times in a step, mostly near where it asked
-/// before.
+/// A cached result of a search for the nearest spot, with the circle in which it is valid. A robot repeats this search
+/// many times per step, mostly at nearby points.
 #[derive(Clone, Copy, Debug, Default)]
 struct Realm {
-    /// In a circle round this point, m, of a radius of which this is the square.
+    /// The center of the circle, m, and the square of its radius, m².
     center: Vec2,
     squared: f32,
     spot: u16,
-    /// Where that is, m.
     at: Vec2,
 }
 
-/// The realms in which a robot was last, for the border that it knows.
+/// The latest realms of a robot for its current border.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Realms {
     border: Cell<Option<Locations>>,
@@ -75,7 +72,7 @@ impl Realms {
     }
 }
 
-/// Where things are, once the border is known, m.
+/// The places of everything for a known border, m.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Places<'a> {
     map: &'a Map,
@@ -86,7 +83,6 @@ pub(super) struct Places<'a> {
 }
 
 impl Places<'_> {
-    /// The border's extremes.
     pub fn border(&self) -> Locations {
         Locations {
             min: self.min,
@@ -94,7 +90,7 @@ impl Places<'_> {
         }
     }
 
-    /// Corners of the report site: at the left wall, centered in y, cut off at the border.
+    /// Returns the corners of the report site. It lies at the left wall, centered in y, and is cut off at the border.
     pub fn site(&self) -> (Vec2, Vec2) {
         let size = self.map.site_size;
         let left = self.min + Vec2::new(0.0, 0.5) * self.size;
@@ -105,17 +101,15 @@ impl Places<'_> {
         )
     }
 
-    /// Center of a spill.
     pub fn spill(&self, spill: u16) -> Vec2 {
         self.spot(&self.map.spills, spill)
     }
 
-    /// The spill whose work it is to carry what lies there.
+    /// Returns the spill whose task includes waste at this place.
     pub fn nearest_spill(&self, at: Vec2) -> u16 {
         self.realm(&self.map.spills, &self.realms.spill, at).spot
     }
 
-    /// Center of the deposit that is nearest to a place.
     pub fn nearest_deposit(&self, at: Vec2) -> Vec2 {
         self.realm(&self.map.deposits, &self.realms.deposit, at).at
     }
@@ -134,7 +128,7 @@ impl Places<'_> {
         realm
     }
 
-    /// The spot that is nearest to a place, of two that are equally near the first; and how far round it is.
+    /// Finds the nearest spot, the first at equal distance, and the radius in which it stays the nearest.
     fn search(&self, spots: &Spots, at: Vec2) -> Realm {
         const ROUNDING_M: f32 = 0.01;
         let fraction = (at - self.min) / self.size;
@@ -142,7 +136,7 @@ impl Places<'_> {
         loop {
             let block = spots.block(fraction, around);
             let [nearest, next] = self.two_nearest(spots, &block, at);
-            // Nothing outside the block can be nearer than its edge.
+            // No spot outside the block is nearer than the edge of the block.
             let sure_m = if block.is_all(spots.side) {
                 f32::INFINITY
             } else {
@@ -166,13 +160,13 @@ impl Places<'_> {
         self.place(spots.fractions[usize::from(spot)])
     }
 
-    /// The two nearest ones of a block; infinitely far where there is none.
+    /// Returns the two nearest spots of a block. Missing spots have an infinite distance.
     fn two_nearest(&self, spots: &Spots, block: &Block, at: Vec2) -> [Candidate; 2] {
-        let nobody = Candidate {
+        let missing = Candidate {
             squared: f32::INFINITY,
             spot: 0,
         };
-        let mut two = [nobody; 2];
+        let mut two = [missing; 2];
         for &(fraction, spot) in spots.within(block) {
             let squared = (self.place(fraction) - at).length_squared();
             let candidate = Candidate { squared, spot };
@@ -188,7 +182,6 @@ impl Places<'_> {
 
 #[derive(Clone, Copy)]
 struct Candidate {
-    /// Of its distance, m².
     squared: f32,
     spot: u16,
 }
@@ -199,7 +192,7 @@ impl Candidate {
     }
 }
 
-/// Some cells side by side, the last ones included.
+/// A rectangle of grid cells, with inclusive corners.
 struct Block {
     low: (usize, usize),
     high: (usize, usize),
@@ -211,16 +204,14 @@ impl Block {
     }
 }
 
-/// Places as fractions of the border, and which of them are near to each other.
+/// Spots as fractions of the border, with a grid that finds near spots.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Spots {
-    /// By number.
     fractions: Vec<Vec2>,
-    /// The border is divided into this many cells each way.
     side: usize,
-    /// The same places with their numbers, cell by cell and row by row: those of neighbors in a row stand side by side.
+    /// The spots with their numbers, sorted by cell and row. Neighbor cells of a row are adjacent.
     by_cell: Vec<(Vec2, u16)>,
-    /// Where those of each cell begin; and the end.
+    /// The index in `by_cell` of the first spot of each cell, and the total number of spots.
     begins: Vec<u32>,
 }
 
@@ -249,7 +240,6 @@ impl Spots {
         }
     }
 
-    /// The cells up to so many away.
     fn block(&self, fraction: Vec2, around: f32) -> Block {
         let around = Vec2::splat(around / self.side as f32);
         let (low, high) = (fraction - around, fraction + around);
@@ -268,11 +258,11 @@ impl Spots {
         })
     }
 
-    /// How far a place is from what lies outside the block, m; negative where it lies there itself.
+    /// Returns the distance from a place to the outside of the block, m. Negative if the place lies outside.
     fn to_edge(&self, block: &Block, fraction: Vec2, size: Vec2) -> f32 {
         let cells = fraction * self.side as f32;
         let beyond = |low: usize, high: usize, at: f32| {
-            // Nothing lies beyond the border.
+            // No spot lies beyond the border.
             let below = if low == 0 {
                 f32::INFINITY
             } else {
@@ -291,9 +281,8 @@ impl Spots {
     }
 }
 
-/// The cell in which that share of a side lies; outside the border, the nearest one.
+/// Returns the cell of a fraction along one side. Fractions outside the border give the nearest cell.
 fn along(share: f32, side: usize) -> usize {
-    // Casts saturate.
     ((share * side as f32) as usize).min(side - 1)
 }
 
@@ -319,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn of_two_that_are_equally_near_the_first_has_the_work() {
+    fn the_first_of_two_equally_near_spills_has_the_work() {
         let map = map(&[(0.75, 0.5), (0.25, 0.5)]);
         let border = Locations {
             min: Vec2::ZERO,
@@ -333,14 +322,14 @@ mod tests {
     }
 
     proptest! {
-        /// Against a look at all of them, also from outside the border and where they crowd; one question after the other,
-        /// also near where the one before was asked.
+        /// Compares with a linear search, also outside the border and for crowded spots, with several queries on one
+        /// cache.
         #[test]
-        fn the_nearest_is_the_nearest(
+        fn the_search_finds_the_nearest_spot(
             spots in prop::collection::vec((0.0..1.0_f32, 0.0..1.0_f32), 1..200),
             crowd in 0.05..1.0_f32,
             size in (1.0..900.0_f32, 1.0..900.0_f32),
-            questions in prop::collection::vec((-0.2..1.2_f32, -0.2..1.2_f32, -9.0..9.0_f32, -9.0..9.0_f32), 1..8),
+            queries in prop::collection::vec((-0.2..1.2_f32, -0.2..1.2_f32, -9.0..9.0_f32, -9.0..9.0_f32), 1..8),
         ) {
             let spots: Vec<_> = spots.iter().map(|(x, y)| (x * crowd, y)).map(|(x, y)| (x, *y)).collect();
             let map = map(&spots);
@@ -350,15 +339,15 @@ mod tests {
             };
             let realms = Realms::default();
             let places = map.places(&border, &realms);
-            for (x, y, x_m, y_m) in questions {
+            for (x, y, x_m, y_m) in queries {
                 let at = border.min + Vec2::new(x, y) * Vec2::new(size.0, size.1);
                 for at in [at, at + Vec2::new(x_m, y_m) / 10.0, at + Vec2::new(x_m, y_m)] {
                     let found = places.nearest_spill(at);
-                    let anew = map.places(&border, &Realms::default()).nearest_spill(at);
-                    prop_assert_eq!(found, anew, "whatever was asked before");
+                    let fresh = map.places(&border, &Realms::default()).nearest_spill(at);
+                    prop_assert_eq!(found, fresh, "the cache does not change the result");
                     let found = length(places.spill(found) - at);
                     for spill in 0..spots.len() as u16 {
-                        // Of two that are as good as equally near it is either.
+                        // Rounding may exchange two spots at nearly equal distances.
                         prop_assert!(found <= length(places.spill(spill) - at) * (1.0 + 1e-6));
                     }
                 }

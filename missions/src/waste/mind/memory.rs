@@ -1,5 +1,5 @@
-//! What a robot knows about the mission, and how it joins what it sees and what it is told (DESIGN §7): the newest wins,
-//! own sight beats hearsay, "empty" expires.
+//! The robot's knowledge about the mission, and the rules that combine observations with messages of teammates. The
+//! newest fact wins. Own observations win over messages of the same time. "Empty" expires.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::mission::items::{Fact, Knowledge, Locations, LooseItem, Withdrawal};
@@ -11,34 +11,33 @@ use super::sweep::Sweep;
 use crate::waste::data::EMPTY_EXPIRES;
 use robot_agent::body::goal::{is_shorter, length};
 
-/// How long a robot leaves a spill, or the report site, alone to which it has found no way.
+/// The time for which a robot ignores a spill or the report site after it found no way there.
 pub(super) const SET_ASIDE: SimTime = SimTime(180_000);
-/// Places nearer to each other than this are one, m.
+/// The distance below which two places count as the same place, m.
 pub(super) const SAME_PLACE_M: f32 = 0.3;
-/// How long a place that was searched in vain is remembered, against older hearsay.
+/// The lifetime of a failed search, which overrides older messages about the same place.
 const SEARCHED_EXPIRES: SimTime = SimTime(120_000);
-/// More loose items than this are not remembered: a heartbeat has to stay small.
+/// The maximum number of remembered loose items. It limits the size of a heartbeat.
 const LOOSE_LIMIT: usize = 32;
 
-/// A robot's knowledge.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Memory {
     robot: RobotId,
     knowledge: Knowledge,
-    /// Whether the robot has itself sensed a spill where the locations say that one is.
+    /// True if the robot has sensed a spill at a place where the locations predict one.
     confirmed: bool,
-    /// The spills that the robot has behavior sets for, in ascending order: of others it remembers nothing.
+    /// The spills for which the robot has behavior sets, in ascending order. It stores no others.
     spills: SmallVec<[OwnSpill; 4]>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct OwnSpill {
     number: u16,
-    /// When the robot last found no way to it. It tells nobody: it may be shut in itself.
+    /// The time at which the robot last found no way to the spill. Not broadcast, because the robot itself may be shut
+    /// in.
     out_of_reach: Option<SimTime>,
-    /// How many of its items and views it has found no way to since it last held something.
+    /// The number of unreachable items and views of the spill since the robot last held something.
     closed: u32,
-    /// The search of its part of the room, while it goes on.
     sweep: Option<Sweep>,
 }
 
@@ -72,29 +71,27 @@ impl Memory {
         &self.knowledge
     }
 
-    /// The border's extremes, where known.
     pub fn locations(&self) -> Option<Fact<Locations>> {
         self.knowledge.locations
     }
 
-    /// Whether the robot has itself sensed a spill where the locations say that one is.
     pub fn is_confirmed(&self) -> bool {
         self.confirmed
     }
 
-    /// Own sight of a spill where the locations say that one is.
+    /// Records that the robot sensed a spill where the locations predict one.
     pub fn confirm(&mut self) {
         self.confirmed = true;
     }
 
-    /// Own finding of the locations.
+    /// Records locations that the robot itself found.
     pub fn find(&mut self, locations: Locations, now: SimTime) -> Fact<Locations> {
-        let fact = self.own(locations, now);
+        let fact = self.observed(locations, now);
         self.adopt(fact);
         fact
     }
 
-    /// Takes the present locations back after own sight of the contrary; returns what to tell the others.
+    /// Withdraws the current locations after a contradicting observation. Returns the message for the teammates.
     pub fn withdraw(&mut self) -> Option<Withdrawal> {
         let fact = self.knowledge.locations.take()?;
         self.confirmed = false;
@@ -106,71 +103,66 @@ impl Memory {
         Some(withdrawal)
     }
 
-    /// A spill, as seen by the robot itself.
     pub fn see_spill(&mut self, spill: u16, empty: bool, now: SimTime) {
-        let fact = self.own(empty, now);
+        let fact = self.observed(empty, now);
         self.join_empty(spill, |_| fact);
     }
 
     fn own_spill(&self, spill: u16) -> Option<usize> {
-        // They are few.
-        self.spills.iter().position(|own| own.number == spill)
+        self.spills.iter().position(|known| known.number == spill)
     }
 
-    /// The robot has found no way to a spill, and leaves it alone for a while.
+    /// Sets a spill aside for a while after the robot found no way to it.
     pub fn set_aside(&mut self, spill: u16, now: SimTime) {
-        if let Some(own) = self.own_spill(spill) {
-            self.spills[own].out_of_reach = Some(now);
-            self.spills[own].closed = 0;
+        if let Some(index) = self.own_spill(spill) {
+            self.spills[index].out_of_reach = Some(now);
+            self.spills[index].closed = 0;
         }
     }
 
-    /// The robot has found no way to something of a spill, or could not take it up.
+    /// Counts an item or view that the robot could not reach or pick up.
     pub fn close(&mut self, spill: u16) {
-        if let Some(own) = self.own_spill(spill) {
-            self.spills[own].closed += 1;
+        if let Some(index) = self.own_spill(spill) {
+            self.spills[index].closed += 1;
         }
     }
 
-    /// The robot holds something of the spill.
+    /// Resets the count of failures, because the robot holds an item of the spill.
     pub fn reopen(&mut self, spill: u16) {
-        if let Some(own) = self.own_spill(spill) {
-            self.spills[own].closed = 0;
+        if let Some(index) = self.own_spill(spill) {
+            self.spills[index].closed = 0;
         }
     }
 
-    /// How often it has found no way since it last held something, in how many stints it may be.
+    /// Returns the number of failures since the robot last held an item, over all of its active periods.
     pub fn closed(&self, spill: u16) -> u32 {
         self.own_spill(spill)
-            .map_or(0, |own| self.spills[own].closed)
+            .map_or(0, |index| self.spills[index].closed)
     }
 
-    /// Whether the robot leaves the spill alone.
     pub fn is_set_aside(&self, spill: u16, now: SimTime) -> bool {
-        let own = self.own_spill(spill);
-        let since = own.and_then(|own| self.spills[own].out_of_reach);
+        let index = self.own_spill(spill);
+        let since = index.and_then(|index| self.spills[index].out_of_reach);
         since.is_some_and(|since| now.since(since) < SET_ASIDE)
     }
 
-    /// A place outside the spills, as seen by the robot itself.
+    /// Records an observation of a place outside the spills by the robot itself.
     pub fn see_loose(&mut self, at: Vec2, present: bool, now: SimTime) {
-        let fact = self.own(LooseItem { at, present }, now);
+        let fact = self.observed(LooseItem { at, present }, now);
         self.join_loose(fact);
     }
 
-    /// The robot's own progress report.
     pub fn report(&mut self, now: SimTime) {
-        self.knowledge.last_report = Some(self.own((), now));
+        self.knowledge.last_report = Some(self.observed((), now));
     }
 
-    /// When the mission was last reported, as far as known.
     pub fn last_report(&self) -> SimTime {
         self.knowledge
             .last_report
             .map_or(SimTime::ZERO, |fact| fact.seen)
     }
 
-    /// Whether the spill is taken to be empty.
+    /// Checks whether the spill counts as empty.
     pub fn believes_empty(&self, spill: u16, now: SimTime) -> bool {
         let mut known = self.knowledge.empty.iter();
         known.any(|(known, fact)| {
@@ -178,42 +170,40 @@ impl Memory {
         })
     }
 
-    /// Begins the search of a spill's part of the room, if the spill, seen empty or left alone before, has proved to be no
-    /// different, and nothing is known to be left at the others; whether it has.
+    /// Starts the search of a spill's area if the spill's state has not changed and no waste is known elsewhere.
+    /// Returns whether the search started.
     pub fn begin_sweep(&mut self, spill: u16, now: SimTime) -> bool {
         let begins = self.is_all_done() && !self.believes_empty(spill, now);
-        if let Some(own) = self.own_spill(spill).filter(|_| begins) {
-            self.spills[own].sweep = Some(Sweep::default());
+        if let Some(index) = self.own_spill(spill).filter(|_| begins) {
+            self.spills[index].sweep = Some(Sweep::default());
         }
         begins
     }
 
-    /// The search of a spill's part of the room, once it has begun.
     pub fn sweep(&mut self, spill: u16) -> Option<&mut Sweep> {
-        let own = self.own_spill(spill)?;
-        self.spills[own].sweep.as_mut()
+        let index = self.own_spill(spill)?;
+        self.spills[index].sweep.as_mut()
     }
 
-    /// The search of a spill's part of the room is over.
     pub fn end_sweep(&mut self, spill: u16) {
-        if let Some(own) = self.own_spill(spill) {
-            self.spills[own].sweep = None;
+        if let Some(index) = self.own_spill(spill) {
+            self.spills[index].sweep = None;
         }
     }
 
-    /// Whether each of its spills was empty when it was last seen, or has proved to be out of reach.
+    /// Checks whether each own spill was last seen empty or is out of reach.
     fn is_all_done(&self) -> bool {
         let mut spills = self.spills.iter();
-        spills.all(|own| own.out_of_reach.is_some() || self.was_empty(own.number))
+        spills.all(|known| known.out_of_reach.is_some() || self.was_empty(known.number))
     }
 
-    /// Whether the spill was empty when it was last seen, however long ago.
+    /// Checks whether the spill was empty at the last observation, at any age.
     pub fn was_empty(&self, spill: u16) -> bool {
         let mut known = self.knowledge.empty.iter();
         known.any(|&(known, fact)| known == spill && fact.value)
     }
 
-    /// Places outside the spills where something is taken to lie.
+    /// Returns the places outside the spills where waste is expected.
     pub fn loose(&self) -> impl Iterator<Item = Vec2> + '_ {
         let present = self
             .knowledge
@@ -223,36 +213,42 @@ impl Memory {
         present.map(|fact| fact.value.at)
     }
 
-    /// Joins what a teammate knows at `now`; true if new locations were learned from it. Of loose waste it takes what is
-    /// its own `concern`, and news of what it knew to lie there.
-    pub fn hear(&mut self, told: &Knowledge, now: SimTime, concern: impl Fn(Vec2) -> bool) -> bool {
-        for &withdrawal in &told.withdrawn {
+    /// Merges the knowledge of a teammate. Returns whether it contained new locations. Loose waste is accepted only at
+    /// known places and at places of `concern` to this robot.
+    pub fn hear(
+        &mut self,
+        received: &Knowledge,
+        now: SimTime,
+        concern: impl Fn(Vec2) -> bool,
+    ) -> bool {
+        for &withdrawal in &received.withdrawn {
             self.hear_withdrawal(withdrawal);
         }
-        for &(spill, told) in &told.empty {
-            if told.seen <= now {
-                self.join_empty(spill, |mine| newer(mine, told));
+        for &(spill, received) in &received.empty {
+            if received.seen <= now {
+                self.join_empty(spill, |mine| newer(mine, received));
             }
         }
-        if let Some(told) = told.last_report.filter(|told| told.seen <= now) {
-            self.knowledge.last_report = Some(newer(self.knowledge.last_report, told));
+        if let Some(received) = received.last_report.filter(|received| received.seen <= now) {
+            self.knowledge.last_report = Some(newer(self.knowledge.last_report, received));
         }
-        for &fact in &told.loose {
+        for &fact in &received.loose {
             let at = fact.value.at;
             if fact.seen <= now && at.is_finite() && (self.loose_at(at).is_some() || concern(at)) {
                 self.join_loose(fact);
             }
         }
-        told.locations
+        received
+            .locations
             .is_some_and(|fact| self.hear_locations(fact, now))
     }
 
-    /// Locations that somebody found; true if they were new and taken over.
+    /// Merges locations found by a robot. Returns whether they replaced the current ones.
     pub fn hear_locations(&mut self, fact: Fact<Locations>, now: SimTime) -> bool {
         let mine_is_better = self.knowledge.locations.is_some_and(|mine| {
             mine.seen_by == self.robot || self.confirmed || mine.seen >= fact.seen
         });
-        // As mostly: each heartbeat tells them.
+        // The usual case, because each heartbeat repeats the locations.
         if mine_is_better {
             return false;
         }
@@ -270,7 +266,7 @@ impl Memory {
         true
     }
 
-    /// A withdrawal that somebody broadcast; true if it takes this robot's own finding back.
+    /// Merges a withdrawal. Returns whether it withdraws this robot's own locations.
     pub fn hear_withdrawal(&mut self, withdrawal: Withdrawal) -> bool {
         let known = self
             .knowledge
@@ -291,7 +287,6 @@ impl Memory {
         withdrawal.finder == self.robot
     }
 
-    /// Forgets what is too old to matter.
     pub fn expire(&mut self, now: SimTime) {
         self.knowledge
             .loose
@@ -301,8 +296,8 @@ impl Memory {
     fn adopt(&mut self, fact: Fact<Locations>) {
         self.knowledge.locations = Some(fact);
         self.confirmed = false;
-        for own in &mut self.spills {
-            own.sweep = None;
+        for known in &mut self.spills {
+            known.sweep = None;
         }
     }
 
@@ -314,7 +309,7 @@ impl Memory {
         }
     }
 
-    /// What is known of one of its own spills is what `join` makes of it.
+    /// Updates the fact about an own spill with the result of `join`.
     fn join_empty(&mut self, spill: u16, join: impl Fn(Option<Fact<bool>>) -> Fact<bool>) {
         if self.own_spill(spill).is_none() {
             return;
@@ -326,8 +321,8 @@ impl Memory {
         }
     }
 
-    /// The place among those known that is that one. The nearest: places move a little as they are seen anew, so that two may be
-    /// as near as one, and a search in vain has to take back the one that was searched.
+    /// Returns the index of the nearest known place that counts as the same place. Places move slightly with each
+    /// observation, so several may be near. A failed search must remove the searched one.
     fn loose_at(&self, at: Vec2) -> Option<usize> {
         let loose = self.knowledge.loose.iter();
         let offsets = loose.map(|known| known.value.at - at).enumerate();
@@ -344,8 +339,8 @@ impl Memory {
         match same {
             Some(index) => {
                 let known = &mut loose[index];
-                let own = fact.seen_by == self.robot;
-                if fact.seen > known.seen || (fact.seen == known.seen && own) {
+                let is_own = fact.seen_by == self.robot;
+                if fact.seen > known.seen || (fact.seen == known.seen && is_own) {
                     *known = fact;
                 }
             }
@@ -354,7 +349,7 @@ impl Memory {
         }
     }
 
-    fn own<T>(&self, value: T, now: SimTime) -> Fact<T> {
+    fn observed<T>(&self, value: T, now: SimTime) -> Fact<T> {
         Fact {
             value,
             seen_by: self.robot,
@@ -363,11 +358,11 @@ impl Memory {
     }
 }
 
-/// The newer of two facts; of the same time, the one's own.
-fn newer<T>(mine: Option<Fact<T>>, told: Fact<T>) -> Fact<T> {
+/// Returns the newer of two facts, or the robot's own at equal time.
+fn newer<T>(mine: Option<Fact<T>>, received: Fact<T>) -> Fact<T> {
     match mine {
-        Some(mine) if mine.seen >= told.seen => mine,
-        _ => told,
+        Some(mine) if mine.seen >= received.seen => mine,
+        _ => received,
     }
 }
 
@@ -401,7 +396,7 @@ mod tests {
         Memory::new(ME, &[0, 1], None)
     }
 
-    fn told_empty(value: bool, seen: SimTime) -> Knowledge {
+    fn received_empty(value: bool, seen: SimTime) -> Knowledge {
         let fact = Fact {
             value,
             seen_by: OTHER,
@@ -413,7 +408,7 @@ mod tests {
         }
     }
 
-    fn told_loose(at: Vec2, present: bool, seen: SimTime) -> Knowledge {
+    fn received_loose(at: Vec2, present: bool, seen: SimTime) -> Knowledge {
         let fact = Fact {
             value: LooseItem { at, present },
             seen_by: OTHER,
@@ -426,31 +421,31 @@ mod tests {
     }
 
     #[test]
-    fn of_two_facts_the_newer_wins() {
+    fn the_newer_of_two_facts_wins() {
         let mut memory = memory();
         memory.see_spill(0, false, at(10));
-        memory.hear(&told_empty(true, at(9)), at(11), |_| true);
+        memory.hear(&received_empty(true, at(9)), at(11), |_| true);
         assert!(!memory.believes_empty(0, at(11)));
-        memory.hear(&told_empty(true, at(11)), at(11), |_| true);
+        memory.hear(&received_empty(true, at(11)), at(11), |_| true);
         assert!(memory.believes_empty(0, at(11)));
         assert!(!memory.believes_empty(1, at(11)));
     }
 
     #[test]
-    fn of_facts_of_the_same_time_own_sight_wins() {
+    fn an_own_observation_wins_at_equal_time() {
         let mut memory = memory();
         memory.see_spill(0, false, at(10));
-        memory.hear(&told_empty(true, at(10)), at(11), |_| true);
+        memory.hear(&received_empty(true, at(10)), at(11), |_| true);
         assert!(!memory.believes_empty(0, at(11)));
     }
 
     #[test]
-    fn what_is_said_to_be_seen_in_the_future_is_ignored() {
+    fn facts_from_the_future_are_ignored() {
         let mut memory = memory();
-        memory.hear(&told_empty(true, at(12)), at(11), |_| true);
+        memory.hear(&received_empty(true, at(12)), at(11), |_| true);
         assert!(!memory.believes_empty(0, at(12)));
         assert!(!memory.hear_locations(found_by(OTHER, 12.0, at(12)), at(11)));
-        memory.hear(&told_loose(Vec2::ONE, true, at(12)), at(11), |_| true);
+        memory.hear(&received_loose(Vec2::ONE, true, at(12)), at(11), |_| true);
         assert_eq!(memory.loose().count(), 0);
     }
 
@@ -463,18 +458,18 @@ mod tests {
     }
 
     #[test]
-    fn a_search_begins_when_all_has_been_found_empty_again() {
+    fn a_search_begins_after_all_spills_were_found_empty_again() {
         let mut memory = memory();
         let later = at(10) + EMPTY_EXPIRES;
         memory.see_spill(0, true, at(10));
-        // Nothing is known of the other one, and then that something is there.
+        // The other spill is first unknown, then known to contain waste.
         assert!(!memory.begin_sweep(0, later));
         memory.see_spill(1, false, at(10));
         assert!(!memory.begin_sweep(0, later));
         memory.see_spill(1, true, at(11));
         assert!(!memory.begin_sweep(0, at(12)));
         assert!(memory.begin_sweep(0, later) && memory.sweep(1).is_none());
-        // It goes on, whatever is found, until it is over.
+        // The search continues until it is ended, independent of new findings.
         memory.sweep(0).unwrap().pass();
         memory.see_spill(0, false, later);
         assert_ne!(memory.sweep(0), Some(&mut Sweep::default()));
@@ -483,11 +478,11 @@ mod tests {
     }
 
     #[test]
-    fn spills_that_are_out_of_reach_do_not_keep_it_from_a_search() {
+    fn spills_out_of_reach_do_not_prevent_a_search() {
         let mut memory = memory();
         let later = at(10) + EMPTY_EXPIRES;
         memory.see_spill(0, true, at(10));
-        // In however many stints that shows.
+        // The failures may occur in several active periods.
         memory.close(1);
         assert_eq!(memory.closed(1), 1);
         memory.set_aside(1, at(100));
@@ -496,7 +491,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_out_of_reach_is_left_alone_for_a_while_and_no_one_is_told() {
+    fn a_spill_out_of_reach_is_set_aside_without_a_message() {
         let mut memory = memory();
         let known = memory.knowledge().clone();
         memory.set_aside(1, at(10));
@@ -506,7 +501,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_no_location() {
+    fn invalid_locations_are_rejected() {
         for bad in [f32::NAN, f32::INFINITY, 0.0, -1.0] {
             assert!(
                 !memory().hear_locations(found_by(OTHER, bad, at(1)), at(2)),
@@ -516,26 +511,26 @@ mod tests {
     }
 
     #[test]
-    fn newer_locations_replace_hearsay_but_not_own_finding_or_sight() {
+    fn newer_locations_replace_received_but_not_own_or_confirmed_ones() {
         let old = found_by(OTHER, 11.0, at(1));
         let new = found_by(RobotId(2), 12.0, at(2));
-        let mut hearsay = memory();
-        assert!(hearsay.hear_locations(old, at(3)));
-        assert!(hearsay.hear_locations(new, at(3)));
-        assert!(!hearsay.hear_locations(old, at(3)));
+        let mut received = memory();
+        assert!(received.hear_locations(old, at(3)));
+        assert!(received.hear_locations(new, at(3)));
+        assert!(!received.hear_locations(old, at(3)));
 
         let mut confirmed = memory();
         confirmed.hear_locations(old, at(3));
         confirmed.confirm();
         assert!(!confirmed.hear_locations(new, at(3)));
 
-        let mut own = memory();
-        own.find(locations(12.0), at(1));
-        assert!(!own.hear_locations(new, at(3)));
+        let mut finder = memory();
+        finder.find(locations(12.0), at(1));
+        assert!(!finder.hear_locations(new, at(3)));
     }
 
     #[test]
-    fn a_withdrawal_takes_back_that_update_and_older_ones_only() {
+    fn a_withdrawal_removes_only_its_update_and_older_ones() {
         let mut memory = memory();
         memory.hear_locations(found_by(OTHER, 12.0, at(5)), at(5));
         let withdrawal = Withdrawal {
@@ -547,15 +542,15 @@ mod tests {
         assert!(!memory.hear_locations(found_by(OTHER, 12.0, at(4)), at(6)));
         assert!(!memory.hear_locations(found_by(OTHER, 12.0, at(5)), at(6)));
         assert!(memory.hear_locations(found_by(OTHER, 12.0, at(6)), at(6)));
-        // Heard again, late, it does no harm to the newer one.
+        // A late duplicate does not affect the newer locations.
         memory.hear_withdrawal(withdrawal);
         assert!(memory.locations().is_some());
-        // Another finder's update is another matter.
+        // Updates of other finders stay valid.
         assert_eq!(memory.knowledge().withdrawn, vec![withdrawal]);
     }
 
     #[test]
-    fn who_has_sensed_the_spill_ignores_a_withdrawal() {
+    fn a_robot_that_has_sensed_the_spill_ignores_a_withdrawal() {
         let mut memory = memory();
         memory.hear_locations(found_by(OTHER, 12.0, at(5)), at(5));
         memory.confirm();
@@ -568,7 +563,7 @@ mod tests {
     }
 
     #[test]
-    fn the_finder_learns_that_its_update_was_withdrawn() {
+    fn the_finder_detects_the_withdrawal_of_its_update() {
         let mut memory = memory();
         memory.find(locations(12.0), at(5));
         let withdrawal = Withdrawal {
@@ -580,7 +575,7 @@ mod tests {
     }
 
     #[test]
-    fn own_withdrawal_is_what_the_others_hear() {
+    fn an_own_withdrawal_is_returned_for_broadcast() {
         let mut memory = memory();
         assert_eq!(memory.withdraw(), None);
         memory.hear_locations(found_by(OTHER, 12.0, at(5)), at(5));
@@ -598,31 +593,35 @@ mod tests {
     }
 
     #[test]
-    fn places_that_are_near_are_one_and_searched_ones_are_gone() {
+    fn near_places_are_merged_and_searched_places_are_removed() {
         let mut memory = memory();
         memory.see_loose(Vec2::ONE, true, at(1));
-        memory.hear(&told_loose(Vec2::new(1.1, 1.0), true, at(2)), at(2), |_| {
-            true
-        });
+        memory.hear(
+            &received_loose(Vec2::new(1.1, 1.0), true, at(2)),
+            at(2),
+            |_| true,
+        );
         assert_eq!(memory.loose().count(), 1);
         memory.see_loose(Vec2::new(1.1, 1.0), false, at(3));
         assert_eq!(memory.loose().count(), 0);
-        // Older hearsay does not bring it back, as long as the search is remembered.
-        memory.hear(&told_loose(Vec2::new(1.1, 1.0), true, at(2)), at(4), |_| {
-            true
-        });
+        // An older message does not restore the place while the search is remembered.
+        memory.hear(
+            &received_loose(Vec2::new(1.1, 1.0), true, at(2)),
+            at(4),
+            |_| true,
+        );
         assert_eq!(memory.loose().count(), 0);
         memory.expire(at(3) + SEARCHED_EXPIRES);
         assert!(memory.knowledge().loose.is_empty());
     }
 
     #[test]
-    fn a_search_in_vain_takes_back_the_place_that_was_searched() {
+    fn a_failed_search_removes_the_searched_place() {
         let mut memory = memory();
         let second = Vec2::new(0.35, 0.0);
         memory.see_loose(Vec2::ZERO, true, at(1));
         memory.see_loose(second, true, at(1));
-        // The first one, seen again nearer to the second.
+        // A new observation of the first place, nearer to the second.
         memory.see_loose(Vec2::new(0.15, 0.0), true, at(2));
         assert_eq!(memory.loose().count(), 2);
         memory.see_loose(second, false, at(3));

@@ -1,27 +1,27 @@
-//! The waste clean-up (thesis §4.1, DESIGN §7): behavior sets and knowledge. Pure.
+//! The robot controller of the waste clean-up (thesis §4.1): behavior sets and knowledge. Pure.
 //!
-//! A tour:
-//! - `briefing`: what a robot knows beforehand, with the `map`. `extremes`: what it learns about the border, by `compass`. `memory`: what it knows about the
-//!   mission, from own sight and from hearsay. `teammates`: what it last heard of each of the others.
-//! - `find`, `spill`, `report`: the behavior sets; `sight` and `views` are what the work on a spill sees, `sweep` is how it searches.
-//! - `costs`: what each behavior would cost, for allocators that compare.
-//! - `perceiving` and `acting`: the two halves of a step, which use them all.
+//! - `briefing`: the initial knowledge, with the `map`. `extremes`: the border as found so far, by `compass` direction.
+//! - `memory`: the knowledge about the mission. `teammates`: the last heartbeat of each teammate.
+//! - `find`, `spill`, `report`: the behavior sets. `sight` and `views`: what a robot has seen of a spill. `sweep`: the
+//!   search.
+//! - `costs`: the cost of each behavior, for allocators that compare.
+//! - `perceiving` and `acting`: the two halves of a step.
 //!
-//! Decided here:
-//! - Locations are known once each wall was sensed; a search that has not sensed all of them goes on.
-//! - A spill is empty when most of it was seen without anything on it, and the robot came from the deposit or went there with
-//!   nothing in sight. What lies under an obstacle is nobody's.
-//! - Whoever finds a spill empty or out of reach that was so before, and knows of nothing that is left at the others, looks over all
-//!   of the room that is nearer to this spill than to another: somebody may have strewn waste there. So nobody has to know how much
-//!   there is. Each robot keeps for itself how far it has got.
-//! - A spill to most of which, or to whose waste, a robot finds no way it leaves alone for three minutes, so that the next one has
-//!   its turn, and tells nobody: it may be shut in itself. So with the report site, when every way to it is closed.
-//! - Locations prove wrong only where the robot stands and senses something else. What it sees from outside, and an obstacle or
-//!   wall in the way, prove nothing against them.
-//! - An idle robot makes room for a teammate at work.
-//! - A finder whose update was withdrawn stands back until a teammate searches, but no longer than a minute.
-//! - Own sight beats hearsay of the same time; older sight gives way to newer hearsay, for the world changes. Only the
-//!   locations do not: who found them, or sensed a spill where they say, keeps them against newer ones.
+//! # Decisions that the thesis leaves open
+//! - Locations are known after each wall was sensed. A search continues until then.
+//! - A spill is empty if most of it was seen without waste, and the robot came from or went to the deposit with no
+//!   waste in sight. Waste under an obstacle belongs to no task.
+//! - A robot may find a spill empty or out of reach twice in a row, with no waste known elsewhere. Then it searches the
+//!   whole area that is nearer to this spill than to another, because a fault may have added waste there. So no robot
+//!   needs the number of items. Each robot tracks its own search.
+//! - A robot that finds no way to most of a spill, or to its waste, sets the spill aside for three minutes. The same
+//!   holds for the report site. It sends no message about it, because it may itself be shut in.
+//! - Locations prove wrong only at a place where the robot stands and senses something else. Views from outside,
+//!   obstacles and walls prove nothing.
+//! - An idle robot makes room for a working teammate.
+//! - A finder whose update was withdrawn stands back until a teammate searches, at most one minute.
+//! - An own observation wins over a message of the same time. A newer message wins over an older observation. Locations
+//!   are an exception: their finder, and a robot that confirmed them, keeps them.
 
 mod acting;
 mod briefing;
@@ -65,13 +65,11 @@ use sight::Sight;
 use spill::SpillWork;
 use teammates::Teammates;
 
-/// The clean-up's robot side.
 pub const MIND: MissionMind = MissionMind {
     data: WASTE,
     shared: |setup| Arc::new(Team(Arc::new(Map::of(&setup.scenario)))),
 };
 
-/// What all robots of a run know beforehand.
 #[derive(Debug)]
 struct Team(Arc<Map>);
 
@@ -85,7 +83,6 @@ impl SharedMission for Team {
     }
 }
 
-/// One robot's mind for the waste clean-up.
 #[derive(Clone, Debug)]
 struct WasteMission {
     briefing: Briefing,
@@ -101,21 +98,20 @@ struct WasteMission {
     position: Option<Vec2>,
     facing: Facing,
     realms: Realms,
-    /// The floor as the step sees it, where its places are known.
+    /// The view of the floor in this step, if the locations are known.
     sight: Option<Sight>,
     holding: bool,
-    /// The set that picked up what the robot holds.
     load_of: Option<BehaviorId>,
-    /// What it did in the last step and has not yet seen the effect of.
+    /// The action of the last step whose effect is not yet visible.
     pending: Option<Pending>,
-    /// Effects on the world, seen but not yet reported to the motivational behaviors.
+    /// The tasks with progress that the motivational behaviors have not yet received.
     progressed: Vec<TaskId>,
-    /// Progress count on finding the locations.
+    /// The progress count of the search for the locations.
     search_progress: u32,
     stands_back_since: Option<SimTime>,
 }
 
-/// An act whose effect shows in the next readings.
+/// An action whose effect shows in the next readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Pending {
     Delivery(TaskId),
@@ -123,7 +119,7 @@ enum Pending {
 }
 
 impl WasteMission {
-    /// A new incarnation of that robot: it knows nothing but its briefing.
+    /// Creates a new incarnation of a robot, without knowledge beyond its briefing.
     ///
     /// # Panics
     /// If the setup has no such robot.
@@ -158,10 +154,10 @@ impl AgentMission for WasteMission {
     fn perceive(
         &mut self,
         moment: &Moment<'_>,
-        heard: &[Arc<Broadcast>],
+        received: &[Arc<Broadcast>],
         perception: &mut Perception,
     ) {
-        self.take_in(moment.now, moment.readings, heard, perception);
+        self.take_in(moment.now, moment.readings, received, perception);
     }
 
     fn choices(&self, moment: &Moment<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
@@ -193,13 +189,13 @@ impl AgentMission for WasteMission {
     }
 }
 
-/// Where things are, as far as a robot knows.
+/// Returns the places as far as the robot knows them.
 fn places<'a>(briefing: &'a Briefing, memory: &Memory, realms: &'a Realms) -> Option<Places<'a>> {
     let locations = memory.locations()?;
     Some(briefing.map.places(&locations.value, realms))
 }
 
-/// Unit vector of a heading, kept for the next step: a robot mostly goes straight on.
+/// The unit vector of a heading, cached because a robot mostly drives straight on.
 #[derive(Clone, Copy, Debug)]
 struct Facing {
     heading_rad: f32,

@@ -1,4 +1,5 @@
-//! First half of a step: what the robot senses and hears becomes what it knows, and what it could do.
+//! First half of a step: updates the robot's knowledge from readings and messages, and derives the applicable
+//! behaviors.
 
 use crate::waste::data::BehaviorKind;
 use crate::waste::data::notes;
@@ -24,22 +25,20 @@ use super::{Pending, WasteMission, places};
 use robot_agent::body::goal::{is_within, length};
 use robot_agent::mission::Perception;
 
-/// How long a finder whose update was withdrawn leaves the search to others.
+/// The time for which a finder whose update was withdrawn leaves the search to others.
 const STANDS_BACK: SimTime = SimTime(60_000);
-/// A spill sensed this much farther from its computed center than its radius is still that spill, m.
+/// The tolerance for a sensed spill beyond its radius around the computed center, m.
 const SPILL_TOLERANCE_M: f32 = 0.2;
 
-/// find-locations.
 const FIND: TaskId = TaskId(0);
 
 impl WasteMission {
-    /// First half of a step: joins what the robot senses and hears to what it knows, and writes what follows to
-    /// `perception`.
+    /// Merges readings and received messages into the knowledge, and writes the results to `perception`.
     pub(super) fn take_in(
         &mut self,
         now: SimTime,
         readings: &Readings,
-        heard: &[Arc<Broadcast>],
+        received: &[Arc<Broadcast>],
         perception: &mut Perception,
     ) {
         let Perception {
@@ -49,8 +48,8 @@ impl WasteMission {
         } = perception;
         self.position = readings.pose.map(|pose| pose.position);
         self.see_effects(now, readings);
-        for broadcast in heard {
-            self.hear(now, broadcast, notes);
+        for broadcast in received {
+            self.receive(now, broadcast, notes);
         }
         for place in self.teammates.fallen_silent(now, self.briefing.silence) {
             self.search_later(place, now);
@@ -86,7 +85,7 @@ impl WasteMission {
         }
     }
 
-    fn hear(&mut self, now: SimTime, broadcast: &Broadcast, notes: &mut Vec<Note>) {
+    fn receive(&mut self, now: SimTime, broadcast: &Broadcast, notes: &mut Vec<Note>) {
         match &broadcast.body {
             Content::Heartbeat(heartbeat) => {
                 let own_behaviors = &self.briefing.own_behaviors;
@@ -101,16 +100,16 @@ impl WasteMission {
                         self.stands_back_since = None;
                     }
                 }
-                if let Lore::Items(told) = &heartbeat.lore
-                    && self.learn(told, now)
+                if let Lore::Items(knowledge) = &heartbeat.lore
+                    && self.merge(knowledge, now)
                 {
-                    self.learned(broadcast.sender, notes);
+                    self.adopted_locations(broadcast.sender, notes);
                 }
             }
             Content::Bulletin(bulletin) => match bulletin.payload {
                 Payload::Items(ItemsBulletin::PositionUpdate(locations)) => {
                     if self.memory.hear_locations(locations, now) {
-                        self.learned(broadcast.sender, notes);
+                        self.adopted_locations(broadcast.sender, notes);
                     }
                 }
                 Payload::Items(ItemsBulletin::Withdrawal(withdrawal)) => {
@@ -124,9 +123,8 @@ impl WasteMission {
         }
     }
 
-    /// Joins what a teammate knows; true if it tells new locations.
-    fn learn(&mut self, told: &Knowledge, now: SimTime) -> bool {
-        // As of what it knew before: few heartbeats tell of loose items, so that it is worked out for these alone.
+    fn merge(&mut self, received: &Knowledge, now: SimTime) -> bool {
+        // Computed lazily from the previous locations, because few heartbeats contain loose items.
         let (briefing, realms, known) = (&self.briefing, &self.realms, self.memory.locations());
         let concern = |at| {
             known.is_none_or(|known| {
@@ -135,12 +133,12 @@ impl WasteMission {
                 briefing.own_spills.binary_search(&spill).is_ok()
             })
         };
-        self.memory.hear(told, now, concern)
+        self.memory.hear(received, now, concern)
     }
 
-    fn learned(&mut self, from: RobotId, notes: &mut Vec<Note>) {
+    fn adopted_locations(&mut self, from: RobotId, notes: &mut Vec<Note>) {
         self.stands_back_since = None;
-        // Whoever searches again, because they prove wrong, starts anew.
+        // A search that follows when the locations prove wrong starts from the beginning.
         self.methodical = Methodical::default();
         self.extremes = Extremes::default();
         notes.push(Note {
@@ -149,7 +147,7 @@ impl WasteMission {
         });
     }
 
-    /// A teammate lost its load somewhere on the way from here to the deposit, since its last heartbeat.
+    /// Records the area where a teammate lost its load: between its last position and the deposit.
     fn search_later(&mut self, last_place: Vec2, now: SimTime) {
         let Some(places) = places(&self.briefing, &self.memory, &self.realms) else {
             return;
@@ -162,7 +160,7 @@ impl WasteMission {
         self.memory.see_loose(place, true, now);
     }
 
-    /// Own sight of the spills and of what lies loose.
+    /// Records the robot's own observations of spills and loose waste.
     fn see_waste(&mut self, now: SimTime, readings: &Readings) {
         self.sight = None;
         let Some(pose) = readings.pose else { return };
@@ -203,7 +201,6 @@ impl WasteMission {
         }
     }
 
-    /// Whether something is taken to lie loose that is this spill's work.
     fn knows_loose(&self, spill: u16) -> bool {
         let places = places(&self.briefing, &self.memory, &self.realms);
         places.is_some_and(|places| {

@@ -8,37 +8,30 @@ use super::memory::SET_ASIDE;
 use robot_agent::body::Goal;
 use robot_agent::body::goal::length;
 
-/// How far inside the site's edge the robot aims, m; half of the site where that is less.
+/// The distance from the site's edge at which the robot aims, m. At most half of the site.
 const INSIDE_M: f32 = 0.1;
-/// How exactly it has to get there, m.
 const WITHIN_M: f32 = 0.05;
 
-/// So many closed ways to the site, without getting there in between, and the robot leaves reporting alone for a while: both
-/// ways round, twice.
+/// The number of successive blocked ways to the site after which the robot sets reporting aside: both ways round,
+/// twice.
 const CLOSED_MOST: u32 = 4;
 
-/// What reporting wants next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Errand {
-    /// Go there.
     Go(Goal),
-    /// Report here.
     Report,
-    /// The locations are wrong: this is not the site.
+    /// The locations are wrong: the site is not here.
     Wrong,
 }
 
-/// How the robot got on with its ways to the site. It tells nobody: it may be shut in itself, or be the only one that believes
-/// the site to be there.
+/// The record of blocked ways to the site. Not broadcast: the robot may be shut in, or its locations may be wrong.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Ways {
-    /// Ways that proved to be closed, in a row.
     closed: u32,
     set_aside: Option<SimTime>,
 }
 
 impl Ways {
-    /// A way proved to be closed.
     pub fn close(&mut self, now: SimTime) {
         self.closed += 1;
         if self.closed >= CLOSED_MOST {
@@ -49,15 +42,15 @@ impl Ways {
         }
     }
 
-    /// Whether the robot leaves reporting alone, so that its other tasks have their turn.
+    /// Checks whether reporting is set aside, so that other tasks can run.
     pub fn are_set_aside(&self, now: SimTime) -> bool {
         self.set_aside
             .is_some_and(|since| now.since(since) < SET_ASIDE)
     }
 }
 
-/// One step of reporting, from `position`; `on_site` is what the site sensor says. The robot cannot get nearer to the
-/// border than `radius_m`.
+/// Computes one step of reporting from `position`. `on_site` is the reading of the site sensor. The robot cannot come
+/// nearer to the border than `radius_m`.
 pub(super) fn errand(
     places: &Places,
     position: Vec2,

@@ -1,4 +1,4 @@
-//! The waste that a robot senses outside the deposit, and how far it can be sure that there is no more.
+//! The waste that a robot senses outside the deposits, and the area in which it is certain that there is no more.
 
 use alliance_proto::mission::items::{ITEMS_MOST, SensedItems};
 use alliance_proto::readings::Readings;
@@ -8,20 +8,19 @@ use super::briefing::Briefing;
 use super::map::Places;
 use robot_agent::body::goal::{is_shorter, is_within, length};
 
-/// One step's view of the floor.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Sight {
     pub position: Vec2,
-    /// Unit vector of the heading.
     pub ahead: Vec2,
-    /// Waste outside the deposit, nearest first, m.
+    /// The waste outside the deposits, nearest first, m.
     pub waste: SensedItems,
-    /// Up to here all waste is seen, m.
+    /// The distance up to which all waste is seen, m.
     range: f32,
 }
 
 impl Sight {
-    /// What the readings show to a robot that looks along `ahead`; `None` without position or waste sensor.
+    /// Creates the view from the readings, for the heading vector `ahead`. Returns `None` without position or waste
+    /// sensor.
     pub fn of(
         readings: &Readings,
         ahead: Vec2,
@@ -51,7 +50,6 @@ impl Sight {
         })
     }
 
-    /// A view of a floor with that waste.
     #[cfg(test)]
     pub fn from_there(position: Vec2, range: f32, waste: SensedItems) -> Self {
         Self {
@@ -62,29 +60,28 @@ impl Sight {
         }
     }
 
-    /// The item seen within `slack` of that place.
+    /// Returns the item seen within `slack` of a place.
     pub fn item_at(&self, place: Vec2, slack: f32) -> Option<Vec2> {
         let mut items = self.waste.iter().copied();
         items.find(|&item| is_shorter(item - place, slack))
     }
 
-    /// Whether all waste within `around` of that place is seen.
+    /// Checks whether the sensor covers everything within `around` of a place.
     #[inline(always)]
     pub fn covers(&self, place: Vec2, around: f32) -> bool {
         let offset = place - self.position;
-        // The same as the second condition alone, mostly without a root: nothing is shorter than its longer coordinate.
+        // The first condition follows from the second, but mostly saves a square root.
         offset.abs().max_element() + around < self.range && length(offset) + around < self.range
     }
 
-    /// Whether nothing lies within `slack` of that place, for certain.
+    /// Checks whether it is certain that no item lies within `slack` of a place.
     #[inline(always)]
     pub fn shows_nothing_at(&self, place: Vec2, slack: f32) -> bool {
         self.covers(place, slack) && self.item_at(place, slack).is_none()
     }
 }
 
-/// Whether the robot is so far from every deposit that nothing of what it senses can lie in one: then none has to be asked for
-/// each item.
+/// Checks whether no sensed item can lie in a deposit, because the nearest deposit is far away. Saves a query per item.
 fn is_far_from_deposit(
     position: Vec2,
     sensed: &SensedItems,
@@ -97,7 +94,7 @@ fn is_far_from_deposit(
     }
     let deposit = places.nearest_deposit(position);
     let clear_m = length(position - deposit) - briefing.deposit_radius_m - ROUNDING_M;
-    // A wrong offset may be of any length. It is no longer than its coordinates together.
+    // A faulty sensor may report an offset of any length. The coordinate sum is an upper bound of the length.
     let mut offsets = sensed.iter();
     offsets.all(|offset| offset.abs().element_sum() < clear_m)
 }

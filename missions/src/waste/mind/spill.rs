@@ -1,4 +1,4 @@
-//! move-spill(LOC): carry the waste of one spill, and what lies loose nearer to it than to another, to the deposit (thesis
+//! move-spill(LOC): carry the waste of one spill, and loose waste nearer to it than to another, to the deposit (thesis
 //! §4.1.2.2).
 
 use alliance_proto::mission::items::Gripper;
@@ -14,34 +14,30 @@ use super::views::{AT_POINT_M, Views};
 use robot_agent::body::goal::{is_shorter, is_within, length};
 use robot_agent::body::{Goal, Status};
 
-/// How far inside the deposit's edge the robot lets go when it faces inward, m.
+/// The distance inside the deposit's edge at which a robot that faces inward drops its load, m.
 const INSIDE_DEPOSIT_M: f32 = 0.1;
-/// Items are gripped this much nearer than the gripper's reach, m.
+/// The safety margin that is subtracted from the gripper's reach, m.
 const REACH_MARGIN_M: f32 = 0.02;
-/// An item seen this near to where one was seen before is the same, m.
+/// The maximum distance between two observations of the same item, m.
 const SAME_ITEM_M: f32 = 0.05;
-/// So many items and views to which it finds no way, and items that it cannot take up, without having held anything in between,
-/// and the robot leaves the spill alone.
+/// The number of unreachable items and views, and failed grips, after which the robot sets the spill aside. The count
+/// restarts when the robot holds an item.
 const CLOSED_MOST: u32 = 10;
-/// How long an item that could not be reached or gripped is left alone.
+/// The time for which an item that could not be reached or gripped is ignored.
 const UNREACHABLE: SimTime = SimTime(10_000);
 
-/// What the work on a spill wants next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Work {
-    /// Go there.
     Go(Goal),
-    /// Use the gripper here.
     Grip(Gripper),
-    /// Nothing is left: not at the spill and not on the way.
+    /// No waste is left at the spill or on the way.
     Empty,
-    /// There is no way to most of it, or to what lies there: obstacles are in the way, or the robot is shut in.
+    /// Most of the spill, or its waste, is unreachable: obstacles are in the way, or the robot is shut in.
     OutOfReach,
-    /// The locations are wrong.
     Wrong,
 }
 
-/// What the robot senses and knows in this step.
+/// The readings and knowledge of one step that the work on a spill uses.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SpillView<'a> {
     pub now: SimTime,
@@ -49,38 +45,33 @@ pub(super) struct SpillView<'a> {
     pub holding: bool,
     pub in_deposit: Option<bool>,
     pub in_spill: Option<bool>,
-    /// How the body got on in the step before.
+    /// The result of driving in the previous step.
     pub status: Status,
     pub places: &'a Places<'a>,
 }
 
-/// Work on one spill, from activation to hibernation.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct SpillWork {
     spill: u16,
-    /// Center of the deposit that its waste goes to.
     deposit: Vec2,
     views: Views,
-    /// Whether the robot has stood where the spill should be, and sensed none.
+    /// True if the robot has stood at the expected place of the spill without sensing a spill.
     entered: bool,
-    /// Whether the robot has been at the deposit since it last knew of something to carry: with the views done, the way
-    /// between has been swept.
+    /// True if the robot visited the deposit since it last knew of waste. Together with complete views, the way is
+    /// searched.
     from_deposit: bool,
-    /// Items of this spill that the robot has seen.
     seen: SmallVec<[Vec2; 12]>,
-    /// What could not be reached or gripped, and until when it is left alone.
+    /// The places of unreachable items, and the time until which each is ignored.
     unreachable: Vec<(Vec2, SimTime)>,
     target: Target,
-    /// Where it has just tried to pick something up.
     gripped_at: Option<Vec2>,
 }
 
-/// Where the robot goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Target {
     Item(Vec2),
     View(Vec2),
-    /// On the search of the spill's part of the room.
+    /// A cell in the search of the spill's area.
     Cell(Vec2),
     Deposit,
 }
@@ -101,12 +92,10 @@ impl SpillWork {
         }
     }
 
-    /// The spill worked on.
     pub fn spill(&self) -> u16 {
         self.spill
     }
 
-    /// What to do in this step.
     pub fn step(&mut self, briefing: &Briefing, view: &SpillView, memory: &mut Memory) -> Work {
         self.unreachable.retain(|&(_, until)| view.now < until);
         self.look(briefing, view);
@@ -141,7 +130,7 @@ impl SpillWork {
         if view.in_deposit == Some(false) {
             return Work::Wrong;
         }
-        // What falls ahead of it must fall inside.
+        // A load that falls ahead of the robot must fall inside the deposit.
         if offset.dot(view.sight.ahead) < 0.0 && length(offset) > within / 2.0 {
             return Work::Go(Goal::Place {
                 at,
@@ -160,7 +149,7 @@ impl SpillWork {
         self.target = Target::Item(at);
         self.views.restart();
         self.from_deposit = false;
-        // Whatever is in reach will do.
+        // Any item within reach is taken.
         let nearest = self.seen.iter().chain([&at]).copied();
         let is_near = |item: Vec2| is_within(item - view.sight.position, within);
         let mut in_reach = nearest.filter(|&item| is_near(item));
@@ -171,8 +160,9 @@ impl SpillWork {
         Work::Go(Goal::Place { at, within })
     }
 
-    /// What to fetch: what was chosen before, until it is seen to be gone, lest the robot change its mind on its way round an
-    /// obstacle; else the nearest that it has seen, or that it knows to lie somewhere.
+    /// Returns the place of the item to fetch. Keeps the previous choice until the item is seen to be missing, so that
+    /// the robot does not alternate at an obstacle. Otherwise takes the nearest item that the robot has seen or
+    /// expects.
     fn choose(&self, view: &SpillView, memory: &Memory) -> Option<Vec2> {
         if let Target::Item(before) = self.target
             && self.is_mine(view, before)
@@ -187,8 +177,8 @@ impl SpillWork {
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
-    /// All over the spill, and once along the way to the deposit; then all over its part of the room, if nothing else is known to
-    /// be left: once begun, that comes first.
+    /// Looks over the spill and once along the way to the deposit, then searches the spill's area if no other waste is
+    /// known. A search in progress takes precedence.
     fn look_around(&mut self, briefing: &Briefing, view: &SpillView, memory: &mut Memory) -> Work {
         if let Some(searching) = self.search(briefing, view, memory) {
             return searching;
@@ -205,8 +195,8 @@ impl SpillWork {
                 within: AT_POINT_M,
             });
         }
-        // All round, and no spill was sensed: it is somewhere else. To have seen it only from outside, or to find the ways into
-        // it closed, proves nothing: a true one may lie under an obstacle.
+        // The robot was all around and sensed no spill, so the locations may be wrong. Views from outside and blocked
+        // ways prove nothing: a real spill may lie under an obstacle.
         if view.in_spill.is_some() && !memory.is_confirmed() {
             if self.entered {
                 return Work::Wrong;
@@ -227,7 +217,7 @@ impl SpillWork {
             if memory.begin_sweep(self.spill, view.now) {
                 return stay;
             }
-            // There may be a way by now: others have moved.
+            // A way may exist by now, because other robots have moved.
             self.views.restart();
             self.views.unblock();
             return stay;
@@ -247,7 +237,7 @@ impl SpillWork {
         Work::Empty
     }
 
-    /// Goes on with the search of the spill's part of the room; `None` where none has begun.
+    /// Continues the search of the spill's area. Returns `None` if none is in progress.
     fn search(
         &mut self,
         briefing: &Briefing,
@@ -270,7 +260,6 @@ impl SpillWork {
         }))
     }
 
-    /// Joins what is in sight to what was seen before.
     fn look(&mut self, briefing: &Briefing, view: &SpillView) {
         let sight = view.sight;
         if !self.entered && view.in_spill == Some(false) {
@@ -278,10 +267,10 @@ impl SpillWork {
             self.entered = is_within(offset, briefing.spill_radius_m.max(AT_POINT_M));
         }
         self.views.look(sight);
-        let is_gone = |item: &Vec2| sight.shows_nothing_at(*item, SAME_ITEM_M);
-        // Mostly none is: then none has to be moved.
-        if self.seen.iter().any(is_gone) {
-            self.seen.retain(|item| !is_gone(item));
+        let is_missing = |item: &Vec2| sight.shows_nothing_at(*item, SAME_ITEM_M);
+        // Mostly no item is missing, and `retain` is skipped.
+        if self.seen.iter().any(is_missing) {
+            self.seen.retain(|item| !is_missing(item));
         }
         for &item in &sight.waste {
             let known = self
@@ -294,7 +283,7 @@ impl SpillWork {
         }
     }
 
-    /// There was no way to the target.
+    /// Handles a blocked way to the target.
     fn pass_over(&mut self, view: &SpillView, memory: &mut Memory) {
         if matches!(self.target, Target::Item(_) | Target::View(_)) {
             memory.close(self.spill);
@@ -302,7 +291,7 @@ impl SpillWork {
         match self.target {
             Target::Item(at) => self.leave_alone(at, view),
             Target::View(at) => self.views.block(at),
-            // As mostly when an obstacle stands there.
+            // A blocked cell mostly lies under an obstacle.
             Target::Cell(_) => {
                 if let Some(sweep) = memory.sweep(self.spill) {
                     sweep.pass();
@@ -312,14 +301,14 @@ impl SpillWork {
         }
     }
 
-    /// Forgets that something lies there; where it is seen again, it is left alone for a while.
+    /// Removes an item from the seen items and ignores its place for a while.
     fn leave_alone(&mut self, place: Vec2, view: &SpillView) {
         self.seen
             .retain(|item| length(*item - place) >= SAME_ITEM_M);
         self.unreachable.push((place, view.now + UNREACHABLE));
     }
 
-    /// Whether what lies there is this spill's work, and can be reached.
+    /// Checks whether an item at this place belongs to this spill and is not ignored.
     fn is_mine(&self, view: &SpillView, item: Vec2) -> bool {
         let mut unreachable = self.unreachable.iter();
         view.places.nearest_spill(item) == self.spill

@@ -1,4 +1,4 @@
-//! The search for waste of which nobody knows: back and forth over a spill's part of the room, row by row, as a field is mown.
+//! The search for unknown waste: row by row over a spill's area, in alternating directions.
 
 use alliance_proto::mission::items::Locations;
 use glam::Vec2;
@@ -9,18 +9,17 @@ use super::views::AT_POINT_M;
 use crate::waste::data::sweep_cells;
 use robot_agent::body::goal::is_within;
 
-/// Most cells that are passed over in a step: a border that somebody told of may be of any size.
+/// The maximum number of cells skipped in a step. It bounds the work for a received border of any size.
 const PASSED_MOST: u32 = 1000;
 
-/// How far a robot has got with it. It keeps that when its set hibernates, and goes on from there.
+/// The progress of a search. It survives hibernation of the behavior set.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Sweep {
-    /// Cells that are done.
     done: u64,
 }
 
 impl Sweep {
-    /// Where to go next; `None` when all of it has been looked over.
+    /// Returns the next place to visit, or `None` when the whole area was seen.
     pub fn next(
         &mut self,
         spill: u16,
@@ -53,7 +52,7 @@ impl Sweep {
         Some(sight.position)
     }
 
-    /// There is no way to where it was to go next.
+    /// Skips the current cell, because there is no way to it.
     pub fn pass(&mut self) {
         self.done += 1;
     }
@@ -74,7 +73,7 @@ mod tests {
         Sight::from_there(position, SIGHT_M, SensedItems::new())
     }
 
-    /// Where a robot is on its search of a spill's part of a room of that size, if it gets everywhere.
+    /// Returns the places that a robot visits on its search if it can reach all of them.
     fn way(spill: u16, size: Vec2) -> Vec<Vec2> {
         let (map, realms) = (Map::of(&default_scenario()), Realms::default());
         let border = Locations {
@@ -91,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn two_robots_see_all_of_a_room_and_each_drives_no_farther_than_its_rows() {
+    fn two_robots_see_the_whole_room_and_drive_only_along_their_rows() {
         for size in [Vec2::new(12.0, 9.0), Vec2::new(6.3, 15.9)] {
             let ways = [way(0, size), way(1, size)];
             for x in 0..=60 {
@@ -115,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_reached_is_passed_over() {
+    fn unreachable_cells_are_skipped() {
         let (map, realms) = (Map::of(&default_scenario()), Realms::default());
         let border = Locations {
             min: Vec2::ZERO,

@@ -1,4 +1,4 @@
-//! What the robot last heard of each teammate.
+//! The last heartbeat of each teammate.
 
 use alliance_proto::ids::{Incarnation, RobotId};
 use alliance_proto::team::{Broadcast, Heartbeat, TaskState};
@@ -9,48 +9,44 @@ use robot_agent::body::Teammate;
 use robot_agent::body::goal::{is_shorter, length};
 use robot_agent::by_rank::ByRank;
 
-/// After this a teammate's position says nothing about what is in the way now.
 const POSITION_EXPIRES: SimTime = SimTime(3_000);
 
-/// What a teammate last said.
+/// The content of a teammate's last heartbeat.
 #[derive(Clone, Debug, PartialEq)]
 struct Last {
-    /// Incarnation and sequence number.
+    /// Incarnation and sequence number, which order the heartbeats.
     stamp: (Incarnation, u64),
     sent: SimTime,
-    heard: SimTime,
+    received: SimTime,
     position: Option<Vec2>,
-    /// Whether it carries something that this robot would have to search for.
+    /// True if it carries something that this robot would search for if it were lost.
     carrying: bool,
-    /// Whether it is at work somewhere.
     works: bool,
 }
 
-/// What a heartbeat was to a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum News {
-    /// Older than what it knew.
+    /// The heartbeat is older than a known one.
     None,
-    /// The latest word of its sender.
+    /// The heartbeat is the latest of its sender.
     Heard {
-        /// Where the sender lost its load, if this is a new incarnation of one that was carrying.
+        /// The last position of the sender, if it is a new incarnation of one that was carrying an item.
         lost: Option<Vec2>,
     },
 }
 
-/// What the robot last heard of each teammate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Teammates {
     last: ByRank<Last>,
-    /// From there nobody was seen at work within that range, m: an idle robot stands still, and would look at all in every step.
-    nobody_near: Option<(Vec2, f32)>,
-    /// No carrier has been silent since before this; `None`: none carries anything.
+    /// A place and a range without a working teammate. Saves a search per step for an idle robot that stands still.
+    clear_area: Option<(Vec2, f32)>,
+    /// A lower bound for the last heartbeat of all carriers. `None` if no teammate carries anything.
     carriers_since: Option<SimTime>,
 }
 
 impl Teammates {
-    /// Notes a heartbeat that is heard at `now`, unless something is known that its sender said later: a message may be late. A
-    /// load that is no `concern` of this robot it need not search for.
+    /// Records a heartbeat received at `now`, unless a later one of its sender is known: messages may be late. A load
+    /// that is not of `concern` to this robot is ignored.
     pub fn hear(
         &mut self,
         now: SimTime,
@@ -65,7 +61,7 @@ impl Teammates {
         }
         let works = heartbeat.state == TaskState::Executing && heartbeat.task.is_some();
         if works && let Some(at) = heartbeat.position {
-            self.nobody_near
+            self.clear_area
                 .take_if(|&mut (from, range_m)| is_shorter(at - from, range_m));
         }
         let carrying = heartbeat.carrying && concern();
@@ -75,7 +71,7 @@ impl Teammates {
         let last = Last {
             stamp,
             sent: broadcast.sent,
-            heard: now,
+            received: now,
             position: heartbeat.position,
             carrying,
             works,
@@ -87,13 +83,13 @@ impl Teammates {
                 None
             }
         };
-        let lost = before.filter(|it| it.carrying && it.stamp.0 != broadcast.incarnation);
+        let lost = before.filter(|last| last.carrying && last.stamp.0 != broadcast.incarnation);
         News::Heard {
-            lost: lost.and_then(|it| it.position),
+            lost: lost.and_then(|last| last.position),
         }
     }
 
-    /// The last places of teammates that carried something and have been silent for longer than `silence`, each once.
+    /// Returns the last positions of carriers that have been silent for longer than `silence`, each position once.
     pub fn fallen_silent(&mut self, now: SimTime, silence: SimTime) -> Vec<Vec2> {
         if self
             .carriers_since
@@ -101,7 +97,7 @@ impl Teammates {
         {
             return Vec::new();
         }
-        let silent = |last: &Last| last.carrying && now.since(last.heard) > silence;
+        let silent = |last: &Last| last.carrying && now.since(last.received) > silence;
         let fallen = self.last.values_mut().filter(|last| silent(last));
         let places = fallen.filter_map(|last| {
             last.carrying = false;
@@ -109,40 +105,39 @@ impl Teammates {
         });
         let places = places.collect();
         let carriers = self.last.iter().filter(|(_, last)| last.carrying);
-        self.carriers_since = carriers.map(|(_, last)| last.heard).min();
+        self.carriers_since = carriers.map(|(_, last)| last.received).min();
         places
     }
 
-    /// The teammates that `robot` gives way to: those of lower rank that are at work.
+    /// Returns the teammates to which `robot` gives way: working robots of lower rank.
     pub fn right_of_way(&self, robot: RobotId, now: SimTime) -> impl Iterator<Item = Teammate> {
         let lower = self.last.iter().take_while(move |(rank, _)| *rank < robot);
         lower
             .filter_map(|(_, last)| last.at_work())
-            .filter(move |it| is_fresh(it, now))
+            .filter(move |teammate| is_fresh(teammate, now))
     }
 
-    /// Where the nearest teammate at work within a range was when it last said so.
+    /// Returns the last position of the nearest working teammate within a range.
     pub fn nearest_at_work(&mut self, position: Vec2, range_m: f32, now: SimTime) -> Option<Vec2> {
-        if self.nobody_near == Some((position, range_m)) {
+        if self.clear_area == Some((position, range_m)) {
             return None;
         }
         let at_work = self.last.iter().filter_map(|(_, last)| last.at_work());
         let mut near = at_work
-            .filter(|it| is_shorter(it.position - position, range_m))
+            .filter(|teammate| is_shorter(teammate.position - position, range_m))
             .peekable();
         if near.peek().is_none() {
-            self.nobody_near = Some((position, range_m));
+            self.clear_area = Some((position, range_m));
             return None;
         }
         let distance = |place: &Vec2| length(*place - position);
-        near.filter(|it| is_fresh(it, now))
+        near.filter(|teammate| is_fresh(teammate, now))
             .map(|teammate| teammate.position)
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 }
 
 impl Last {
-    /// Where the teammate is at work, if it is.
     fn at_work(&self) -> Option<Teammate> {
         let position = self.position.filter(|_| self.works)?;
         Some(Teammate {
@@ -152,7 +147,7 @@ impl Last {
     }
 }
 
-/// Whether its place still says something.
+/// Checks whether a position is recent enough to be used.
 fn is_fresh(teammate: &Teammate, now: SimTime) -> bool {
     now.since(teammate.heard) < POSITION_EXPIRES
 }
@@ -180,8 +175,8 @@ mod tests {
         }
     }
 
-    /// A heartbeat of that robot's `incarnation`, sent after that many seconds.
-    fn say(
+    /// Delivers a heartbeat of a robot's `incarnation`, sent after the given number of seconds.
+    fn deliver(
         teammates: &mut Teammates,
         sender: u16,
         incarnation: Incarnation,
@@ -210,15 +205,15 @@ mod tests {
         };
         match teammates.hear(broadcast.sent, &broadcast, &heartbeat, || true) {
             News::Heard { lost } => lost,
-            News::None => panic!("it is news"),
+            News::None => panic!("the heartbeat is new"),
         }
     }
 
     #[test]
     fn the_place_of_a_silent_carrier_is_given_once() {
         let mut teammates = Teammates::default();
-        say(&mut teammates, 1, 1, 10, true, true);
-        say(&mut teammates, 2, 1, 10, false, true);
+        deliver(&mut teammates, 1, 1, 10, true, true);
+        deliver(&mut teammates, 2, 1, 10, false, true);
         let silence = SimTime(5_000);
         assert!(teammates.fallen_silent(SimTime(15_000), silence).is_empty());
         assert_eq!(teammates.fallen_silent(SimTime(15_001), silence), [HERE]);
@@ -226,18 +221,18 @@ mod tests {
     }
 
     #[test]
-    fn a_new_life_of_a_carrier_has_lost_its_load() {
+    fn a_new_incarnation_of_a_carrier_has_lost_its_load() {
         let mut teammates = Teammates::default();
-        assert_eq!(say(&mut teammates, 1, 1, 10, true, true), None);
-        assert_eq!(say(&mut teammates, 1, 1, 11, true, true), None);
-        assert_eq!(say(&mut teammates, 1, 2, 12, false, false), Some(HERE));
-        assert_eq!(say(&mut teammates, 1, 3, 13, false, false), None);
+        assert_eq!(deliver(&mut teammates, 1, 1, 10, true, true), None);
+        assert_eq!(deliver(&mut teammates, 1, 1, 11, true, true), None);
+        assert_eq!(deliver(&mut teammates, 1, 2, 12, false, false), Some(HERE));
+        assert_eq!(deliver(&mut teammates, 1, 3, 13, false, false), None);
     }
 
     #[test]
-    fn what_was_said_before_the_latest_message_is_no_news() {
+    fn messages_older_than_the_latest_are_ignored() {
         let mut teammates = Teammates::default();
-        let said = |sender, incarnation, seq| Broadcast {
+        let message = |sender, incarnation, seq| Broadcast {
             sender: RobotId(sender),
             incarnation,
             tick: 0,
@@ -252,21 +247,21 @@ mod tests {
                 .hear(SimTime::ZERO, &broadcast, &idle(), || true);
             news != News::None
         };
-        assert!(is_news(&teammates, said(1, 2, 9)));
-        say(&mut teammates, 1, 2, 10, true, true);
+        assert!(is_news(&teammates, message(1, 2, 9)));
+        deliver(&mut teammates, 1, 2, 10, true, true);
         let known = teammates.clone();
         for (incarnation, seq) in [(2, 9), (1, 11)] {
-            let late = said(1, incarnation, seq);
+            let late = message(1, incarnation, seq);
             let news = teammates.hear(SimTime::ZERO, &late, &idle(), || true);
             assert_eq!((news, &teammates), (News::None, &known));
         }
-        assert!(is_news(&teammates, said(1, 2, 11)));
-        assert!(is_news(&teammates, said(1, 3, 0)));
-        assert!(is_news(&teammates, said(2, 1, 0)));
+        assert!(is_news(&teammates, message(1, 2, 11)));
+        assert!(is_news(&teammates, message(1, 3, 0)));
+        assert!(is_news(&teammates, message(2, 1, 0)));
     }
 
     #[test]
-    fn a_silence_begins_with_the_hearing_and_a_place_ages_from_its_sending() {
+    fn silence_starts_at_reception_and_a_position_ages_from_its_sending() {
         let mut teammates = Teammates::default();
         let heartbeat = Heartbeat {
             state: TaskState::Executing,
@@ -298,15 +293,15 @@ mod tests {
     fn lower_ranks_at_work_have_the_right_of_way_while_their_position_is_fresh() {
         let mut teammates = Teammates::default();
         for sender in [0, 2] {
-            say(&mut teammates, sender, 1, 10, false, true);
+            deliver(&mut teammates, sender, 1, 10, false, true);
         }
-        say(&mut teammates, 1, 1, 10, false, false);
-        let heard = |robot, ms| teammates.right_of_way(RobotId(robot), SimTime(ms)).count();
-        assert_eq!(heard(0, 10_000), 0);
-        assert_eq!(heard(1, 10_000), 1);
-        assert_eq!(heard(2, 10_000), 1);
-        assert_eq!(heard(3, 10_000), 2);
-        assert_eq!(heard(3, 13_000), 0);
+        deliver(&mut teammates, 1, 1, 10, false, false);
+        let count = |robot, ms| teammates.right_of_way(RobotId(robot), SimTime(ms)).count();
+        assert_eq!(count(0, 10_000), 0);
+        assert_eq!(count(1, 10_000), 1);
+        assert_eq!(count(2, 10_000), 1);
+        assert_eq!(count(3, 10_000), 2);
+        assert_eq!(count(3, 13_000), 0);
         assert_eq!(
             teammates.nearest_at_work(HERE, 1.0, SimTime(10_000)),
             Some(HERE)
@@ -315,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn who_comes_near_is_seen_however_long_nobody_was() {
+    fn an_approaching_teammate_is_detected_after_a_long_absence() {
         let mut teammates = Teammates::default();
         let work_at = |teammates: &mut Teammates, seq, position| {
             let heartbeat = Heartbeat {
@@ -344,7 +339,7 @@ mod tests {
         assert_eq!(nearest(&mut teammates), Some(near));
         work_at(&mut teammates, 2, far);
         assert_eq!(nearest(&mut teammates), None);
-        // From elsewhere others are near.
+        // Seen from elsewhere, the other place is near.
         assert_eq!(teammates.nearest_at_work(far, 1.0, now), Some(far));
     }
 }

@@ -1,4 +1,4 @@
-//! The mission's step, with readings and messages made by hand. Whole missions are driven in the closed-loop tests.
+//! Single steps of the controller, with readings and messages made by hand. The closed-loop tests run whole missions.
 
 use crate::waste::data::notes;
 use crate::waste::data::{BehaviorKind, default_setup};
@@ -30,7 +30,7 @@ struct Robot {
     now: SimTime,
 }
 
-/// A robot of the default scenario with these readings at the next steps.
+/// Creates the controller of a robot of a scenario.
 fn mission(robot: RobotId, setup: &Setup) -> WasteMission {
     WasteMission::new(robot, setup, &Arc::new(Map::of(&setup.scenario)))
 }
@@ -42,7 +42,7 @@ fn robot() -> Robot {
     }
 }
 
-/// A robot that has been told where things are.
+/// Creates a robot that has received the locations.
 fn informed() -> Robot {
     let mut robot = robot();
     robot.perceive(&at(Vec2::ONE), &[update(MATE, SimTime::ZERO)]);
@@ -50,12 +50,12 @@ fn informed() -> Robot {
 }
 
 impl Robot {
-    fn perceive(&mut self, readings: &Readings, heard: &[Broadcast]) -> Perception {
+    fn perceive(&mut self, readings: &Readings, received: &[Broadcast]) -> Perception {
         self.now = self.now + SimTime(50);
-        let heard: Vec<_> = heard.iter().cloned().map(Arc::new).collect();
+        let received: Vec<_> = received.iter().cloned().map(Arc::new).collect();
         let mut perception = Perception::default();
         self.mission
-            .take_in(self.now, readings, &heard, &mut perception);
+            .take_in(self.now, readings, &received, &mut perception);
         perception
     }
 
@@ -64,7 +64,7 @@ impl Robot {
         self.act_on(set, readings)
     }
 
-    /// On what it has perceived last.
+    /// Acts on the last perceived readings.
     fn act_on(&mut self, set: Option<BehaviorId>, readings: &Readings) -> Action {
         let mut action = Action::default();
         self.mission.carry_out(self.now, set, readings, &mut action);
@@ -79,7 +79,7 @@ impl Robot {
         self.mission.briefing.catalog.behavior_named(name).unwrap()
     }
 
-    /// Names of the applicable sets.
+    /// Returns the names of the applicable sets.
     fn applicable(&mut self, readings: &Readings) -> Vec<String> {
         let applicable = self.perceive(readings, &[]).applicable;
         let sets = self.mission.briefing.own_behaviors.iter().zip(applicable);
@@ -90,7 +90,7 @@ impl Robot {
     }
 }
 
-/// All devices work, and there is nothing near.
+/// Returns the readings of a robot whose devices all work, with nothing near.
 fn at(position: Vec2) -> Readings {
     Readings {
         pose: Some(Pose {
@@ -110,18 +110,18 @@ fn at(position: Vec2) -> Readings {
     }
 }
 
-/// The same readings, but for what the mission's devices tell.
+/// Changes the readings of the mission's devices.
 fn with(mut readings: Readings, change: impl FnOnce(&mut ItemsSensed)) -> Readings {
     change(readings.mission.items_mut());
     readings
 }
 
-/// The same, with something in the gripper.
+/// Returns readings with an item in the gripper.
 fn holding(position: Vec2) -> Readings {
     with(at(position), |sensed| sensed.holding = Some(true))
 }
 
-/// In the middle of the spill, with waste that near ahead.
+/// Returns readings in the middle of the spill, with an item at a distance ahead.
 fn at_waste(ahead_m: f32) -> Readings {
     with(at(SPILL), |sensed| {
         sensed.items = Some([Vec2::new(ahead_m, 0.0)].into_iter().collect());
@@ -209,7 +209,7 @@ fn without_a_position_nothing_is_applicable_and_nothing_moves() {
 }
 
 #[test]
-fn no_device_is_indispensable_to_the_program() {
+fn the_controller_runs_without_any_one_device() {
     let dead = Readings::default();
     for kind in 0..5 {
         let mut robot = informed();
@@ -245,7 +245,7 @@ fn reporting_is_applicable_when_the_period_has_passed() {
 }
 
 #[test]
-fn a_report_is_made_on_the_site_and_is_progress() {
+fn a_report_on_the_site_is_progress() {
     let mut robot = informed();
     let off_site = at(Vec2::new(3.0, 4.5));
     let (_, action) = robot.step(Some("report-progress"), &off_site);
@@ -266,10 +266,10 @@ fn a_report_is_made_on_the_site_and_is_progress() {
 }
 
 #[test]
-fn when_the_ways_to_the_site_are_closed_it_leaves_reporting_alone_for_a_while() {
+fn blocked_ways_to_the_site_set_reporting_aside_for_a_while() {
     let mut robot = informed();
     robot.now = SimTime(200_000);
-    // It does not get any nearer.
+    // The robot makes no progress toward the site.
     let away = at(Vec2::new(3.0, 4.5));
     let report = "report-progress".to_owned();
     let steps = (0..20 * 600).take_while(|_| {
@@ -311,7 +311,7 @@ fn waste_in_reach_is_picked_up_and_carried_toward_the_deposit() {
 }
 
 #[test]
-fn a_delivery_is_progress_when_it_is_seen_to_have_worked() {
+fn a_delivery_is_progress_after_the_gripper_reads_empty() {
     let mut robot = informed();
     robot.step(Some("move-spill(top)"), &at_waste(0.3));
     let inside = with(holding(DEPOSIT - Vec2::new(0.8, 0.0)), |sensed| {
@@ -342,7 +342,7 @@ fn a_delivery_is_progress_when_it_is_seen_to_have_worked() {
 }
 
 #[test]
-fn it_does_not_let_go_with_its_back_to_the_deposit() {
+fn a_load_is_not_dropped_with_the_back_to_the_deposit() {
     let mut robot = informed();
     robot.step(Some("move-spill(top)"), &at_waste(0.3));
     let mut outward = holding(DEPOSIT - Vec2::new(0.8, 0.0));
@@ -365,7 +365,7 @@ fn a_failed_grip_is_not_repeated_forever() {
 }
 
 #[test]
-fn when_its_set_hibernates_it_puts_its_load_down_and_says_where() {
+fn a_hibernating_set_puts_down_its_load_and_notes_the_place() {
     for active in [None, Some("report-progress"), Some("move-spill(bottom)")] {
         let mut robot = informed();
         robot.step(Some("move-spill(top)"), &at_waste(0.3));
@@ -381,7 +381,7 @@ fn when_its_set_hibernates_it_puts_its_load_down_and_says_where() {
 }
 
 #[test]
-fn a_load_that_is_carried_keeps_its_set_applicable() {
+fn a_carried_load_keeps_its_set_applicable() {
     let mut robot = informed();
     robot.step(Some("move-spill(top)"), &at_waste(0.3));
     robot
@@ -401,7 +401,7 @@ fn a_spill_is_empty_when_it_and_the_way_were_seen_empty() {
     let (_, action) = robot.step(Some("move-spill(top)"), &at(DEPOSIT - Vec2::new(0.8, 0.0)));
     assert_eq!(action.notes[0].kind, notes::SPILL_EMPTY);
     assert_eq!(robot.applicable(&at(DEPOSIT)), ["move-spill(bottom)"]);
-    // Something loose nearer to it makes it work again.
+    // A loose item nearer to this spill makes the task applicable again.
     robot
         .mission
         .memory
@@ -410,7 +410,7 @@ fn a_spill_is_empty_when_it_and_the_way_were_seen_empty() {
 }
 
 #[test]
-fn a_loose_item_is_the_work_of_the_nearer_spill() {
+fn a_loose_item_belongs_to_the_nearest_spill() {
     let robot = robot();
     let border = Locations {
         min: Vec2::ZERO,
@@ -423,7 +423,7 @@ fn a_loose_item_is_the_work_of_the_nearer_spill() {
 }
 
 #[test]
-fn where_no_spill_is_sensed_the_locations_are_withdrawn() {
+fn locations_are_withdrawn_if_no_spill_is_sensed_there() {
     let mut robot = informed();
     let (_, action) = robot.step(Some("move-spill(top)"), &at(SPILL));
     let withdrawal = Withdrawal {
@@ -436,13 +436,13 @@ fn where_no_spill_is_sensed_the_locations_are_withdrawn() {
     );
     assert_eq!(robot.mission.memory.knowledge().withdrawn, [withdrawal]);
     assert_eq!(robot.applicable(&at(SPILL)).len(), 2);
-    // Hearsay does not bring it back.
+    // A message does not restore the withdrawn locations.
     let perception = robot.perceive(&at(SPILL), &[update(MATE, SimTime::ZERO)]);
     assert!(perception.notes.is_empty());
 }
 
 #[test]
-fn it_goes_where_a_spill_should_be_before_it_says_that_there_is_none() {
+fn a_robot_visits_the_expected_place_before_it_withdraws_locations() {
     let mut setup = default_setup(1);
     setup.scenario.sensors.item_range_m = 5.0;
     let mut robot = Robot {
@@ -450,7 +450,7 @@ fn it_goes_where_a_spill_should_be_before_it_says_that_there_is_none() {
         now: SimTime::ZERO,
     };
     robot.perceive(&at(Vec2::ONE), &[update(MATE, SimTime::ZERO)]);
-    // All of it is in sight from here.
+    // The whole spill is in view from this place.
     let beside = at(SPILL - Vec2::new(2.0, 0.0));
     let (_, action) = robot.step(Some("move-spill(top)"), &beside);
     assert_eq!(action.bulletins, []);
@@ -461,10 +461,10 @@ fn it_goes_where_a_spill_should_be_before_it_says_that_there_is_none() {
 }
 
 #[test]
-fn a_spill_that_is_only_seen_from_outside_may_be_there() {
+fn a_view_from_outside_does_not_disprove_the_locations() {
     let mut robot = informed();
     let beside = at(SPILL - Vec2::new(1.0, 0.0));
-    // In fifteen minutes it has found each way into it closed.
+    // Within 15 minutes the robot has found each way into the spill blocked.
     for _ in 0..20 * 900 {
         let (_, action) = robot.step(Some("move-spill(top)"), &beside);
         assert_eq!(action.bulletins, []);
@@ -472,9 +472,9 @@ fn a_spill_that_is_only_seen_from_outside_may_be_there() {
 }
 
 #[test]
-fn what_it_sees_and_finds_no_way_to_does_not_keep_it_from_the_other_spill() {
+fn unreachable_waste_in_view_does_not_block_the_other_spill() {
     let mut robot = informed();
-    // It does not get any nearer.
+    // The robot makes no progress toward the item.
     let in_sight = at_waste(0.6);
     let steps = (0..20 * 1800).take_while(|_| {
         robot.step(Some("move-spill(top)"), &in_sight);
@@ -488,7 +488,7 @@ fn what_it_sees_and_finds_no_way_to_does_not_keep_it_from_the_other_spill() {
 #[test]
 fn a_robot_that_is_boxed_in_withdraws_nothing() {
     let mut robot = informed();
-    // In ten minutes it has found the way to each point of the spill closed.
+    // Within 10 minutes the robot has found the way to each point of the spill blocked.
     for _ in 0..20 * 600 {
         let (_, action) = robot.step(Some("move-spill(top)"), &at(Vec2::ONE));
         assert_eq!(action.bulletins, []);
@@ -519,7 +519,7 @@ fn a_finder_whose_update_was_withdrawn_stands_back_until_another_tries() {
 }
 
 #[test]
-fn the_last_place_of_a_silent_carrier_becomes_one_to_search() {
+fn the_last_place_of_a_silent_carrier_is_searched() {
     let mut robot = informed();
     let here = at(Vec2::ONE);
     let last_place = Vec2::new(6.0, 6.0);
@@ -527,7 +527,7 @@ fn the_last_place_of_a_silent_carrier_becomes_one_to_search() {
     robot.now = robot.now + SimTime(20_000);
     robot.perceive(&here, &[]);
     let loose: Vec<Vec2> = robot.mission.memory.loose().collect();
-    // A little farther on its way to the deposit.
+    // The place lies a little farther on the way to the deposit.
     assert_eq!(loose.len(), 1);
     let heartbeat_way = 0.5;
     assert!(length(loose[0] - last_place) <= heartbeat_way);
@@ -535,7 +535,7 @@ fn the_last_place_of_a_silent_carrier_becomes_one_to_search() {
 }
 
 #[test]
-fn a_place_that_was_searched_in_vain_is_no_longer_one_to_search() {
+fn a_failed_search_removes_the_place() {
     let mut robot = informed();
     let place = Vec2::new(6.0, 6.0);
     robot.mission.memory.see_loose(place, true, robot.now);
@@ -545,7 +545,7 @@ fn a_place_that_was_searched_in_vain_is_no_longer_one_to_search() {
 }
 
 #[test]
-fn waste_in_the_deposit_is_nobodys_work() {
+fn waste_in_the_deposit_belongs_to_no_task() {
     let mut robot = informed();
     let readings = with(at(DEPOSIT), |sensed| {
         sensed.items = Some([Vec2::new(0.3, 0.0)].into_iter().collect())
@@ -576,7 +576,7 @@ fn a_full_waste_sensor_proves_nothing_about_what_is_farther_away() {
 }
 
 #[test]
-fn idle_it_makes_room_for_a_teammate_at_work() {
+fn an_idle_robot_makes_room_for_a_working_teammate() {
     let mut robot = informed();
     let here = at(Vec2::new(3.0, 3.0));
     let mate = |x| heartbeat(Vec2::new(x, 3.0), false, TOP, SimTime(50));

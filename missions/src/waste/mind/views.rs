@@ -1,4 +1,4 @@
-//! What a robot has seen of a spill.
+//! The parts of a spill that a robot has seen.
 
 use std::f32::consts::TAU;
 
@@ -7,19 +7,17 @@ use glam::Vec2;
 use super::sight::Sight;
 use robot_agent::body::goal::{is_within, length};
 
-/// Points on a ring inside the spill that together with its center stand for all of it.
+/// The number of points on a ring inside the spill that represent the spill, together with its center.
 const RING: usize = 6;
-/// Radius of the ring, in radii of the spill.
 const RING_RADII: f32 = 0.75;
-/// Each point stands for what lies this near to it, in radii of the spill: together they cover it.
+/// The radius that each point represents, in radii of the spill. Together the points cover the spill.
 const AROUND_RADII: f32 = 0.5;
-/// At a point the robot has seen it, however short its sight, m.
+/// The distance to a point at which the robot has seen it even with a short sensor range, m.
 pub(super) const AT_POINT_M: f32 = 0.15;
 
-/// What a robot has seen of a spill, point by point.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Views {
-    /// The center first.
+    /// The points, the center first.
     points: [Point; 1 + RING],
     around_m: f32,
 }
@@ -28,7 +26,6 @@ pub(super) struct Views {
 struct Point {
     at: Vec2,
     seen: bool,
-    /// There is no way to it.
     blocked: bool,
 }
 
@@ -51,7 +48,6 @@ impl Views {
         }
     }
 
-    /// Joins what is in sight.
     pub fn look(&mut self, sight: &Sight) {
         for point in self.points.iter_mut().filter(|point| !point.seen) {
             let at_it = || is_within(point.at - sight.position, AT_POINT_M);
@@ -59,8 +55,8 @@ impl Views {
         }
     }
 
-    /// Where to go to see more: where the robot is going already, else to the nearest point that is still unseen; `None` when
-    /// there is no such point left that can be reached.
+    /// Returns the next point to visit: the current destination, or the nearest unseen point. Returns `None` if no such
+    /// point is reachable.
     pub fn next(&self, position: Vec2, going: Option<Vec2>) -> Option<Vec2> {
         let distance = |point: &&Point| length(point.at - position);
         let open = || {
@@ -73,34 +69,32 @@ impl Views {
             .map(|point| point.at)
     }
 
-    /// There is no way to that point.
     pub fn block(&mut self, at: Vec2) {
         for point in &mut self.points {
             point.blocked |= point.at == at;
         }
     }
 
-    /// There is something to carry: all has to be looked over again after that.
+    /// Marks all points as unseen, because waste was found and everything has to be seen again after that.
     pub fn restart(&mut self) {
         for point in &mut self.points {
             point.seen = false;
         }
     }
 
-    /// Points without a way to them may have one by now.
+    /// Removes all blocks, because ways may have opened.
     pub fn unblock(&mut self) {
         for point in &mut self.points {
             point.blocked = false;
         }
     }
 
-    /// The center, unless there is no way to it.
     pub fn center(&self) -> Option<Vec2> {
         let center = self.points.first().filter(|point| !point.blocked);
         center.map(|point| point.at)
     }
 
-    /// Whether enough has been seen to say what is there; the rest may lie under obstacles.
+    /// Checks whether most points were seen. The others may lie under obstacles.
     pub fn show_enough(&self) -> bool {
         let seen = self.points.iter().filter(|point| point.seen).count();
         2 * seen > self.points.len()

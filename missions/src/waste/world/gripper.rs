@@ -1,4 +1,4 @@
-//! The gripper: takes up the nearest item, puts it down in front of the robot.
+//! The gripper: picks up the nearest item and puts it down in front of the robot.
 
 use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::mission::items::Gripper;
@@ -9,7 +9,7 @@ use world_server::mission::Happened;
 use world_server::world::{Floor, SKIN_M, around};
 
 impl Waste {
-    /// Lets go of what a robot carries: the item falls where [`Gripper::Drop`] puts it.
+    /// Drops the item that a robot carries, if any, in front of the robot.
     pub(super) fn drop_carried(&mut self, robot: RobotId, floor: &Floor, happened: &mut Happened) {
         let Some(item) = self.robots[robot.index()].carrying.take() else {
             return;
@@ -64,8 +64,8 @@ impl Waste {
         }
     }
 
-    /// The nearest item on the floor whose center the gripper reaches; the lower id of two at the same distance. Not one in
-    /// the deposit, which keeps what it gets.
+    /// Returns the nearest item on the floor within reach of the gripper, the lower id at equal distance. Items in a
+    /// deposit are excluded: they stay there.
     fn item_in_reach(&self, robot: RobotId, floor: &Floor) -> Option<ItemId> {
         let position = floor.pose(robot).position;
         let reach_m = floor.body().radius_m + floor.body().reach_m;
@@ -79,9 +79,9 @@ impl Waste {
             .map(|(_, item)| item)
     }
 
-    /// Where an item falls: at the robot's edge, ahead if it can be gripped there by a teammate past all bodies as they stand,
-    /// else in the next direction in which it can; where there is none, the same without regard to bodies; and if the robot
-    /// is wedged between solids, under its center.
+    /// Returns the place where an item falls, at the edge of the robot. Tries 16 directions, starting ahead, and takes
+    /// the first place at which a teammate can grip the item. The first pass respects all bodies, the second ignores
+    /// them. If both fail, the item falls under the robot's center.
     fn drop_place(&self, robot: RobotId, floor: &Floor) -> Vec2 {
         let pose = floor.pose(robot);
         let body_radius_m = floor.body().radius_m;

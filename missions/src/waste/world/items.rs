@@ -1,4 +1,4 @@
-//! What lies on the floor: spills, deposit, items and report site (thesis §4.1.1).
+//! The contents of the floor: spills, deposits, items and report site (thesis §4.1.1).
 
 use std::ops::Range;
 use std::sync::OnceLock;
@@ -16,63 +16,58 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use world_server::world::{Floor, Grid, Outline};
 
-/// Random places tried for an item before the nearest place to the spill's center that will do is taken.
+/// The number of random places tried for an item. After that the item gets the nearest valid place to the spill's
+/// center.
 const TRIES: usize = 1000;
 
-/// A waste item.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Item {
-    /// Where it lies; while it is carried, where it was picked up, m.
+    /// The place of the item, m. For a carried item, the place where it was picked up.
     pub position: Vec2,
-    /// Who carries it.
     pub carrier: Option<RobotId>,
 }
 
-/// A deposit or a spill as people know it.
+/// The label and the items of a deposit or spill, for display.
 #[derive(Clone, Debug)]
 pub(super) struct Place {
     pub name: String,
-    /// Items that lay there at the start; none of a deposit.
+    /// The items that lay there at the start. Empty for a deposit.
     pub items: Range<usize>,
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct WasteFloor {
     items: Vec<Item>,
-    /// Sum of the hashes of all items.
     hash: u64,
-    /// Those on the floor, by where they lie.
+    /// The items on the floor, by place.
     floor: Grid,
     counts: ItemCounts,
     pub item_radius_m: f32,
-    /// Deposits and spills.
     zones: Vec<(Zone, Outline)>,
-    /// The same, as people know them.
+    /// The names and items of `zones`, in the same order.
     places: Vec<Place>,
-    /// The same by their centers, and how far the largest reaches from its own, m.
+    /// The indices of `zones` by center, and the largest radius of a zone, m.
     zone_centers: Grid,
     zone_reach_m: f32,
     report_site: Outline,
-    /// How many items of each spill lie outside the deposits, once somebody has asked.
+    /// The number of items per spill that lie outside the deposits. Filled on the first query.
     left: OnceLock<Vec<i32>>,
-    /// `None` where the deposit keeps what it gets.
+    /// The state of foraging. `None` if delivered items stay in the deposit.
     pub foraging: Option<Foraging>,
 }
 
-/// What is delivered comes back.
+/// The state of a foraging mission, in which delivered items return to a spill.
 #[derive(Clone, Debug)]
 pub(super) struct Foraging {
     seed: u64,
-    /// How much has been delivered.
     pub deliveries: u32,
-    /// How long the run has lasted, in whole steps.
+    /// The duration of the run so far, in whole steps.
     pub elapsed: SimTime,
     step: SimTime,
     pub duration: SimTime,
 }
 
 impl Foraging {
-    /// A step has been made.
     pub fn step(&mut self) {
         self.elapsed = self.elapsed + self.step;
     }
@@ -124,23 +119,21 @@ impl WasteFloor {
         new
     }
 
-    /// By id.
     pub fn items(&self) -> &[Item] {
         &self.items
     }
 
-    /// Deposits and spills.
+    /// Returns all deposits, then all spills.
     pub fn zones(&self) -> impl Iterator<Item = (&Place, Zone, Outline)> {
         let zones = self.places.iter().zip(&self.zones);
         zones.map(|(place, &(zone, outline))| (place, zone, outline))
     }
 
-    /// Where progress is reported.
     pub fn report_site(&self) -> Outline {
         self.report_site
     }
 
-    /// Items on the floor within reach of a point and where they lie, and some that are not within reach.
+    /// Returns the items on the floor within reach of a point with their places, and some items slightly farther away.
     pub fn near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = (ItemId, Vec2)> + '_ {
         let near = self.floor.near(point, reach_m);
         near.map(|(id, at)| (ItemId(id as u32), at))
@@ -154,12 +147,12 @@ impl WasteFloor {
         self.report_site.contains(point)
     }
 
-    /// Where a spill overlaps the deposit, it is the deposit.
+    /// Returns the zone at a point. A deposit takes precedence over a spill.
     pub fn zone(&self, point: Vec2) -> Zone {
         self.zone_within(point, 0.0).0
     }
 
-    /// The zone at a point, and how far from there no edge of a zone is, m, of those up to that far.
+    /// Returns the zone at a point, and the distance to the nearest edge of a zone, at most `far_m`, m.
     pub fn zone_within(&self, point: Vec2, far_m: f32) -> (Zone, f32) {
         let (mut found, mut edge_m) = (Zone::None, far_m);
         for (index, _) in self.zone_centers.near(point, self.zone_reach_m + far_m) {
@@ -173,8 +166,8 @@ impl WasteFloor {
         (found, edge_m)
     }
 
-    /// Whether anything lies outside the deposits, or is carried by a robot whose load that is, that was nearer to that spill than to
-    /// another when it was touched last; of two that are equally near the first has it.
+    /// Checks whether waste of a spill remains outside the deposits or is the given load. An item belongs to the spill
+    /// that was nearest when the item was last touched, the first at equal distance.
     pub fn has_waste_of(&self, spill: u16, load: Option<ItemId>) -> bool {
         let spill = usize::from(spill);
         let left = self.left.get_or_init(|| {
@@ -185,23 +178,24 @@ impl WasteFloor {
             }
             left
         });
-        let is_of = |item: ItemId| {
+        let belongs = |item: ItemId| {
             let from = self.items[item.0 as usize].position;
-            self.nearest_spill(from).is_some_and(|it| it.0 == spill)
+            self.nearest_spill(from)
+                .is_some_and(|nearest| nearest.0 == spill)
         };
-        left[spill] > 0 || load.is_some_and(is_of)
+        left[spill] > 0 || load.is_some_and(belongs)
     }
 
-    /// Of which spill an item is waste that lies there; of none in a deposit.
+    /// Returns the spill to which an item at this place belongs, or `None` in a deposit.
     fn spill_left_of(&self, at: Vec2) -> Option<usize> {
         let nearest = self.nearest_spill(at).filter(|_| !self.is_deposit(at));
         nearest.map(|(spill, ..)| spill)
     }
 
-    /// Another item lies there, or one less.
+    /// Updates the number of remaining items when an item appears at a place or disappears.
     fn note_left(&mut self, at: Vec2, more: i32) {
         if self.left.get().is_none() {
-            // Nobody has asked, as in most runs.
+            // No query was made yet, as in most runs.
             return;
         }
         let spill = self.spill_left_of(at);
@@ -210,7 +204,7 @@ impl WasteFloor {
         }
     }
 
-    /// The spill nearest to a place: its number, center and radius, m; of two that are equally near the first.
+    /// Returns number, center and radius in m of the spill nearest to a place, the first at equal distance.
     fn nearest_spill(&self, at: Vec2) -> Option<(usize, Vec2, f32)> {
         let discs = self.zones.iter().filter(|(zone, _)| *zone == Zone::Source);
         let discs = discs.filter_map(|(_, outline)| match outline {
@@ -224,16 +218,16 @@ impl WasteFloor {
         spills.min_by(|a, b| far(a.1).total_cmp(&far(b.1)))
     }
 
-    /// Where the items are.
+    /// Returns the number of items per kind of place.
     pub fn counts(&self) -> ItemCounts {
         self.counts
     }
 
-    /// The same, but with all that has ever been delivered.
+    /// Returns the item counts, with the total number of deliveries for a foraging mission.
     pub fn told_counts(&self) -> ItemCounts {
         let foraging = self.foraging.as_ref();
         ItemCounts {
-            delivered: foraging.map_or(self.counts.delivered, |it| it.deliveries),
+            delivered: foraging.map_or(self.counts.delivered, |foraging| foraging.deliveries),
             ..self.counts
         }
     }
@@ -245,24 +239,23 @@ impl WasteFloor {
         }
     }
 
-    /// What has been delivered comes back at a random place of the spill that is nearest to where it was picked up. Tells where;
-    /// `None`: the deposit keeps it.
+    /// Returns a delivered item to a random place of the spill nearest to where it was picked up. Returns that place,
+    /// or `None` if the deposit keeps its items.
     pub fn bring_back(&mut self, item: ItemId, picked_up: Vec2, floor: &Floor) -> Option<Vec2> {
         let (_, center, radius_m) = self.nearest_spill(picked_up)?;
         let foraging = self.foraging.as_mut()?;
         let mut rng = rng::stream(foraging.seed, Purpose::Mission);
-        // Each delivery has numbers of its own.
+        // Each delivery uses its own section of the random stream.
         rng.set_word_pos(u128::from(foraging.deliveries) << 16);
         foraging.deliveries += 1;
         let place = place_in_spill(center, radius_m, floor, &mut rng, |place| {
-            // The deposit would keep it.
+            // An item must not return to a place inside a deposit.
             !self.is_deposit(place) && floor.can_be_gripped(place, self.item_radius_m, |_| true)
         });
         self.relocate(item, place);
         Some(place)
     }
 
-    /// A new item on the floor.
     pub fn add(&mut self, at: Vec2) -> ItemId {
         let id = ItemId(self.items.len() as u32);
         self.items.push(Item {
@@ -280,7 +273,7 @@ impl WasteFloor {
         self.hash = self.hash.wrapping_add(self.hash_of(item));
     }
 
-    /// What was carried lies there now; says whether that is in the deposit.
+    /// Puts a carried item on the floor. Returns whether it lies in a deposit.
     pub fn put_down(&mut self, item: ItemId, at: Vec2) -> bool {
         self.hash = self.hash.wrapping_sub(self.hash_of(item));
         self.items[item.0 as usize].carrier = None;
@@ -289,7 +282,6 @@ impl WasteFloor {
         self.is_deposit(at)
     }
 
-    /// What lies on the floor lies there now.
     pub fn relocate(&mut self, item: ItemId, to: Vec2) {
         self.take_up(item);
         self.lay(item, to);
@@ -313,10 +305,13 @@ impl WasteFloor {
         self.note_left(from, -1);
     }
 
-    /// Hash of where each item is: it changes with the item that changes, and takes no look at the others. And of how many have come
-    /// back: that decides where the next one does.
+    /// Returns a hash of the places of all items, updated incrementally, and of the number of deliveries. That number
+    /// determines where the next delivered item returns.
     pub fn hash(&self) -> u64 {
-        let deliveries = self.foraging.as_ref().map_or(0, |it| it.deliveries);
+        let deliveries = self
+            .foraging
+            .as_ref()
+            .map_or(0, |foraging| foraging.deliveries);
         self.hash ^ u64::from(deliveries).wrapping_mul(0xd6e8_feb8_6659_fd93)
     }
 
@@ -331,7 +326,7 @@ impl WasteFloor {
         xxh3_64(&bytes)
     }
 
-    /// Number of items that lie in the same zone.
+    /// Returns the counter of items for the zone at a point.
     fn count(&mut self, point: Vec2) -> &mut u32 {
         match self.zone(point) {
             Zone::Target => &mut self.counts.delivered,
@@ -341,7 +336,8 @@ impl WasteFloor {
     }
 }
 
-/// At the left wall, centered in y, cut off at the border: lower left and upper right corner, m.
+/// Returns the lower left and upper right corner of the report site, m. The site lies at the left wall, centered in y,
+/// and is cut off at the border.
 pub(super) fn report_site(scenario: &Scenario) -> [Vec2; 2] {
     let (room, site) = (scenario.room, WasteSection::of(scenario).report_site);
     let (center_y, half_height) = (room.height_m / 2.0, site.height_m.min(room.height_m) / 2.0);
@@ -351,7 +347,7 @@ pub(super) fn report_site(scenario: &Scenario) -> [Vec2; 2] {
     ]
 }
 
-/// Deposits, then spills, whose items are numbered in this order.
+/// Returns the names and item ids of all deposits, then of all spills. Item ids follow the order of the spills.
 fn named(waste: &WasteSection) -> Vec<Place> {
     let mut next = 0;
     let deposits = waste.deposits().map(|_| Place {
@@ -369,7 +365,7 @@ fn named(waste: &WasteSection) -> Vec<Place> {
     deposits.chain(spills).collect()
 }
 
-/// Each item lies at a random place of its spill, inside the border and clear of solids, at which a robot can grip it.
+/// Draws a place for each item: inside its spill and the border, free of solids, and reachable for a gripper.
 fn places_of_items(scenario: &Scenario, seed: u64, floor: &Floor) -> Vec<Vec2> {
     let waste = WasteSection::of(scenario);
     let mut rng = rng::stream(seed, Purpose::Items);
@@ -385,7 +381,7 @@ fn places_of_items(scenario: &Scenario, seed: u64, floor: &Floor) -> Vec<Vec2> {
     places
 }
 
-/// A random place of a spill that will do, or the nearest one to it.
+/// Draws a valid place in a spill. Falls back to the nearest valid place to its center.
 fn place_in_spill(
     center: Vec2,
     radius_m: f32,
@@ -400,9 +396,9 @@ fn place_in_spill(
         .unwrap_or_else(|| center.clamp(Vec2::ZERO, floor.size()))
 }
 
-/// Uniform: points of the square that are not in the disc are drawn again.
+/// Draws a uniformly distributed point in the unit disc by rejection.
 fn in_unit_disc(rng: &mut impl Rng) -> Vec2 {
-    // The upper 24 bits are all that an f32 in [0, 1) can hold.
+    // An f32 in [0, 1) holds 24 bits, so the upper 24 bits suffice.
     let mut coordinate = || (rng.next_u32() >> 8) as f32 / (1 << 23) as f32 - 1.0;
     loop {
         let point = Vec2::new(coordinate(), coordinate());

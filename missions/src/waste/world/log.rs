@@ -1,4 +1,4 @@
-//! What is told of the clean-up: mission.csv, run.json, and what there is to see.
+//! Output of the clean-up: mission.csv, run.json and the view of the floor.
 
 use crate::waste::data::WasteSection;
 use crate::waste::data::{ITEMS_DELIVERED, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE};
@@ -11,13 +11,12 @@ use super::{Item, Waste};
 use world_server::mission::{TeamFigures, Value};
 use world_server::world::Outline;
 
-/// The progress reports so far.
 #[derive(Clone, Debug)]
 pub(super) struct Reports {
     made: u32,
     last: Option<SimTime>,
     period: SimTime,
-    /// How long the site shows its changed color.
+    /// The time for which the site shows its changed color.
     color: SimTime,
     lateness_total_ms: u64,
     lateness_max_ms: Option<u64>,
@@ -35,7 +34,6 @@ impl Reports {
         }
     }
 
-    /// A report is made now.
     pub fn add(&mut self, now: SimTime) {
         let late_ms = now.since(self.last.unwrap_or_default() + self.period).0;
         self.made += 1;
@@ -44,17 +42,15 @@ impl Reports {
         self.lateness_max_ms = self.lateness_max_ms.max(Some(late_ms));
     }
 
-    /// Whether it is time for the next one.
+    /// Checks whether the report period has passed since the last report.
     pub fn is_due(&self, now: SimTime) -> bool {
         now.since(self.last.unwrap_or_default()) >= self.period
     }
 
-    /// When the last one was made.
     pub fn last(&self) -> Option<SimTime> {
         self.last
     }
 
-    /// Whether the report site shows its changed color.
     pub fn color_the_site(&self, now: SimTime) -> bool {
         self.last
             .is_some_and(|report| now.since(report) < self.color)
@@ -125,13 +121,13 @@ impl Waste {
                     (MarkRole::Goal, delivered, items.len())
                 }
                 _ => {
-                    let own = &items[place.items.clone()];
-                    let is_gone =
-                        |it: &&Item| it.carrier.is_some() || !outline.contains(it.position);
+                    let initial = &items[place.items.clone()];
+                    let has_left =
+                        |item: &&Item| item.carrier.is_some() || !outline.contains(item.position);
                     (
                         MarkRole::Zone,
-                        own.iter().filter(is_gone).count(),
-                        own.len(),
+                        initial.iter().filter(has_left).count(),
+                        initial.len(),
                     )
                 }
             };
@@ -150,7 +146,7 @@ fn outlined(outline: Outline) -> MarkOutline {
     match outline {
         Outline::Disc { center, radius_m } => MarkOutline::Disc { center, radius_m },
         Outline::Rectangle { min, max } => MarkOutline::Rectangle { min, max },
-        // A wall has no end; no zone is one.
+        // A wall is infinite, and no zone is a wall.
         Outline::Wall { normal, offset_m } => {
             let from = normal * offset_m;
             MarkOutline::Line { from, to: from }
@@ -164,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lateness_counts_from_the_report_before() {
+    fn lateness_is_measured_from_the_previous_report() {
         let mut reports = Reports::new(&WasteSection::default());
         let period_ms = 120_000;
         let first_ms = period_ms + 3_000;

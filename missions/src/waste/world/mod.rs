@@ -1,12 +1,12 @@
-//! The waste clean-up in the world (thesis §4.1.1).
+//! The world side of the waste clean-up (thesis §4.1.1).
 //!
-//! - `items`: what lies on the floor. `gripper`: pick up and put down. `sensing`: what the devices tell. `placing`: what faults
-//!   do to items. `log`: what is told of it all.
+//! - `items`: the contents of the floor. `gripper`: picking up and putting down. `sensing`: the sensor readings.
+//! - `placing`: faults that add or move items. `log`: tables, figures and view.
 //!
-//! # Decisions where DESIGN is silent
-//! - Waste is sensed through obstacles and robots; the range alone limits it.
-//! - The deposit keeps what it gets: nothing in it can be picked up again, though it can be sensed.
-//! - An item lies, at the start and after each drop, where a robot's gripper can reach it, if there is such a place.
+//! # Decisions that the thesis leaves open
+//! - Obstacles and robots do not block the waste sensor. Only its range limits it.
+//! - Items in a deposit can be sensed, but not picked up.
+//! - An item lies within reach of a gripper at the start and after each drop, if there is such a place.
 
 mod gripper;
 mod items;
@@ -44,7 +44,6 @@ const DELIVERED: &str = "delivered";
 const RESPAWNED: &str = "respawned";
 const REPORTED: &str = "reported";
 
-/// The waste clean-up.
 pub const WASTE: MissionWorld = MissionWorld {
     data: data::WASTE,
     start_area: items::report_site,
@@ -53,26 +52,22 @@ pub const WASTE: MissionWorld = MissionWorld {
     new: |setup, floor| Box::new(Waste::new(setup, floor)),
 };
 
-/// The clean-up of a run.
 #[derive(Clone, Debug)]
 pub struct Waste {
     floor: WasteFloor,
-    /// By rank.
     robots: Vec<Cleaner>,
     reports: Reports,
-    /// What each task is about, by its id.
     kinds: Vec<BehaviorKind>,
 }
 
-/// A robot as far as the clean-up is concerned.
 #[derive(Clone, Debug, Default)]
 struct Cleaner {
     carrying: Option<ItemId>,
-    /// Where the zone is the same as at its center. Like the next two no part of the state: they only save searches.
+    /// The zone at the robot's center, and a circle in which it is valid. A cache like the next two fields, not state.
     zone: Cell<(Circle, Zone)>,
-    /// Where no waste is in range.
+    /// A circle in which no waste is in range.
     wasteless: Cell<Circle>,
-    /// The [`Floor::jumps`] of which that is known.
+    /// The value of [`Floor::jumps`] for which the two caches are valid.
     jumps: Cell<u32>,
     delivered: u32,
     reports_made: u32,
@@ -89,7 +84,7 @@ impl Waste {
     }
 }
 
-/// What each task is about: behaviors for the same task are about the same.
+/// Returns the kind of each task. All behaviors of a task have the same kind here.
 fn kinds(catalog: &Catalog) -> Vec<BehaviorKind> {
     let tasks = 0..catalog.tasks.len();
     let kind = |task: usize| {
@@ -97,7 +92,6 @@ fn kinds(catalog: &Catalog) -> Vec<BehaviorKind> {
         sets.find(|set| set.task.index() == task)
             .map(BehaviorKind::of)
     };
-    // Every task has a behavior.
     tasks.filter_map(kind).collect()
 }
 
@@ -145,7 +139,7 @@ impl WorldMission for Waste {
         }
     }
 
-    /// Waste stays sorted by its distance. The other devices tell no lengths.
+    /// Adds errors to the waste sensor and sorts its items again. The other devices return no lengths.
     fn mislead(&self, device: &str, sensed: &mut Sensed, error_m: &mut dyn FnMut() -> f32) {
         if device == "waste"
             && let ItemsSensed {
@@ -171,7 +165,7 @@ impl WorldMission for Waste {
         }
     }
 
-    /// A search may be of use to whoever does not know the room. A load is of the spill where it was picked up.
+    /// Checks whether a task is useful. A search always is. A load belongs to the spill where it was picked up.
     fn is_due(&self, task: TaskId, robot: RobotId, floor: &Floor) -> bool {
         match self.kinds[task.index()] {
             BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => true,
@@ -194,7 +188,7 @@ impl WorldMission for Waste {
 
     fn state(&self) -> u64 {
         let report = self.reports.last().map_or(u64::MAX, |time| time.0);
-        // Whatever spreads one over the other.
+        // Any large odd factor distributes the bits of the time over the hash.
         self.floor.hash() ^ report.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15)
     }
 
@@ -213,14 +207,14 @@ impl WorldMission for Waste {
                 && self.load(robot) != item_id
             {
                 return Err(format!(
-                    "item-{id} is with {robot}, which does not carry it"
+                    "item-{id} has the carrier {robot}, but that robot does not carry it"
                 ));
             }
         }
         let carried = self
             .robots
             .iter()
-            .filter(|it| it.carrying.is_some())
+            .filter(|robot| robot.carrying.is_some())
             .count();
         let counts = self.floor.counts();
         if carried != counts.carried as usize {
@@ -228,7 +222,7 @@ impl WorldMission for Waste {
         }
         if counts.total() as usize != self.floor.items().len() {
             return Err(format!(
-                "{} of {} items are somewhere",
+                "the counts add up to {} of {} items",
                 counts.total(),
                 self.floor.items().len()
             ));

@@ -1,4 +1,4 @@
-//! What faults do to items: they are neither lost nor doubled.
+//! Faults that add or move items. They never lose or duplicate an item.
 
 use alliance_proto::fault::Fault;
 use alliance_proto::ids::ItemId;
@@ -8,19 +8,17 @@ use super::Waste;
 use crate::waste::data::{MOVE_WASTE, WASTE_FAULT};
 use world_server::world::{ChangeError, Floor, ROUNDING_M};
 
-/// Why items cannot be placed like that.
+/// The reason why a fault cannot place an item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlaceError {
-    /// No item has that number.
     #[error("there is no {0}")]
     NoItem(ItemId),
-    /// A robot carries the item.
     #[error("{0} is being carried")]
     Carried(ItemId),
-    /// The deposit keeps what it gets.
+    /// The item lies in a deposit, which keeps its items.
     #[error("{0} is in the deposit")]
     Delivered(ItemId),
-    /// An item could lie nowhere.
+    /// No free place for an item exists in the room.
     #[error("no place is left where a robot could grip an item")]
     NoPlace,
 }
@@ -40,12 +38,12 @@ impl Waste {
         let Fault::Mission(fault) = fault else {
             return None;
         };
-        // Checked when it was ordered: what can be left out has this default, all else is there.
+        // The order was checked before: required values are present, and the only optional value defaults to 1.
         let number = |key| fault.get(key).unwrap_or(1.0);
         let near = Vec2::new(number("x_m") as f32, number("y_m") as f32);
-        let told = match fault.name.as_str() {
+        let placed = match fault.name.as_str() {
             WASTE_FAULT => {
-                // One that has a place leaves as many places as there were: items may lie on each other at worst.
+                // Once one item has a place, the next has one too: at worst the items overlap.
                 let added = (0..number("items") as u32).map(|_| {
                     let item = self.add_item(near, floor)?;
                     Ok(item_at(item, self.floor.items()[item.0 as usize].position))
@@ -61,11 +59,11 @@ impl Waste {
             }
             _ => return None,
         };
-        Some(told.map_err(PlaceError::into))
+        Some(placed.map_err(PlaceError::into))
     }
 
-    /// Puts a new item on the floor, at the nearest place to that one at which a robot can grip it and, if there is room, no
-    /// other item lies. The mission is complete only when it has been delivered too.
+    /// Puts a new item on the floor, at the nearest place to `near` at which a robot can grip it. Avoids other items if
+    /// there is room. The mission is complete only after this item is delivered, too.
     pub(crate) fn add_item(&mut self, near: Vec2, floor: &Floor) -> Result<ItemId, PlaceError> {
         let place = self.place_for_item(near, None, floor)?;
         let item = self.floor.add(place);
@@ -73,7 +71,7 @@ impl Waste {
         Ok(item)
     }
 
-    /// Puts an item that lies on the floor elsewhere, placed like a new one. Tells where it lies now, m.
+    /// Moves an item that lies on the floor, under the rules for a new one. Returns its new place, m.
     pub(crate) fn move_item(
         &mut self,
         item: ItemId,

@@ -1,4 +1,4 @@
-//! What the devices of the clean-up tell (DESIGN §7).
+//! Sensor readings of the clean-up's devices.
 
 use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::mission::items::{ITEMS_MOST, ItemsSensed, SensedItems, Zone};
@@ -7,44 +7,43 @@ use glam::Vec2;
 use super::Waste;
 use world_server::world::{Circle, Floor};
 
-/// A search for zones looks this much farther than a step needs, m.
+/// The additional search radius for zones, m. A result stays valid while the robot is within it.
 const ZONE_SKIRT_M: f32 = 2.0;
 
-/// The same for waste, which lies close together: to look farther takes longer than to look more often.
+/// The additional search radius for waste, m. It is small because items lie close together, so a wide search is slow.
 const WASTE_SKIRT_M: f32 = 0.3;
 
 impl Waste {
     pub(super) fn look(&self, robot: RobotId, floor: &Floor, sensed: &mut ItemsSensed) {
-        let known = &self.robots[robot.index()];
-        if known.jumps.replace(floor.jumps(robot)) != floor.jumps(robot) {
-            known.zone.take();
-            known.wasteless.take();
+        let cached = &self.robots[robot.index()];
+        if cached.jumps.replace(floor.jumps(robot)) != floor.jumps(robot) {
+            cached.zone.take();
+            cached.wasteless.take();
         }
         let position = floor.pose(robot).position;
         self.waste_near(robot, floor, sensed.items.insert(SensedItems::new()));
         sensed.zone = Some(self.zone(robot, position));
         sensed.at_site = Some(self.floor.is_report_site(position));
-        sensed.holding = Some(known.carrying.is_some());
+        sensed.holding = Some(cached.carrying.is_some());
     }
 
-    /// What is under a robot's center.
     fn zone(&self, robot: RobotId, position: Vec2) -> Zone {
-        let known = &self.robots[robot.index()].zone;
-        let (circle, zone) = known.get();
+        let cached = &self.robots[robot.index()].zone;
+        let (circle, zone) = cached.get();
         if circle.contains(position) {
             return zone;
         }
         let (zone, edge_m) = self.floor.zone_within(position, ZONE_SKIRT_M);
-        known.set((Circle::new(position, edge_m), zone));
+        cached.set((Circle::new(position, edge_m), zone));
         zone
     }
 
-    /// How far from a robot's center its waste sensor reaches, m.
+    /// Returns the range of the waste sensor from a robot's center, m.
     fn reach_m(floor: &Floor) -> f32 {
         floor.body().radius_m + floor.sensors().item_range_m
     }
 
-    /// The nearest items on the floor within range, nearest first, in the robot's frame.
+    /// Writes the nearest items within range in the robot's frame, nearest first.
     fn waste_near(&self, robot: RobotId, floor: &Floor, sensed: &mut SensedItems) {
         let position = floor.pose(robot).position;
         let wasteless = &self.robots[robot.index()].wasteless;
@@ -70,34 +69,34 @@ impl Waste {
         sensed.extend(nearest.offsets().iter().map(in_frame));
     }
 
-    /// An item lies there no more.
+    /// Invalidates cached readings near a place from which an item was taken.
     pub(super) fn taken(&self, from: Vec2, floor: &Floor) {
         floor.changed_near(from, Self::reach_m(floor));
     }
 
-    /// An item lies there now: who knew of no waste in range may sense it.
+    /// Invalidates cached readings near a place where an item now lies.
     pub(super) fn laid(&self, at: Vec2, floor: &Floor) {
         let reach_m = Self::reach_m(floor);
         floor.changed_near(at, reach_m);
-        // A circle reaches as far as that, and its robot is in it.
+        // A circle without waste has at most this radius, and its robot is inside.
         for (robot, _) in floor.bodies_near(at, reach_m + 2.0 * WASTE_SKIRT_M) {
             self.robots[robot.index()].wasteless.take();
         }
     }
 }
 
-/// The nearest of some items, nearest first; of two at the same distance, the lower id.
+/// The nearest items, nearest first. At equal distance the lower id comes first.
 #[derive(Default)]
 struct Nearest {
     count: usize,
-    /// Square of the distance and id, as one number in the same order.
+    /// Squared distance and id combined into one number that sorts in the same order.
     keys: [u64; ITEMS_MOST],
     offsets: [Vec2; ITEMS_MOST],
 }
 
 impl Nearest {
     fn take(&mut self, item: ItemId, offset: Vec2) {
-        // Bits of numbers that are not negative are in the order of the numbers.
+        // The bits of non-negative floats sort like the numbers.
         let squared = offset.length_squared().to_bits();
         let key = u64::from(squared) << 32 | u64::from(item.0);
         let mut place = self.count;
@@ -109,7 +108,7 @@ impl Nearest {
         } else {
             self.count += 1;
         }
-        // They are few: from the end on, each that is farther makes room.
+        // The list is short, so insertion from the end is fast.
         while place > 0 && self.keys[place - 1] > key {
             self.keys[place] = self.keys[place - 1];
             self.offsets[place] = self.offsets[place - 1];
@@ -131,7 +130,6 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// Against sorting them all.
         #[test]
         fn the_nearest_come_first(places in prop::collection::vec((-3..4_i8, -3..4_i8), 0..40)) {
             let mut nearest = Nearest::default();
@@ -142,7 +140,7 @@ mod tests {
                 all.push((offset.length_squared(), id, offset));
             }
             all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            let expected: Vec<Vec2> = all.iter().take(ITEMS_MOST).map(|it| it.2).collect();
+            let expected: Vec<Vec2> = all.iter().take(ITEMS_MOST).map(|entry| entry.2).collect();
             prop_assert_eq!(nearest.offsets(), expected);
         }
     }

@@ -1,4 +1,4 @@
-//! The choice of allocators, and what is stated of them.
+//! The choice of allocators, and the statements about their parameters.
 
 use crate::waste::data::default_scenario;
 use serde_json::json;
@@ -54,7 +54,7 @@ fn read(text: &str) -> Result<Scenario, String> {
 }
 
 #[test]
-fn a_robot_has_its_own_allocator_or_the_teams() {
+fn a_robot_uses_its_own_allocator_or_that_of_the_team() {
     let text = "allocator = 'market'\n[[robots]]\nname = 'a'\n[[robots]]\nname = 'b'\nallocator = 'nearest'";
     let scenario = read(text).unwrap();
     let of = |rank: usize| scenario.allocator_of(&scenario.robots[rank]);
@@ -64,7 +64,7 @@ fn a_robot_has_its_own_allocator_or_the_teams() {
 }
 
 #[test]
-fn what_is_stated_of_an_allocator_is_kept_as_it_is() {
+fn stated_allocator_parameters_are_kept() {
     let text = "[allocators.nearest]\npatience_s = 2\nbids = 3\ngreedy = true\ntie = 'low'";
     let scenario = read(text).unwrap();
     let stated = json!({"patience_s": 2, "bids": 3, "greedy": true, "tie": "low"});
@@ -77,7 +77,7 @@ fn what_is_stated_of_an_allocator_is_kept_as_it_is() {
 }
 
 #[test]
-fn of_a_scenario_that_states_none_json_says_nothing() {
+fn json_omits_allocators_if_none_are_stated() {
     let json = serde_json::to_value(default_scenario()).unwrap();
     assert!(json.get("allocator").is_none() && json.get("allocators").is_none());
 }
@@ -103,11 +103,11 @@ fn mistakes_have_file_line_and_remedy() {
         ),
         (
             "[allocators.market]\nbids = 1",
-            "s.toml:2: allocators.market.bids: that is a parameter of nearest, not of market; there is only 'rounds'",
+            "s.toml:2: allocators.market.bids: the key is a parameter of nearest, not of market; there is only 'rounds'",
         ),
         (
             "[allocators.alliance]\npreset = 'team'",
-            "s.toml:2: allocators.alliance.preset: alliance has no such parameter; its parameters stand in [alliance]",
+            "s.toml:2: allocators.alliance.preset: alliance has no such parameter; its parameters belong in [alliance]",
         ),
         (
             "[allocators.nearest]\npatience_s = 0",
@@ -138,13 +138,12 @@ fn mistakes_have_file_line_and_remedy() {
     }
 }
 
-/// The truth is for those who ask for it.
 #[test]
-fn the_robots_that_are_told_the_truth_are_those_of_allocators_that_ask() {
-    let told = |text: &str| vocabulary().told_truth(&read(text).unwrap());
-    assert_eq!(told(""), []);
-    assert_eq!(told("allocator = 'nearest'"), []);
-    assert_eq!(told("allocator = 'market'"), [0, 1, 2].map(RobotId));
+fn only_robots_of_allocators_that_request_it_receive_the_ground_truth() {
+    let receivers = |text: &str| vocabulary().told_truth(&read(text).unwrap());
+    assert_eq!(receivers(""), []);
+    assert_eq!(receivers("allocator = 'nearest'"), []);
+    assert_eq!(receivers("allocator = 'market'"), [0, 1, 2].map(RobotId));
     let mixed = "[[robots]]\nname = 'blue'\n[[robots]]\nname = 'gold'\nallocator = 'market'\n";
-    assert_eq!(told(mixed), [RobotId(1)]);
+    assert_eq!(receivers(mixed), [RobotId(1)]);
 }

@@ -1,4 +1,4 @@
-//! Every kind of mistake in a parameter file, with the exact line that answers it.
+//! Every kind of mistake in a parameter file, with the exact error message.
 
 use crate::waste::data::default_scenario;
 use proptest::prelude::*;
@@ -33,31 +33,31 @@ fn keys() {
         ),
         (
             "threshold.blue = 1",
-            "p.properties:1: threshold.blue: the key has not the right shape; write threshold alone",
+            "p.properties:1: threshold.blue: the key has the wrong form; write threshold alone",
         ),
         (
             "fastImpatience = 1",
-            "p.properties:1: fastImpatience: the key has not the right shape; write fastImpatience.SET or fastImpatience.ROBOT.SET",
+            "p.properties:1: fastImpatience: the key has the wrong form; write fastImpatience.SET or fastImpatience.ROBOT.SET",
         ),
         (
             "fastImpatience. = 1",
-            "p.properties:1: fastImpatience.: the key has not the right shape; write fastImpatience.SET or fastImpatience.ROBOT.SET",
+            "p.properties:1: fastImpatience.: the key has the wrong form; write fastImpatience.SET or fastImpatience.ROBOT.SET",
         ),
         (
             "fastImpatience.gold.blue.report-progress = 1",
-            "p.properties:1: fastImpatience.gold.blue.report-progress: the key has not the right shape; write fastImpatience.SET or fastImpatience.ROBOT.SET",
+            "p.properties:1: fastImpatience.gold.blue.report-progress: the key has the wrong form; write fastImpatience.SET or fastImpatience.ROBOT.SET",
         ),
         (
             "fastImpatience.move-spill(top = 1",
-            "p.properties:1: fastImpatience.move-spill(top: the key has not the right shape; write fastImpatience.SET or fastImpatience.ROBOT.SET",
+            "p.properties:1: fastImpatience.move-spill(top: the key has the wrong form; write fastImpatience.SET or fastImpatience.ROBOT.SET",
         ),
         (
             "slowImpatience.report-progress = 1",
-            "p.properties:1: slowImpatience.report-progress: the key has not the right shape; write slowImpatience.TEAMMATE.SET or slowImpatience.TEAMMATE.ROBOT.SET",
+            "p.properties:1: slowImpatience.report-progress: the key has the wrong form; write slowImpatience.TEAMMATE.SET or slowImpatience.TEAMMATE.ROBOT.SET",
         ),
         (
             "timeWillingToAffect.gold..report-progress = 1",
-            "p.properties:1: timeWillingToAffect.gold..report-progress: the key has not the right shape; write timeWillingToAffect.TEAMMATE.SET or timeWillingToAffect.TEAMMATE.ROBOT.SET",
+            "p.properties:1: timeWillingToAffect.gold..report-progress: the key has the wrong form; write timeWillingToAffect.TEAMMATE.SET or timeWillingToAffect.TEAMMATE.ROBOT.SET",
         ),
         (
             "threshold = 1\n! comment\nthreshold : 2",
@@ -114,7 +114,7 @@ fn values() {
             "p.properties:1: slowImpatience.gold.report-progress: inf is out of range; it must be finite and above 0 motivation/s",
         ),
         (
-            // A last line that ends in a backslash is not lost.
+            // A last line that ends in a backslash is read, too.
             "timeBeforeGivingUp.report-progress = 0\\",
             "p.properties:1: timeBeforeGivingUp.report-progress: 0 is out of range; it must be finite and above 0 s",
         ),

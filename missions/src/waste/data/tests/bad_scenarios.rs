@@ -1,4 +1,4 @@
-//! Every kind of mistake in a scenario file, with the exact line that answers it.
+//! Every kind of mistake in a scenario file, with the exact error message.
 
 use crate::Registry;
 use crate::waste::data::default_scenario;
@@ -22,8 +22,8 @@ fn check(table: &[(&str, &str)]) {
 #[test]
 fn not_toml() {
     check(&[
-        ("[room", "s.toml:1: unclosed table; TOML wants `]` here"),
-        ("x", "s.toml:1: key with no value; TOML wants `=` here"),
+        ("[room", "s.toml:1: unclosed table; TOML expects `]` here"),
+        ("x", "s.toml:1: key with no value; TOML expects `=` here"),
         (
             "name = 'a'\nname = 'b'",
             "s.toml:2: duplicate key, 'name'; state it once",
@@ -32,10 +32,13 @@ fn not_toml() {
             "[room]\n[room]",
             "s.toml:2: duplicate key, 'room'; state it once",
         ),
-        ("a = [1, 2", "s.toml:1: unclosed array; TOML wants `]` here"),
+        (
+            "a = [1, 2",
+            "s.toml:1: unclosed array; TOML expects `]` here",
+        ),
         (
             "name = 'x\u{1b}[31m'",
-            "s.toml:1: invalid literal string; TOML wants non-single-quote visible characters here",
+            "s.toml:1: invalid literal string; TOML expects non-single-quote visible characters here",
         ),
     ]);
 }
@@ -100,7 +103,7 @@ fn wrong_types() {
         ),
         (
             "limit_s = 2020-01-01",
-            "s.toml:1: limit_s: the date or time 2020-01-01 does not fit; no key of a scenario takes one",
+            "s.toml:1: limit_s: the date or time 2020-01-01 does not fit; no key of a scenario accepts one",
         ),
         (
             "[alliance.switches]\nwaiting = 'yes'",
@@ -134,7 +137,7 @@ fn unknown_choices() {
         ),
         (
             "step_order = 'in-order'\n[alliance.switches]\nstep_order = 'in-order'",
-            "s.toml:3: alliance.switches.step_order: the scenario's own step_order states it already; state it once",
+            "s.toml:3: alliance.switches.step_order: step_order at the top of the scenario already states it; state it once",
         ),
         (
             "[alliance.switches]\nhistory_origin = 'start'",
@@ -422,29 +425,28 @@ fn places() {
         ),
         (
             "[[robots]]\nname = 'blue'\n[robots.start]\nx_m = 2\ny_m = 1\n[[obstacles]]\nx_m = 1.5\ny_m = 0.5\nwidth_m = 1\nheight_m = 1",
-            "s.toml:6: obstacles[0]: lies on the start of 'blue'; move it or robots[0].start until they are apart",
+            "s.toml:6: obstacles[0]: covers the start of 'blue'; move it or robots[0].start until they are apart",
         ),
         (
             "[[robots]]\nname = 'blue'\n[robots.start]\nx_m = 2.3\ny_m = 1\n[[robots]]\nname = 'gold'\n[robots.start]\nx_m = 2\ny_m = 1",
-            "s.toml:8: robots[1].start: 'gold' starts in 'blue'; keep their centers 0.400 m apart",
+            "s.toml:8: robots[1].start: 'gold' starts inside 'blue'; keep their centers 0.400 m apart",
         ),
     ]);
 }
 
-/// A broken rule is reported where the stronger of the two values is stated.
 #[test]
 fn absent_robots() {
     check(&[
         (
             "[[robots]]\nname = 'a'\nabsent = true\n[[robots]]\nname = 'b'\nabsent = true",
-            "s.toml:1: robots: all robots are absent; let at least one be there from the start",
+            "s.toml:1: robots: all robots are absent; make at least one present from the start",
         ),
         (
             "[[robots]]\nname = 'a'\nabsent = 1",
             "s.toml:3: robots[0].absent: 1 does not fit; write true or false",
         ),
     ]);
-    // They are in nobody's way, but may not start in a wall.
+    // Absent robots do not block others, but may not start in a wall.
     let team = |x_m| {
         format!(
             "[[robots]]\nname = 'a'\nstart = {{ x_m = 3, y_m = 3 }}\n\
@@ -496,11 +498,11 @@ fn faults() {
         ),
         (
             "when = 'blue naps'\nfault.kill = 'blue'",
-            "s.toml:2: faults.timeline[0].when: nothing of that name happens: 'naps'; there are activates, hibernates, waits, picks, drops, delivers, reports, finds, joins, dies",
+            "s.toml:2: faults.timeline[0].when: there is no event 'naps'; there are activates, hibernates, waits, picks, drops, delivers, reports, finds, joins, dies",
         ),
         (
             "fault.add = 'blue'",
-            "s.toml:2: faults.timeline[0].fault.add: 'blue' is in the mission from its start; name a robot that the scenario calls absent: there are none",
+            "s.toml:2: faults.timeline[0].fault.add: 'blue' is in the mission from its start; name a robot that the scenario marks as absent: there are none",
         ),
         (
             "fault.sensor = { robot = 'blue', device = 'zone', mode = 'dead' }",
@@ -516,7 +518,7 @@ fn faults() {
         ),
         (
             "id = 'random-1'\nfault.mute = 'blue'\n[faults.random]",
-            "s.toml:2: faults.timeline[0].id: 'random-1' may become the id of a random fault; let it not begin with 'random-'",
+            "s.toml:2: faults.timeline[0].id: 'random-1' may become the id of a random fault; choose an id that does not begin with 'random-'",
         ),
     ];
     for (rest, expected) in table {
@@ -541,11 +543,11 @@ fn faults() {
         ),
         (
             "[faults.random.mix]\nkill = 0\npause = 0\nlink = 0\nsensor = 0\nactuator = 0\npower = 0\nbabble = 0",
-            "s.toml:1: faults.random.mix: no kind of fault is left; set one above 0",
+            "s.toml:1: faults.random.mix: every weight is 0; set one above 0",
         ),
         (
             "[faults.random]\nmtbf_s = 0.01\nmttr_s = 0.02",
-            "s.toml:2: faults.random.mtbf_s: about 360000 faults are to be expected until limit_s; make it longer, or limit_s shorter, for at most 100000",
+            "s.toml:2: faults.random.mtbf_s: about 360000 faults are expected until limit_s; increase it or reduce limit_s, for at most 100000",
         ),
     ]);
     Scenario::parse(
@@ -614,7 +616,7 @@ fn too_many_robots() {
 }
 
 #[test]
-fn more_items_than_anybody_could_carry() {
+fn too_many_items() {
     let spills: String = (0..201)
         .map(|number| format!("[[waste.spills]]\nname = 's{number}'\nitems = 1000\n"))
         .collect();
@@ -629,14 +631,14 @@ fn more_items_than_anybody_could_carry() {
     };
     assert_eq!(
         refusal(&waste(1000, "")),
-        "s.toml:2: faults.timeline[0].every_s: 1000 items every 1 s are 3601000 until limit_s, 3600 s; let it be at most \
-         200000 in all: strew fewer, or more rarely"
+        "s.toml:2: faults.timeline[0].every_s: items = 1000 every 1 s gives 3601000 items until limit_s, 3600 s; keep the total at most \
+         200000: add fewer items, or less often"
     );
     Scenario::parse("s.toml", &waste(50, ""), &Registry::built_in().vocabulary()).unwrap();
 }
 
 #[test]
-fn scenario_without_a_file_names_the_key_alone() {
+fn without_a_file_the_error_starts_with_the_key() {
     let scenario = Scenario {
         step_ms: 0,
         ..default_scenario()
@@ -648,14 +650,14 @@ fn scenario_without_a_file_names_the_key_alone() {
 }
 
 #[test]
-fn only_foraging_lasts_for_a_time() {
+fn only_foraging_has_a_duration() {
     let refused = |text: &str, expected: &str| {
         let read = Scenario::parse("s.toml", text, &Registry::built_in().vocabulary());
         assert_eq!(read.unwrap_err().to_string(), expected);
     };
     refused(
         "[waste]\nduration_s = 60",
-        "s.toml:2: waste.duration_s: the clean-up ends when all is delivered; leave it out, or write respawn = true",
+        "s.toml:2: waste.duration_s: the clean-up ends when all items are delivered; leave it out, or write respawn = true",
     );
     refused(
         "[waste]\nrespawn = 1",
@@ -670,7 +672,7 @@ fn only_foraging_lasts_for_a_time() {
     assert!(!scenario.mission().promises(&scenario).ends);
 }
 
-/// Pieces of scenario files, put together at random: near enough to real ones to reach every check.
+/// Draws fragments of scenario files, similar enough to real ones to reach every check.
 fn scraps() -> impl Strategy<Value = String> {
     let scrap = prop::sample::select(vec![
         "[room]",

@@ -1,4 +1,4 @@
-//! The page that tells people of the control topic speaks of the default mission.
+//! The examples in docs/CONTROL.md are valid for the default mission.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use crate::waste::data::WASTE;
 
 const PAGE: &str = include_str!("../../../../../docs/CONTROL.md");
 
-/// The page's blocks of JSON.
+/// Returns the JSON blocks of the page.
 fn blocks() -> Vec<&'static str> {
     let parts = PAGE.split("```json\n").skip(1);
     parts
@@ -20,18 +20,18 @@ fn blocks() -> Vec<&'static str> {
         .collect()
 }
 
-/// What the page's tables set in code, such as ``| `{"kill": "gold"}` | … |``.
+/// Returns the inline code in the first cells of the page's tables, such as ``| `{"kill": "gold"}` | … |``.
 fn cells() -> impl Iterator<Item = &'static str> {
     let rows = PAGE.lines().filter_map(|line| line.strip_prefix("| `"));
     rows.filter_map(|row| row.split('`').next())
         .filter(|cell| cell.starts_with('{') || cell.starts_with('"'))
 }
 
-/// Anybody's scenario in which each example of the page makes sense.
+/// Checks an example against a scenario in which it is valid.
 fn check(order: &Order) -> Result<(), OrderError> {
     let text = "[[robots]]\nname = \"blue\"\nside_sensor = true\n[[robots]]\nname = \"gold\"\n[[robots]]\nname = \"green\"\n[[robots]]\nname = \"red\"\nabsent = true\n";
     let vocabulary = Registry::built_in().vocabulary();
-    // Skills are of no use in the clean-up.
+    // The clean-up has no skills.
     let text = match &order.fault {
         Fault::Skill(_) => vocabulary.builtin("janitorial").unwrap().text,
         _ => text,
@@ -41,7 +41,7 @@ fn check(order: &Order) -> Result<(), OrderError> {
 }
 
 #[test]
-fn every_block_of_the_page_is_what_it_shows() {
+fn every_block_of_the_page_is_valid() {
     let mut requests = 0;
     for block in blocks() {
         if let Ok(request) = serde_json::from_str::<Request>(block) {
@@ -57,7 +57,7 @@ fn every_block_of_the_page_is_what_it_shows() {
     assert!(requests > 0);
 }
 
-/// Commands or faults; the examples of faults can all be ordered.
+/// Every table cell is a command, a reply or a fault, and each fault can be ordered.
 #[test]
 fn the_page_has_an_example_of_every_fault() {
     let mut shown = BTreeSet::new();

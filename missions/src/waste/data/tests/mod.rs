@@ -1,4 +1,4 @@
-//! Tests across the files of this folder.
+//! Tests that cover several files of this folder.
 
 mod allocators;
 mod bad_parameters;

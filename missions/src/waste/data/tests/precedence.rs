@@ -1,4 +1,4 @@
-//! Which of several statements about the same parameter is in force.
+//! The precedence of several statements about the same parameter.
 
 use crate::Registry;
 use crate::waste::data::default_scenario;
@@ -49,7 +49,7 @@ fn only_a_robot_with_the_side_sensor_has_the_methodical_set() {
     assert_eq!(alliance.robots["gold"].rank, 1);
 }
 
-/// Each layer states one parameter more than the next stronger one.
+/// Each layer states one parameter more than the next stronger layer.
 #[test]
 fn stronger_layers_win() {
     let alliance = resolved(
@@ -79,12 +79,12 @@ fn stronger_layers_win() {
     assert_eq!(
         psi("green", "move-spill(top)"),
         7.0,
-        "ROBOT.SET beats SET wherever it stands"
+        "ROBOT.SET overrides SET in any order"
     );
 }
 
 #[test]
-fn value_for_a_teammate_beats_the_plain_value_of_its_own_and_of_weaker_layers() {
+fn a_value_for_a_teammate_overrides_plain_values_of_its_own_and_weaker_layers() {
     let alliance = resolved(
         "[alliance.defaults]
          slow_impatience = 0.1
@@ -106,7 +106,7 @@ fn value_for_a_teammate_beats_the_plain_value_of_its_own_and_of_weaker_layers() 
     assert_eq!(
         phi("report-progress", "gold"),
         12.0,
-        "the plain value of a stronger layer wins"
+        "the plain value of a stronger layer takes precedence"
     );
 }
 
@@ -180,9 +180,9 @@ fn the_step_order_is_the_scenarios_then_that_of_the_switches_then_the_presets() 
     assert_eq!(setup.step_order, StepOrder::Simultaneous);
 }
 
-/// The table of ALLIANCE.md §3.
+/// The table of docs/ALLIANCE.md.
 #[test]
-fn presets_are_what_their_sources_say() {
+fn presets_match_their_sources() {
     let table = [
         ("waiting", "yes", "no", "yes"),
         ("waiting_counts", "yes", "no", "no"),

@@ -1,4 +1,4 @@
-//! `reference.toml` is the manual of scenario files; this keeps it true.
+//! Checks that `reference.toml`, the manual of scenario files, is correct and complete.
 
 use crate::Registry;
 use crate::waste::data::{
@@ -20,7 +20,7 @@ use alliance_proto::testkit::one_of_each;
 
 const REFERENCE: &str = include_str!("../../scenarios/reference.toml");
 
-/// The file with its optional keys: comments begin with `# `, keys that are absent by default with `#` alone.
+/// Uncomments the optional keys: they begin with `#` alone, comments with `# `.
 fn with_optional_keys() -> String {
     let uncommented = REFERENCE.lines().map(|line| match line.strip_prefix('#') {
         Some(rest) if !rest.is_empty() && !rest.starts_with(' ') => rest,
@@ -76,17 +76,17 @@ fn its_switches_are_those_of_the_default_preset() {
     assert_eq!(switches, all_of_preset);
 }
 
-/// A fault of each kind, with every mode.
+/// Returns a fault of each kind, with every mode.
 fn every_fault() -> impl Iterator<Item = Fault> {
     let add = Fault::Add("red".to_owned());
     let common = one_of_each()
         .into_iter()
-        // Nor has the clean-up skills.
+        // The clean-up has no skills.
         .filter(|fault| !matches!(fault, Fault::Mission(_) | Fault::Skill(_)));
     common.chain([add, strew(3.0, 4.0, 2), move_waste(7, 3.0, 4.0)])
 }
 
-/// Name and mode of a fault: what `reference.toml` has one example of.
+/// Returns name and mode of a fault. `reference.toml` has one example of each.
 fn kind(fault: &Fault) -> String {
     let mode = match fault {
         Fault::Sensor(fault) => fault.mode.to_string(),
@@ -122,7 +122,7 @@ fn its_random_faults_have_the_built_in_values() {
     assert_eq!(all.faults.random, Some(Campaign::default()));
 }
 
-/// No `..Default` here: whoever adds a field has to come by, and the test then asks for its documentation.
+/// No `..Default` here: a new field fails to compile, and the test then requires its documentation.
 fn populated() -> Scenario {
     let set = BehaviorSection {
         broadcast_rate_hz: Some(1.0),
@@ -135,7 +135,7 @@ fn populated() -> Scenario {
         before_yielding_s: Some(1.0),
         before_giving_up_s: Some(1.0),
     };
-    // The same keys as in `defaults`: shown once is enough.
+    // The keys are the same as in `defaults`, and one example suffices.
     let sets = BTreeMap::from([("x".to_owned(), BehaviorSection::default())]);
     let robot = RobotSection {
         defaults: BehaviorSection::default(),
@@ -147,7 +147,7 @@ fn populated() -> Scenario {
         wish_when_suppressed: Some(true),
         reset_stops_active: Some(true),
         history_origin: Some(HistoryOrigin::Progress),
-        // The scenario's own key is the one to use.
+        // The scenario's own key states the step order.
         step_order: None,
         arbitration: Some(true),
         release_message: Some(true),
@@ -227,7 +227,7 @@ fn populated() -> Scenario {
             turn_deg_s: Some(1.0),
             push_m_s: Some(1.0),
             devices: Some(vec!["x".to_owned()]),
-            // The waste clean-up knows none.
+            // The waste clean-up has no skills.
             skills: None,
             allocator: Some("x".to_owned()),
             mind: Some("x".to_owned()),
@@ -271,7 +271,7 @@ fn populated() -> Scenario {
             sets,
             robots: BTreeMap::from([("x".to_owned(), robot)]),
         },
-        // Their keys are those of the allocators that there are.
+        // These keys belong to the available allocators.
         allocators: Allocators::new(),
     }
 }
@@ -286,7 +286,7 @@ const BY_NAME: [&str; 6] = [
     "alliance.defaults.willing_to_affect_toward_s",
 ];
 
-/// The paths of all keys below `path`, with `*` for names.
+/// Collects the paths of all keys below `path`, with `*` for names.
 fn keys(value: &Value, path: &str, found: &mut BTreeSet<String>) {
     match value {
         Value::Array(elements) => elements.iter().for_each(|each| keys(each, path, found)),

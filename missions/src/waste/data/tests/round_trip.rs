@@ -1,4 +1,4 @@
-//! A setup crosses the bus and is kept in run.json as JSON: not a bit may change on the way.
+//! A setup crosses the bus and is stored in run.json as JSON, without the change of a bit.
 
 use crate::Registry;
 use crate::waste::data::{WasteSection, default_scenario, default_setup};
@@ -43,7 +43,7 @@ proptest! {
         prop_assert_eq!(back, setup);
     }
 
-    /// A scenario that a program writes as TOML is the one that is read back.
+    /// A scenario written as TOML reads back unchanged.
     #[test]
     fn scenario_files(width in 5.0f32..50.0, limit in 1.0f64..1e6, rate in 0.3f64..10.0) {
         let mut scenario = default_scenario();
@@ -55,17 +55,17 @@ proptest! {
     }
 }
 
-/// What lies on the floor, what will go wrong and how much there is to carry: robots find out.
+/// Obstacles, faults and the amount of waste are unknown to robots at the start.
 #[test]
-fn robots_are_not_told_what_they_could_not_know() {
+fn the_briefing_hides_unknown_facts_from_robots() {
     let text = "[[obstacles]]\nx_m = 3\ny_m = 3\nwidth_m = 1\nheight_m = 1\n\
                 [[faults.timeline]]\nat_s = 9\nfault.kill = 'gold'\n[[waste.spills]]\nname = 'only'\nitems = 7";
     let scenario = Scenario::parse("s.toml", text, &Registry::built_in().vocabulary()).unwrap();
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-    let told = setup.briefing().scenario;
-    assert!(told.obstacles.is_empty() && told.faults.is_empty());
-    let [spill] = &WasteSection::of(&told).spills[..] else {
-        panic!("{told:?}")
+    let briefed = setup.briefing().scenario;
+    assert!(briefed.obstacles.is_empty() && briefed.faults.is_empty());
+    let [spill] = &WasteSection::of(&briefed).spills[..] else {
+        panic!("{briefed:?}")
     };
     assert_eq!((spill.name.as_str(), spill.items), ("only", 0));
     assert_eq!(WasteSection::of(&setup.scenario).spills[0].items, 7);

@@ -1,4 +1,4 @@
-//! The scenarios that come with the clean-up.
+//! The built-in scenarios of the clean-up.
 
 use alliance_proto::scenario::{Scenario, Setup};
 
@@ -18,7 +18,7 @@ fn each_one_can_be_found_and_run() {
 }
 
 #[test]
-fn the_default_mission_differs_from_the_default_in_nothing_but_its_description() {
+fn the_default_mission_equals_the_default_scenario_except_for_the_description() {
     let vocabulary = Registry::built_in().vocabulary();
     let mission = vocabulary.builtin("waste-cleanup").unwrap();
     let scenario = Scenario::parse(mission.name, mission.text, &vocabulary).unwrap();

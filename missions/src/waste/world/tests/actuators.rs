@@ -1,4 +1,4 @@
-//! A gripper that fails, and robots that do not obey.
+//! Actuator faults: a failed gripper, and robots that ignore commands.
 
 use alliance_proto::fault::{ActuatorFault, ActuatorMode, Fault};
 use alliance_proto::ids::RobotId;
@@ -21,11 +21,11 @@ fn actuator(mode: ActuatorMode) -> Fault {
     })
 }
 
-fn obeyed(faults: &[Fault], robot: RobotId, told: Actuation) -> (Actuation, Vec<usize>) {
+fn apply_faults(faults: &[Fault], robot: RobotId, commanded: Actuation) -> (Actuation, Vec<usize>) {
     let mut actuators = Actuators::new(&default_setup(1));
     let faults = faults.iter().enumerate();
     actuators.begin(faults.map(|(index, fault)| (FaultIndex(index), fault)));
-    let mut command = Some(told);
+    let mut command = Some(commanded);
     let world = World::new(&default_setup(1), WASTE);
     let hits = actuators.disobey(world.mission(), robot, &mut command);
     let hits = hits.into_iter().map(|fault| fault.0).collect();
@@ -34,29 +34,29 @@ fn obeyed(faults: &[Fault], robot: RobotId, told: Actuation) -> (Actuation, Vec<
 
 #[test]
 fn a_failed_gripper_keeps_and_the_drive_goes_on() {
-    let told = Actuation {
+    let commanded = Actuation {
         speed_m_s: 0.3,
         deed: Gripper::Pick.into(),
         ..Actuation::default()
     };
     let faults = [actuator(ActuatorMode::Gripper)];
-    let (done, hits) = obeyed(&faults, BLUE, told);
+    let (done, hits) = apply_faults(&faults, BLUE, commanded);
     assert_eq!(
         (done.speed_m_s, done.deed.items().gripper),
         (0.3, Gripper::Keep)
     );
     assert_eq!(hits, [0]);
-    assert_eq!(obeyed(&faults, GOLD, told), (told, vec![]));
+    assert_eq!(apply_faults(&faults, GOLD, commanded), (commanded, vec![]));
     let keeps = Actuation {
         deed: Gripper::Keep.into(),
-        ..told
+        ..commanded
     };
-    assert_eq!(obeyed(&faults, BLUE, keeps), (keeps, vec![]));
+    assert_eq!(apply_faults(&faults, BLUE, keeps), (keeps, vec![]));
 }
 
 #[test]
-fn without_power_and_while_it_babbles_nothing_is_obeyed() {
-    let told = Actuation {
+fn a_robot_without_power_or_that_babbles_executes_no_command() {
+    let commanded = Actuation {
         deed: ItemsDeed {
             report: true,
             ..ItemsDeed::default()
@@ -66,9 +66,9 @@ fn without_power_and_while_it_babbles_nothing_is_obeyed() {
     };
     for fault in [Fault::Power as fn(String) -> Fault, Fault::Babble] {
         let fault = fault("blue".to_owned());
-        let (done, hits) = obeyed(std::slice::from_ref(&fault), BLUE, told);
+        let (done, hits) = apply_faults(std::slice::from_ref(&fault), BLUE, commanded);
         assert_eq!((done, hits), (Actuation::default(), vec![0]));
-        let (_, hits) = obeyed(&[fault], BLUE, Actuation::default());
+        let (_, hits) = apply_faults(&[fault], BLUE, Actuation::default());
         assert!(hits.is_empty());
     }
     let mut none = None;

@@ -18,7 +18,7 @@ fn world() -> World {
 }
 
 #[test]
-fn waste_is_added_moved_and_stays() {
+fn waste_is_added_and_moved_and_stays_after_the_fault() {
     let mut world = world();
     let mut added = interruption(r#"{"waste":{"x_m":6,"y_m":7,"items":2}}"#);
     assert_eq!(

@@ -24,13 +24,16 @@ use world_server::world::World;
 
 pub(crate) fn waste(world: &World) -> &Waste {
     let mission: &dyn Any = world.mission();
-    mission.downcast_ref().expect("it is the clean-up")
+    mission.downcast_ref().expect("the mission is the clean-up")
 }
 
 fn items_mut(world: &mut World) -> (&mut Waste, &mut Floor) {
     let (mission, floor) = world.mission_mut();
     let mission: &mut dyn Any = mission;
-    (mission.downcast_mut().expect("it is the clean-up"), floor)
+    (
+        mission.downcast_mut().expect("the mission is the clean-up"),
+        floor,
+    )
 }
 
 impl Waste {
@@ -43,7 +46,7 @@ impl Waste {
     }
 }
 
-/// A world whose mission is the clean-up.
+/// Shortcuts for a world whose mission is the clean-up.
 pub(crate) trait CleanUp {
     fn item_counts(&self) -> ItemCounts;
     fn items(&self) -> &[Item];
@@ -81,22 +84,22 @@ impl CleanUp for World {
     }
 }
 
-fn seen(world: &World) -> View {
+fn view(world: &World) -> View {
     let mut view = View::default();
     world.mission().show(world, &mut view);
     view
 }
 
-/// Kind, rank and subject of each event.
-fn told(events: &[Event]) -> Vec<String> {
-    let told = events.iter().map(|event| {
+/// Formats each event as kind, rank and subject.
+fn summary(events: &[Event]) -> Vec<String> {
+    let summary = events.iter().map(|event| {
         let rank = event.robot.map_or(u16::MAX, |robot| robot.0);
         format!("{} {rank} {}", event.kind, event.subject)
     });
-    told.collect()
+    summary.collect()
 }
 
-/// Where the only event says that an item fell.
+/// Returns the place of a dropped item from the only event.
 #[track_caller]
 pub(crate) fn dropped_at(events: &[Event]) -> Vec2 {
     let [event] = events else {
@@ -112,7 +115,7 @@ pub(crate) fn dropped_at(events: &[Event]) -> Vec2 {
 
 const REACH_M: f32 = 0.2;
 
-/// One item at the center of the upper spill, (4, 6), and robots where they are told.
+/// Creates a world with one item at the center of the upper spill, (4, 6), and robots at the given starts.
 fn one_item(starts: &[(f32, f32, f32)]) -> World {
     world(|scenario| {
         robots(starts)(scenario);
@@ -162,15 +165,14 @@ fn a_mission_without_items_is_complete_at_once() {
     assert!(world(robots(&[(1.0, 1.0, 0.0)])).is_complete());
 }
 
-/// Foraging: what is delivered lies at its spill again, and there is no end but time.
 #[test]
-fn what_is_delivered_comes_back_where_foraging_is_asked_for() {
+fn with_foraging_delivered_items_return_until_time_runs_out() {
     let mut places = Vec::new();
     let mut world = world(|scenario| {
         robots(&[(9.0, 4.5, 0.0)])(scenario);
         let waste = WasteSection::of_mut(scenario);
         waste.spills[0].items = 1;
-        // So wide that the gripper reaches all of it from the middle of the deposit beside it.
+        // The gripper reaches the whole spill from the middle of the adjacent deposit.
         (waste.spill_radius_m, waste.deposit.radius_m) = (0.3, 0.2);
         waste.spills[0].x_fraction = 9.0 / 12.0;
         waste.spills[0].y_fraction = 0.5;
@@ -184,11 +186,11 @@ fn what_is_delivered_comes_back_where_foraging_is_asked_for() {
     };
     for delivered in 1..=20 {
         assert_eq!(
-            told(&world.step(&[gripper(Gripper::Pick)])),
+            summary(&world.step(&[gripper(Gripper::Pick)])),
             ["picked 0 item-0"]
         );
         assert_eq!(
-            told(&world.step(&[gripper(Gripper::Drop)])),
+            summary(&world.step(&[gripper(Gripper::Drop)])),
             ["delivered 0 item-0", "respawned 0 item-0"]
         );
         assert_eq!(world.item_counts(), lying);
@@ -201,7 +203,7 @@ fn what_is_delivered_comes_back_where_foraging_is_asked_for() {
         assert_eq!(row[3], Value::Count(delivered));
     }
     places.dedup();
-    assert_eq!(places.len(), 20, "each time another one");
+    assert_eq!(places.len(), 20, "each item returns to another place");
     let mut figures = TeamFigures::new(1);
     world.mission().figures(&mut figures);
     let hours = world.now().as_secs_f64() / 3600.0;
@@ -217,11 +219,11 @@ fn what_is_delivered_comes_back_where_foraging_is_asked_for() {
 
 #[test]
 fn carries_an_item_to_the_deposit() {
-    // One item 0.3 m ahead of the robot, which the gripper reaches up to 0.4 m from the center.
+    // The item is 0.3 m ahead of the robot. The gripper reaches 0.4 m from the center.
     let mut world = one_item(&[(3.7, 6.0, 0.0)]);
     let item = ItemId(0);
     assert_eq!(
-        told(&world.step(&[gripper(Gripper::Pick)])),
+        summary(&world.step(&[gripper(Gripper::Pick)])),
         ["picked 0 item-0"]
     );
     assert_eq!(world.carrying(BLUE), Some(item));
@@ -237,13 +239,13 @@ fn carries_an_item_to_the_deposit() {
         Some(SensedItems::new())
     );
     assert_eq!(world.readings(BLUE).mission.items().holding, Some(true));
-    // A second pick changes nothing.
+    // A second pick has no effect.
     assert_eq!(world.step(&[gripper(Gripper::Pick)]), []);
 
     let dropped = world.step(&[gripper(Gripper::Drop)]);
-    assert_eq!(told(&dropped), ["dropped 0 item-0"]);
+    assert_eq!(summary(&dropped), ["dropped 0 item-0"]);
     let at = dropped_at(&dropped);
-    // In front of the robot: radius, radius of the item and the skin.
+    // In front of the robot: its radius, the item's radius and the skin.
     assert_at(at, 3.7 + 0.251, 6.0);
     assert_eq!(
         world.item_counts(),
@@ -266,7 +268,7 @@ fn carries_an_item_to_the_deposit() {
         world.step(&[drive(0.5, 0.0)]);
     }
     assert_eq!(
-        told(&world.step(&[gripper(Gripper::Drop)])),
+        summary(&world.step(&[gripper(Gripper::Drop)])),
         ["delivered 0 item-0"]
     );
     assert_eq!(
@@ -277,7 +279,7 @@ fn carries_an_item_to_the_deposit() {
         }
     );
     assert!(world.is_complete());
-    // It can be sensed there, but not taken out again.
+    // A delivered item can be sensed, but not picked up.
     assert_eq!(
         world
             .readings(BLUE)
@@ -289,15 +291,15 @@ fn carries_an_item_to_the_deposit() {
         Some(1)
     );
     assert_eq!(
-        told(&world.step(&[gripper(Gripper::Pick)])),
+        summary(&world.step(&[gripper(Gripper::Pick)])),
         ["pick-failed 0 "]
     );
 }
 
-/// What a robot believes may be wrong; this is not: a spill is due while anything lies nearer to it than to another, and outside the
-/// deposit, and for whoever carries a load from there; a report when it is time for one.
+/// Ground truth, in contrast to a robot's knowledge: a spill is due while an item belongs to it, or for its carrier. A
+/// report is due after its period.
 #[test]
-fn what_is_due_in_truth() {
+fn tasks_are_due_according_to_the_ground_truth() {
     let setup = default_setup(1);
     let due_for = |world: &World, robot: RobotId| {
         let tasks = (0..setup.catalog.tasks.len() as u16).map(TaskId);
@@ -348,12 +350,12 @@ fn what_is_due_in_truth() {
 fn the_gripper_reaches_from_the_edge_of_the_body() {
     let mut near = one_item(&[(3.6001, 6.0, 180.0)]);
     assert_eq!(
-        told(&near.step(&[gripper(Gripper::Pick)])),
+        summary(&near.step(&[gripper(Gripper::Pick)])),
         ["picked 0 item-0"]
     );
     let mut far = one_item(&[(3.5998, 6.0, 180.0)]);
     assert_eq!(
-        told(&far.step(&[gripper(Gripper::Pick)])),
+        summary(&far.step(&[gripper(Gripper::Pick)])),
         ["pick-failed 0 "]
     );
 }
@@ -362,23 +364,23 @@ fn the_gripper_reaches_from_the_edge_of_the_body() {
 fn of_two_robots_that_pick_the_same_item_the_lower_rank_gets_it() {
     let mut world = one_item(&[(3.7, 6.0, 0.0), (4.3, 6.0, 180.0)]);
     let events = world.step(&[gripper(Gripper::Pick), gripper(Gripper::Pick)]);
-    assert_eq!(told(&events), ["picked 0 item-0", "pick-failed 1 "]);
+    assert_eq!(summary(&events), ["picked 0 item-0", "pick-failed 1 "]);
 }
 
 #[test]
-fn the_gripper_works_where_the_robot_has_sensed_and_the_body_moves_after_that() {
+fn the_gripper_acts_before_the_body_moves() {
     let mut world = one_item(&[(3.61, 6.0, 180.0)]);
     let command = Actuation {
         speed_m_s: 0.5,
         deed: Gripper::Pick.into(),
         ..Actuation::default()
     };
-    assert_eq!(told(&world.step(&[Some(command)])), ["picked 0 item-0"]);
+    assert_eq!(summary(&world.step(&[Some(command)])), ["picked 0 item-0"]);
     assert_at(position(&world, BLUE), 3.585, 6.0);
 }
 
 #[test]
-fn what_a_robot_at_a_wall_lets_go_falls_beside_it() {
+fn an_item_dropped_at_a_wall_falls_beside_the_robot() {
     let mut world = world(|scenario| {
         robots(&[(3.7, 6.0, 0.0)])(scenario);
         WasteSection::of_mut(scenario).spills[0].items = 1;
@@ -395,7 +397,7 @@ fn what_a_robot_at_a_wall_lets_go_falls_beside_it() {
 }
 
 #[test]
-fn an_item_let_go_in_a_corner_stays_inside_and_in_reach_of_others() {
+fn an_item_dropped_in_a_corner_stays_inside_and_reachable() {
     for (x, y, heading) in [
         (0.202, 0.202, 225.0),
         (0.202, 8.798, 135.0),
@@ -417,7 +419,7 @@ fn an_item_let_go_in_a_corner_stays_inside_and_in_reach_of_others() {
 }
 
 #[test]
-fn a_spill_under_obstacles_moves_to_where_robots_can_get() {
+fn items_of_a_spill_under_obstacles_move_to_reachable_places() {
     let covered = world(|scenario| {
         scenario.obstacles = vec![rectangle(3.0, 5.0, 2.0, 2.0, 0.0)];
     });
@@ -433,7 +435,7 @@ fn a_spill_under_obstacles_moves_to_where_robots_can_get() {
         let outside = (item.position - Vec2::new(4.0, 6.0)).abs().max_element() - 1.0;
         assert!((0.05..0.2).contains(&outside), "{}", item.position);
     }
-    // Nowhere at all: still as many items as there should be.
+    // If no place is reachable, the number of items stays the same.
     let full = world(|scenario| {
         robots(&[(1.0, 1.0, 0.0)])(scenario);
         WasteSection::of_mut(scenario).spills[0].items = 3;
@@ -450,8 +452,8 @@ fn a_spill_under_obstacles_moves_to_where_robots_can_get() {
 }
 
 #[test]
-fn no_item_starts_where_it_fits_but_no_robot_can_grip_it() {
-    // The spill lies in a slot of 0.3 m, 1 m from both of its ends; bodies are 0.4 m wide.
+fn no_item_starts_where_no_robot_can_grip_it() {
+    // The spill lies in a slot of 0.3 m, 1 m from both of its ends. Bodies are 0.4 m wide.
     let world = world(|scenario| {
         WasteSection::of_mut(scenario).spill_radius_m = 0.1;
         scenario.obstacles = vec![
@@ -485,7 +487,7 @@ fn items_that_begin_in_the_deposit_are_delivered() {
 }
 
 #[test]
-fn a_report_counts_on_the_site_only_and_colors_it_for_a_while() {
+fn a_report_counts_only_on_the_site_and_colors_it_for_a_while() {
     let report = Some(Actuation {
         deed: ItemsDeed {
             report: true,
@@ -496,13 +498,13 @@ fn a_report_counts_on_the_site_only_and_colors_it_for_a_while() {
     });
     let mut away = world(robots(&[(3.0, 4.5, 0.0)]));
     assert_eq!(away.step(&[report]), []);
-    let site = |world: &World| (last_report(world), seen(world).marks[0].share);
+    let site = |world: &World| (last_report(world), view(world).marks[0].share);
     assert_eq!(site(&away), (Value::None, Some(0.0)));
 
     let mut world = world(robots(&[(0.3, 4.5, 0.0)]));
     world.step(&[None]);
-    assert_eq!(told(&world.step(&[report])), ["reported 0 "]);
-    // For 5 s.
+    assert_eq!(summary(&world.step(&[report])), ["reported 0 "]);
+    // The color lasts 5 s.
     while world.now().0 < 5050 {
         assert_eq!(site(&world), (Value::Count(50), Some(1.0)));
         world.step(&[None]);
@@ -511,8 +513,8 @@ fn a_report_counts_on_the_site_only_and_colors_it_for_a_while() {
 }
 
 #[test]
-fn with_the_default_reach_a_dead_body_keeps_no_item_from_its_teammates() {
-    // The body stands right on the item; a teammate comes as near as it can and reaches below it.
+fn with_the_default_reach_a_dead_body_does_not_cover_an_item() {
+    // The body stands on the item. A teammate comes as near as possible and reaches below it.
     let mut world = world(|scenario| {
         robots(&[(4.0, 6.0, 0.0), (3.5, 6.0, 0.0)])(scenario);
         WasteSection::of_mut(scenario).spills[0].items = 1;
@@ -522,11 +524,11 @@ fn with_the_default_reach_a_dead_body_keeps_no_item_from_its_teammates() {
         world.step(&[None, drive(0.5, 0.0)]);
     }
     let events = world.step(&[None, gripper(Gripper::Pick)]);
-    assert_eq!(told(&events), ["picked 1 item-0"]);
+    assert_eq!(summary(&events), ["picked 1 item-0"]);
 }
 
 #[test]
-fn whatever_the_steps_to_come_depend_on_is_in_the_state() {
+fn the_state_covers_everything_that_later_steps_depend_on() {
     let mut world = one_item(&[(3.7, 6.0, 0.0)]);
     let mut states = vec![world.mission().state()];
     let mut then = |world: &World| {
@@ -548,11 +550,13 @@ fn whatever_the_steps_to_come_depend_on_is_in_the_state() {
 }
 
 #[test]
-fn eyes_see_zones_with_what_is_done_and_items() {
+fn the_view_contains_zones_with_progress_and_items() {
     let mut world = one_item(&[(3.7, 6.0, 0.0)]);
     let marks = |world: &World| -> Vec<(String, MarkRole, Option<f32>)> {
-        let marks = seen(world).marks.into_iter();
-        marks.map(|it| (it.label, it.role, it.share)).collect()
+        let marks = view(world).marks.into_iter();
+        marks
+            .map(|mark| (mark.label, mark.role, mark.share))
+            .collect()
     };
     let mark = |label: &str, role, share| (label.to_owned(), role, share);
     let site = mark("report site", MarkRole::Target, Some(0.0));
@@ -568,7 +572,7 @@ fn eyes_see_zones_with_what_is_done_and_items() {
     );
     world.step(&[gripper(Gripper::Pick)]);
     assert_eq!(marks(&world)[2].2, Some(1.0));
-    let items = seen(&world).items;
+    let items = view(&world).items;
     assert_eq!(
         items.iter().map(|item| item.carrier).collect::<Vec<_>>(),
         [Some(BLUE)]

@@ -1,4 +1,4 @@
-//! Each way to break, and what chance may depend on.
+//! All sensor fault modes, and the independence of their random draws.
 
 use crate::waste::data;
 use crate::waste::data::default_setup;
@@ -37,7 +37,7 @@ fn error(m: f32, deg: f32) -> SensorError {
     SensorError { m, deg }
 }
 
-/// What an intact robot senses, all devices at work.
+/// Returns the readings of a robot whose devices all work.
 fn sensed(tick: Tick) -> Readings {
     let hit = |distance_m| {
         Some(Hit {
@@ -75,12 +75,12 @@ fn sensed(tick: Tick) -> Readings {
     }
 }
 
-/// Sensors of the default team with these faults in force from the first tick on.
+/// The sensors of the default team, with faults in force from the first tick on.
 struct Bench {
     world: World,
     sensors: Sensors,
     faults: Vec<(FaultIndex, Fault)>,
-    /// What each robot was sent last, by rank.
+    /// The last message to each robot, by rank.
     sent: Vec<TickMessage>,
 }
 
@@ -123,10 +123,10 @@ impl Bench {
 }
 
 #[test]
-fn each_dead_device_is_silent_and_all_others_go_on() {
+fn a_dead_device_has_no_reading_and_all_others_continue() {
     for device in Device::of(data::WASTE) {
         let mut bench = Bench::new([sensor(device, SensorMode::Dead)]);
-        let (told, hits) = bench.tick(0);
+        let (readings, hits) = bench.tick(0);
         assert_eq!(hits, [0], "{device:?}");
         let mut expected = sensed(0);
         match device {
@@ -141,46 +141,46 @@ fn each_dead_device_is_silent_and_all_others_go_on() {
             Device::GROUND => expected.ground = None,
             other => panic!("{other}"),
         }
-        assert_eq!(told, expected, "{device:?}");
-        // A teammate's is intact.
+        assert_eq!(readings, expected, "{device:?}");
+        // The teammate's device is intact.
         assert_eq!(bench.tick_of(GOLD, 0), (sensed(0), vec![]));
     }
 }
 
 #[test]
-fn a_stuck_one_goes_on_telling_what_it_told_in_the_tick_before() {
+fn a_stuck_device_repeats_the_reading_of_the_previous_tick() {
     let mut bench = Bench::new([]);
     bench.tick(3);
     bench.tick(4);
     bench.faults = vec![(FaultIndex(0), sensor(Device::POSITION, SensorMode::Stuck))];
     for tick in 5..8 {
-        let (told, hits) = bench.tick(tick);
-        assert_eq!(told.pose, sensed(4).pose);
-        assert_eq!(told.mission, sensed(tick).mission);
+        let (readings, hits) = bench.tick(tick);
+        assert_eq!(readings.pose, sensed(4).pose);
+        assert_eq!(readings.mission, sensed(tick).mission);
         assert_eq!(hits, [0]);
     }
     bench.faults.clear();
     assert_eq!(bench.tick(8), (sensed(8), vec![]));
-    // Again in force, it is stuck at what it told before that.
+    // A renewed fault freezes the latest intact reading.
     bench.faults = vec![(FaultIndex(0), sensor(Device::POSITION, SensorMode::Stuck))];
     assert_eq!(bench.tick(9).0.pose, sensed(8).pose);
 }
 
 #[test]
-fn a_stuck_one_of_a_robot_that_was_told_nothing_before_keeps_what_it_tells_first() {
+fn a_stuck_device_without_a_previous_reading_keeps_its_first_one() {
     let mut bench = Bench::new([]);
     bench.tick(3);
     bench.faults = vec![(FaultIndex(0), sensor(Device::POSITION, SensorMode::Stuck))];
-    // The robot was not asked in tick 4.
-    let (told, hits) = bench.tick(5);
-    assert_eq!((told, hits), (sensed(5), vec![]));
-    let (told, hits) = bench.tick(6);
-    assert_eq!((told.pose, hits), (sensed(5).pose, vec![0]));
+    // The robot received no readings in tick 4.
+    let (readings, hits) = bench.tick(5);
+    assert_eq!((readings, hits), (sensed(5), vec![]));
+    let (readings, hits) = bench.tick(6);
+    assert_eq!((readings.pose, hits), (sensed(5).pose, vec![0]));
 }
 
 #[test]
-fn a_bias_moves_every_number_by_the_same_and_no_distance_below_zero() {
-    let (told, hits) = Bench::new([
+fn a_bias_shifts_every_number_equally_and_no_distance_below_zero() {
+    let (readings, hits) = Bench::new([
         sensor(Device::POSITION, SensorMode::Bias(error(-0.5, 20.0))),
         sensor(Device::FRONT_BORDER, SensorMode::Bias(error(-0.5, 0.0))),
         sensor(Device::SIDE_BORDER, SensorMode::Bias(error(-0.5, 0.0))),
@@ -188,15 +188,15 @@ fn a_bias_moves_every_number_by_the_same_and_no_distance_below_zero() {
         sensor("waste", SensorMode::Bias(error(0.5, 0.0))),
     ])
     .tick(4);
-    // The side is free, so there is no number to be wrong.
+    // The side is free, so there is no number to falsify.
     assert_eq!(hits, [0, 1, 3, 4]);
-    let pose = told.pose.unwrap();
+    let pose = readings.pose.unwrap();
     assert_eq!(pose.position, Vec2::new(3.5, 1.5));
     let heading_rad = 3.0 + 20_f32.to_radians() - std::f32::consts::TAU;
     assert!((pose.heading_rad - heading_rad).abs() < 1e-6);
-    assert_eq!(told.front_border, Some(Some(0.0)));
-    assert_eq!(told.side_border, Some(None));
-    let proximity = told.proximity.unwrap();
+    assert_eq!(readings.front_border, Some(Some(0.0)));
+    assert_eq!(readings.side_border, Some(None));
+    let proximity = readings.proximity.unwrap();
     let distances = |beams: [Option<Hit>; 3]| beams.map(|hit| hit.map(|hit| hit.distance_m));
     assert_eq!(
         distances(proximity.ahead),
@@ -204,22 +204,22 @@ fn a_bias_moves_every_number_by_the_same_and_no_distance_below_zero() {
     );
     assert_eq!(distances(proximity.left), [None; 3]);
     assert_eq!(distances(proximity.right), [None, Some(0.0), None]);
-    // Nearest first still.
+    // The items stay sorted by distance.
     let expected = [Vec2::new(0.5 - 0.4, 0.1 + 0.5), Vec2::new(0.8, 0.5)];
-    assert_eq!(told.mission.items().items.as_deref().unwrap(), expected);
+    assert_eq!(readings.mission.items().items.as_deref().unwrap(), expected);
 }
 
 #[test]
-fn noise_has_its_size_and_is_new_in_every_tick_and_number() {
+fn noise_has_its_deviation_and_is_drawn_anew_for_every_tick_and_number() {
     const TICKS: u64 = 10_000;
     let mut bench = Bench::new([sensor(Device::POSITION, SensorMode::Noise(error(0.5, 2.0)))]);
     let mut sums = [0.0_f64; 5];
     for tick in 0..TICKS {
-        let (told, hits) = bench.tick(tick);
+        let (readings, hits) = bench.tick(tick);
         assert_eq!(hits, [0]);
-        let (told, true_pose) = (told.pose.unwrap(), sensed(tick).pose.unwrap());
-        let offset = (told.position - true_pose.position).as_dvec2();
-        let turn = f64::from(wrapped(told.heading_rad - true_pose.heading_rad).to_degrees());
+        let (readings, true_pose) = (readings.pose.unwrap(), sensed(tick).pose.unwrap());
+        let offset = (readings.position - true_pose.position).as_dvec2();
+        let turn = f64::from(wrapped(readings.heading_rad - true_pose.heading_rad).to_degrees());
         let terms = [
             offset.x,
             offset.x * offset.x,
@@ -243,9 +243,9 @@ fn noise_has_its_size_and_is_new_in_every_tick_and_number() {
 fn a_dropout_takes_its_share_of_the_ticks() {
     let mut bench = Bench::new([sensor("waste", SensorMode::Dropout(0.25))]);
     let silent = (0..4000).filter(|tick| {
-        let (told, hits) = bench.tick(*tick);
-        assert_eq!(told.mission.items().items.is_none(), hits == [0]);
-        told.mission.items().items.is_none()
+        let (readings, hits) = bench.tick(*tick);
+        assert_eq!(readings.mission.items().items.is_none(), hits == [0]);
+        readings.mission.items().items.is_none()
     });
     let silent = silent.count();
     assert!((900..1100).contains(&silent), "{silent}");
@@ -257,35 +257,35 @@ fn a_dropout_takes_its_share_of_the_ticks() {
 }
 
 #[test]
-fn no_fault_shifts_the_luck_of_another() {
+fn faults_do_not_influence_each_others_random_draws() {
     let noise = || sensor(Device::POSITION, SensorMode::Noise(error(0.5, 2.0)));
-    let told = |faults: Vec<Fault>, from: Tick| {
+    let poses = |faults: Vec<Fault>, from: Tick| {
         let mut bench = Bench::new(faults);
         (from..10)
             .map(|tick| bench.tick(tick).0.pose)
             .collect::<Vec<_>>()
     };
-    let alone = told(vec![noise()], 0);
+    let alone = poses(vec![noise()], 0);
     let others = vec![
         sensor("waste", SensorMode::Noise(error(0.1, 0.0))),
         sensor(Device::POSITION, SensorMode::Dropout(0.0)),
         sensor_of("gold", Device::POSITION, SensorMode::Noise(error(0.5, 2.0))),
         noise(),
     ];
-    assert_eq!(told(others, 0), alone);
-    assert_eq!(told(vec![noise()], 5), alone[5..]);
+    assert_eq!(poses(others, 0), alone);
+    assert_eq!(poses(vec![noise()], 5), alone[5..]);
 }
 
 #[test]
 fn faults_of_one_device_act_in_the_order_of_arming() {
     let bias = || sensor(Device::POSITION, SensorMode::Bias(error(1.0, 0.0)));
     let dead = || sensor(Device::POSITION, SensorMode::Dead);
-    let (told, hits) = Bench::new([bias(), bias()]).tick(0);
-    assert_eq!(told.pose.unwrap().position, Vec2::new(2.0, 4.0));
+    let (readings, hits) = Bench::new([bias(), bias()]).tick(0);
+    assert_eq!(readings.pose.unwrap().position, Vec2::new(2.0, 4.0));
     assert_eq!(hits, [0, 1]);
     assert_eq!(Bench::new([dead(), bias()]).tick(0).1, [0]);
     assert_eq!(Bench::new([bias(), dead()]).tick(0).1, [0, 1]);
-    // Two noises are not the same noise twice.
+    // Two noises are drawn independently.
     let noise = || sensor(Device::POSITION, SensorMode::Noise(error(1.0, 0.0)));
     let one = Bench::new([noise()]).tick(0).0.pose.unwrap().position;
     let two = Bench::new([noise(), noise()]).tick(0).0.pose.unwrap();
@@ -294,7 +294,7 @@ fn faults_of_one_device_act_in_the_order_of_arming() {
 }
 
 #[test]
-fn a_device_that_a_robot_lacks_cannot_be_hit() {
+fn a_fault_of_a_missing_device_has_no_effect() {
     let modes = [SensorMode::Dead, SensorMode::Stuck];
     let faults = modes.map(|mode| sensor(Device::SIDE_BORDER, mode));
     let mut bench = Bench::new(faults);
@@ -316,8 +316,8 @@ fn a_device_that_a_robot_lacks_cannot_be_hit() {
 #[test]
 fn without_power_the_energy_reads_zero_where_it_is_simulated() {
     let mut bench = Bench::new([Fault::Power("blue".to_owned())]);
-    let (told, hits) = bench.tick(0);
-    assert_eq!((told.energy_j, hits), (Some(0.0), vec![0]));
+    let (readings, hits) = bench.tick(0);
+    assert_eq!((readings.energy_j, hits), (Some(0.0), vec![0]));
     let mut readings = Readings::default();
     assert!(
         bench

@@ -1,4 +1,4 @@
-//! Energy, and the aspects' place in a step.
+//! Energy, and the order of the aspects within a step.
 
 use crate::waste::data::WasteSection;
 use alliance_proto::mission::items::ItemsDeed;
@@ -44,7 +44,7 @@ fn a_long_mission_of_short_steps_loses_nothing_to_rounding() {
 }
 
 #[test]
-fn a_robot_without_energy_does_nothing_and_says_so_once() {
+fn a_robot_without_energy_does_nothing_and_logs_it_once() {
     let mut world = world(|scenario| {
         battery(1.2)(scenario);
         WasteSection::of_mut(scenario).spills[0].items = 1;
@@ -79,7 +79,7 @@ fn a_robot_without_energy_does_nothing_and_says_so_once() {
     })]);
     assert_eq!((events, world.pose(BLUE)), (Vec::new(), before));
     assert_eq!(world.speed_m_s(BLUE), 0.0);
-    // It still holds what it took up while it could; somebody else may make it let go.
+    // The robot still holds its load. Another cause may make it drop the load.
     assert!(world.carrying(BLUE).is_some());
     assert!(!world.lose(BLUE).is_empty());
 }

@@ -1,4 +1,4 @@
-//! Changes between steps, one by one and in any order.
+//! Changes between steps, individually and in random order.
 
 use crate::waste::data::WasteSection;
 use alliance_proto::ids::ItemId;
@@ -15,7 +15,7 @@ fn ids(world: &World) -> Vec<u32> {
     let ids = world.obstacles().iter().map(|obstacle| obstacle.id);
     let ids = ids.map(|id| match id {
         ComponentId::Obstacle(ObstacleId(id)) => id,
-        other => panic!("{other} is no obstacle"),
+        other => panic!("{other} is not an obstacle"),
     });
     ids.collect()
 }
@@ -62,7 +62,7 @@ fn new_waste_lies_where_it_can_be_gripped_and_counts() {
     assert_eq!(world.add_item(Vec2::new(8.0, 7.0)), Ok(ItemId(0)));
     assert_at(world.items()[0].position, 8.0, 7.0);
     assert!(!world.is_complete());
-    // On the obstacle and outside the border it cannot lie; on another item it need not.
+    // An item cannot lie on the obstacle or outside the border, and avoids another item.
     for near in [
         Vec2::new(6.0, 5.0),
         Vec2::new(-3.0, 4.0),
@@ -86,7 +86,7 @@ fn new_waste_lies_where_it_can_be_gripped_and_counts() {
     assert!(places[2].x >= 0.05 && places[2].x < 0.5, "{}", places[2]);
     assert_near(places[3].distance(places[0]), 0.1);
     assert_eq!(world.item_counts().on_floor, 4);
-    // In the deposit it is delivered at once.
+    // An item added in the deposit counts as delivered.
     world.add_item(Vec2::new(9.6, 4.5)).unwrap();
     assert_eq!(world.item_counts().delivered, 1);
     assert_eq!(world.item_counts().total(), 5);
@@ -94,7 +94,7 @@ fn new_waste_lies_where_it_can_be_gripped_and_counts() {
 }
 
 #[test]
-fn where_no_item_could_be_gripped_none_is_added() {
+fn no_item_is_added_if_no_place_is_reachable() {
     let mut world = world(robots(&[(1.0, 1.0, 0.0)]));
     world.add_obstacle(&rectangle(0.0, 0.0, 12.0, 9.0, 0.0));
     assert_eq!(
@@ -105,7 +105,7 @@ fn where_no_item_could_be_gripped_none_is_added() {
 }
 
 #[test]
-fn items_on_the_floor_can_be_moved_and_no_others() {
+fn only_items_on_the_floor_can_be_moved() {
     let mut world = world(robots(&[(3.0, 3.0, 0.0)]));
     let carried = world.add_item(Vec2::new(3.0, 3.0)).unwrap();
     world.step(&[gripper(Gripper::Pick)]);
@@ -126,7 +126,7 @@ fn items_on_the_floor_can_be_moved_and_no_others() {
     );
     assert_eq!(world.move_item(floor, to), Ok(to));
     assert_eq!(world.items()[1].position, to);
-    // It is not in its own way.
+    // The item does not block its own place.
     assert_eq!(world.move_item(floor, to), Ok(to));
     assert_eq!(world.item_counts().total(), 3);
 }
@@ -143,7 +143,7 @@ fn a_robot_can_be_moved_to_a_free_place_only() {
     }
     world.move_robot(BLUE, Vec2::new(5.4, 3.0), None).unwrap();
     assert_eq!(world.pose(BLUE).heading_rad, before.heading_rad);
-    // Its own body is not in its way.
+    // The robot's own body does not block the place.
     world
         .move_robot(BLUE, Vec2::new(5.5, 3.0), Some(4.0))
         .unwrap();
@@ -152,7 +152,7 @@ fn a_robot_can_be_moved_to_a_free_place_only() {
 }
 
 #[test]
-fn an_absent_robot_is_in_nobodys_way_and_comes_to_its_start() {
+fn an_absent_robot_blocks_nothing_and_appears_at_its_start() {
     let mut world = world(|scenario| {
         robots(&[(3.0, 3.0, 0.0), (3.1, 3.0, 90.0)])(scenario);
         scenario.robots[1].absent = true;
@@ -165,24 +165,24 @@ fn an_absent_robot_is_in_nobodys_way_and_comes_to_its_start() {
         Err(ChangeError::Absent)
     );
     assert_eq!(world.add_robot(BLUE), Err(ChangeError::Present));
-    // It obeys nothing.
+    // An absent robot executes no command.
     world.step(&[drive(0.5, 0.0), drive(0.5, 0.0)]);
     assert_at(position(&world, GOLD), 3.1, 3.0);
     assert_near(position(&world, BLUE).x, 3.025);
-    // Its start is taken: the nearest free place instead.
+    // The start is occupied, so the robot appears at the nearest free place.
     let came = world.add_robot(GOLD).unwrap();
     let apart = came.position.distance(position(&world, BLUE));
     assert!((0.4..0.6).contains(&apart), "{came:?}");
     assert_near(came.heading_rad, std::f32::consts::FRAC_PI_2);
     assert!(world.is_present(GOLD));
-    // And when it is free, the start itself.
+    // The robot appears at its start if that is free.
     assert_eq!(world.remove_robot(GOLD), []);
     world.move_robot(BLUE, Vec2::new(6.0, 6.0), None).unwrap();
     assert_at(world.add_robot(GOLD).unwrap().position, 3.1, 3.0);
 }
 
 #[test]
-fn without_room_an_absent_robot_stays_away() {
+fn an_absent_robot_is_not_added_without_room() {
     let mut world = world(|scenario| {
         robots(&[(3.0, 3.0, 0.0), (5.0, 3.0, 0.0)])(scenario);
         scenario.robots[1].absent = true;
@@ -195,7 +195,7 @@ fn without_room_an_absent_robot_stays_away() {
 }
 
 #[test]
-fn what_a_removed_robot_carries_falls_and_is_kept() {
+fn the_load_of_a_removed_robot_falls_and_is_kept() {
     let mut world = world(robots(&[(3.0, 3.0, 0.0), (6.0, 3.0, 180.0)]));
     let item = world.add_item(Vec2::new(6.0, 3.0)).unwrap();
     world.step(&[None, gripper(Gripper::Pick)]);
@@ -204,7 +204,7 @@ fn what_a_removed_robot_carries_falls_and_is_kept() {
     assert_eq!(world.items()[0].position, at);
     assert_eq!(world.carrying(GOLD), None);
     assert_eq!(world.item_counts().on_floor, 1);
-    // Its body is gone: blue passes.
+    // The body is gone, so blue passes.
     for _ in 0..160 {
         world.step(&[drive(0.5, 0.0)]);
     }
@@ -212,7 +212,7 @@ fn what_a_removed_robot_carries_falls_and_is_kept() {
 }
 
 #[test]
-fn without_power_a_body_obeys_nothing_and_draws_nothing() {
+fn a_body_without_power_executes_no_command_and_draws_no_energy() {
     let mut world = world(|scenario| {
         robots(&[(3.0, 3.0, 0.0)])(scenario);
         scenario.energy = Some(Energy::default());
@@ -258,7 +258,7 @@ fn changes() -> impl Strategy<Value = Vec<(Change, Vec<RandomActuation>)>> {
         .prop_map(|(changes, commands)| changes.into_iter().zip(commands).collect())
 }
 
-/// How far each body is from everything that is solid to it, by the id of the solid; a negative one is an overlap.
+/// Returns the distance from each body to everything solid to it, with the id of the solid. Negative for an overlap.
 fn gaps(world: &World, count: usize) -> Vec<(usize, String, f32)> {
     let present = || (0..count).filter(|rank| world.is_present(RobotId(*rank as u16)));
     let mut gaps = Vec::new();
@@ -287,7 +287,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn whatever_is_done_nothing_new_overlaps_and_no_item_is_lost(setup in setups(), steps in changes()) {
+    fn random_changes_cause_no_new_overlap_and_lose_no_item(setup in setups(), steps in changes()) {
         let mut setup = setup;
         WasteSection::of_mut(&mut setup.scenario).deposit.x_fraction = 0.3;
         let count = setup.scenario.robots.len();

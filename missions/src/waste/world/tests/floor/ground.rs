@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Where a robot that heads along x from (1, 4.5) at 0.5 m/s is after that many steps of 500 ms.
+/// Returns x after a number of steps of 500 ms, for a robot that heads along x from (1, 4.5) at 0.5 m/s.
 fn x_after(steps: usize, obstacles: Vec<Obstacle>) -> f32 {
     let mut world = world(|scenario| {
         robots(&[(1.0, 4.5, 0.0)])(scenario);
@@ -30,7 +30,7 @@ fn the_four_kinds() {
 }
 
 #[test]
-fn a_long_step_is_slow_for_just_the_part_of_its_way_that_is_on_the_patch() {
+fn a_long_step_is_slowed_only_on_the_patch() {
     // 0.1 m at 0.5 m/s, 0.05 m at 0.25 m/s, and the last 0.1 s at 0.5 m/s again.
     let narrow = rectangle(1.1, 4.0, 0.05, 1.0, 0.5);
     assert_near(x_after(1, vec![narrow]), 1.2);
@@ -47,7 +47,7 @@ fn where_patches_overlap_the_slowest_decides() {
     let patch = |penetrability| rectangle(0.5, 4.0, 8.0, 1.0, penetrability);
     assert_near(x_after(2, vec![patch(0.5), patch(0.8), patch(3.0)]), 1.25);
     assert_near(x_after(2, vec![patch(3.0), patch(2.0)]), 2.0);
-    // Neutral ground has no effect, not even on what lies below it.
+    // Neutral ground has no effect, not even on ground below it.
     assert_near(x_after(2, vec![patch(3.0), patch(1.0)]), 2.5);
 }
 
@@ -80,7 +80,7 @@ fn a_robot_that_is_not_solid_is_ground_to_others() {
 }
 
 #[test]
-fn the_ground_sensor_tells_here_and_one_radius_beyond_the_front() {
+fn the_ground_sensor_reads_here_and_one_radius_beyond_the_front() {
     let world = world(|scenario| {
         robots(&[(3.0, 4.5, 0.0), (11.7, 4.5, 0.0)])(scenario);
         scenario.obstacles = vec![
@@ -96,6 +96,6 @@ fn the_ground_sensor_tells_here_and_one_radius_beyond_the_front() {
         (ground.here, ground.ahead)
     };
     assert_eq!(ground(BLUE), (0.5, 0.0));
-    // Beyond the border.
+    // The front point lies beyond the border.
     assert_eq!(ground(GOLD), (1.0, 0.0));
 }

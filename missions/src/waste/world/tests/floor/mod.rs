@@ -1,4 +1,4 @@
-//! Promises of the world as a whole.
+//! Invariants of the world as a whole.
 
 mod aspects;
 mod change;
@@ -22,14 +22,14 @@ use world_server::world::World;
 pub(crate) const BLUE: RobotId = RobotId(0);
 pub(crate) const GOLD: RobotId = RobotId(1);
 
-/// The default scenario after some changes.
+/// Creates the default world after changes to the scenario.
 pub(crate) fn world(change: impl FnOnce(&mut Scenario)) -> World {
     let mut setup = default_setup(1);
     change(&mut setup.scenario);
     World::new(&setup, WASTE)
 }
 
-/// Robots at these places (x, y, heading in degrees), the first with a side sensor, in a room without items.
+/// Places robots at (x, y, heading in degrees) in a room without items. The first has a side sensor.
 pub(crate) fn robots(starts: &[(f32, f32, f32)]) -> impl FnOnce(&mut Scenario) {
     let team = starts
         .iter()

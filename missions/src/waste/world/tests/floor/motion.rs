@@ -1,4 +1,4 @@
-//! Turning, moving, and stopping short of solids.
+//! Turning, moving, and stopping before solids.
 
 use std::f32::consts::PI;
 
@@ -36,7 +36,7 @@ fn headings_stay_in_range() {
 }
 
 #[test]
-fn a_command_that_is_no_speed_leaves_the_body_where_it_is() {
+fn a_command_with_an_invalid_speed_does_not_move_the_body() {
     let mut world = world(robots(&[(6.0, 4.5, 30.0)]));
     let before = world.pose(BLUE);
     for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
@@ -71,7 +71,7 @@ fn stops_a_skin_short_of_border_obstacle_and_robot() {
 
 #[test]
 fn meets_the_corner_of_an_obstacle_with_the_side_of_its_disc() {
-    // The corner is 0.1 m to the left of the line of the center, so contact is sqrt(0.2² - 0.1²) before it.
+    // The corner is 0.1 m left of the center's line, so contact is sqrt(0.2² - 0.1²) before it.
     let mut world = world(|scenario| {
         robots(&[(2.0, 1.9, 0.0)])(scenario);
         scenario.obstacles = vec![rectangle(3.0, 2.0, 1.0, 1.0, 0.0)];
@@ -101,7 +101,8 @@ fn passes_a_corner_that_it_does_not_touch() {
 
 #[test]
 fn follows_a_wall_after_running_into_it() {
-    // Heading against the left wall, then a right angle to the right: rounding must not make the wall hold the robot.
+    // The robot heads against the left wall, then turns right by 90 degrees. Rounding must not pin the robot to the
+    // wall.
     let mut world = world(robots(&[(1.0, 1.0, 180.0)]));
     for _ in 0..40 {
         world.step(&[drive(0.5, 0.0)]);
@@ -118,7 +119,7 @@ fn follows_a_wall_after_running_into_it() {
 }
 
 #[test]
-fn a_robot_under_a_new_obstacle_can_leave_but_go_no_deeper() {
+fn a_robot_under_a_new_obstacle_can_only_leave_it() {
     let mut world = world(robots(&[(3.0, 4.5, 0.0)]));
     world.add_obstacle(&rectangle(2.9, 3.0, 5.0, 3.0, 0.0));
     world.step(&[drive(0.5, 0.0)]);
@@ -146,7 +147,7 @@ fn robots_that_are_not_solid_pass_through_each_other() {
 
 #[test]
 fn robots_move_in_rank_order() {
-    // The follower has the lower rank: it finds the leader where it was. The other way round both move on together.
+    // A follower of lower rank moves first and meets the leader at its old place. Otherwise both move together.
     for (follower, leader, expected) in [(0, 1, 0.0), (1, 0, 0.025)] {
         let gap = 2.0 * 0.2 + SKIN_M;
         let mut starts = [(0.0, 0.0, 0.0); 2];

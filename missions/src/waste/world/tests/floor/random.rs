@@ -1,4 +1,4 @@
-//! Random rooms and commands at every length of step: nothing overlaps or tunnels, nothing is lost, and the same again.
+//! Random rooms and commands at every step length: no overlap, no tunneling, no lost item, and reproducible results.
 
 use crate::waste::data::{WasteSection, default_setup};
 use alliance_proto::ids::ItemId;
@@ -12,10 +12,10 @@ use world_server::recorder::EventKind;
 use world_server::world::{ObstacleId, Outline, SKIN_M, start_poses};
 
 const STEPS: usize = 40;
-/// What rounding may take from half of the skin, the least that a body keeps from a solid.
+/// Rounding may reduce half of the skin, the minimum distance of a body from a solid.
 pub(super) const LEAST_GAP_M: f32 = SKIN_M / 2.0 - 1e-5;
 
-/// One robot's command in one step: speed, turn rate in degrees, gripper.
+/// One robot's command in one step: speed, turn rate in degrees/s, gripper.
 pub(super) type RandomActuation = Option<(f32, f32, u8)>;
 
 pub(super) fn setups() -> impl Strategy<Value = Setup> {
@@ -32,7 +32,7 @@ pub(super) fn setups() -> impl Strategy<Value = Setup> {
     let step_ms = prop::sample::select(vec![1_u64, 10, 50, 200, 500]);
     let team = (1_usize..6, 0.05_f32..0.3, 0.5_f32..5.0);
     (room, obstacles, step_ms, team, any::<u64>()).prop_filter_map(
-        "no room to start in",
+        "the room is too small for the team",
         |((width_m, height_m), obstacles, step_ms, (count, radius_m, speed_m_s), seed)| {
             let mut setup = default_setup(seed);
             let scenario = &mut setup.scenario;
@@ -60,7 +60,7 @@ pub(super) fn setups() -> impl Strategy<Value = Setup> {
     )
 }
 
-/// For each of six robots at most: long straight drives against solids, now and then a turn.
+/// Draws commands for at most six robots: long straight drives against solids, and a few turns.
 pub(super) fn commands() -> impl Strategy<Value = Vec<Vec<RandomActuation>>> {
     let turn = prop_oneof![2 => Just(0.0_f32), 1 => -400.0_f32..400.0, 1 => Just(90.0_f32)];
     let command = prop::option::weighted(0.95, (-0.5_f32..6.0, turn, 0_u8..6));
@@ -86,7 +86,7 @@ pub(super) fn solids(world: &World) -> Vec<Outline> {
     world.solids().collect()
 }
 
-/// Smallest distance between a segment and a point, minus the radii.
+/// Returns the smallest distance between a segment and a point, minus the radii.
 fn gap(from: Vec2, to: Vec2, point: Vec2, radii: f32) -> f32 {
     let way = to - from;
     let share = (point - from).dot(way) / way.length_squared().max(f32::MIN_POSITIVE);
@@ -110,7 +110,7 @@ proptest! {
             for (rank, (&from, &to)) in before.iter().zip(&after).enumerate() {
                 prop_assert!(to.is_finite());
                 for solid in &solids {
-                    // Along the way, at points closer together than a body is wide.
+                    // Points along the way, closer together than the width of a body.
                     let points = (from.distance(to) / radius_m) as usize * 2 + 1;
                     for point in 0..=points {
                         let at = from.lerp(to, point as f32 / points as f32);
@@ -118,7 +118,7 @@ proptest! {
                         prop_assert!(gap_m >= LEAST_GAP_M, "robot {rank} at {at}: {gap_m} m from {solid:?}");
                     }
                 }
-                // Each body passed the others as they stood then: lower ranks had moved, higher ones had not.
+                // A body passes the others at their current places: lower ranks have moved, higher ones have not.
                 for other in 0..count {
                     let there = if other < rank { after[other] } else { before[other] };
                     if other != rank {
@@ -131,7 +131,7 @@ proptest! {
     }
 
     #[test]
-    fn the_center_beam_tells_how_far_the_body_can_move(setup in setups(), commands in commands()) {
+    fn the_center_beam_measures_how_far_the_body_can_move(setup in setups(), commands in commands()) {
         let mut setup = setup;
         setup.scenario.obstacles.retain(|obstacle| obstacle.penetrability <= 0.1);
         let range_m = setup.scenario.sensors.avoidance_range_m;
@@ -153,16 +153,16 @@ proptest! {
             if wanted_m <= range_m {
                 prop_assert!((moved_m - wanted_m.min(free_m)).abs() < 1e-5, "{moved_m} of {wanted_m}, free {free_m}");
             }
-            // Another heading for the next round.
+            // The next round uses another heading.
             let turn = step[0].map(|(_, turn, _)| drive(0.0, turn)).unwrap_or_default();
             world.step(&[turn]);
         }
     }
 
     #[test]
-    fn items_are_neither_lost_nor_doubled(setup in setups(), commands in commands()) {
+    fn items_are_neither_lost_nor_duplicated(setup in setups(), commands in commands()) {
         let mut setup = setup;
-        // Everything close together, so that much is picked up, dropped and delivered.
+        // Everything lies close together, so that robots often pick up, drop and deliver items.
         WasteSection::of_mut(&mut setup.scenario).deposit.x_fraction = 0.3;
         WasteSection::of_mut(&mut setup.scenario).spill_radius_m = 2.0;
         let mut world = World::new(&setup, WASTE);
@@ -183,7 +183,7 @@ proptest! {
             for (id, item) in world.items().iter().enumerate() {
                 let size = world.size();
                 prop_assert!(item.position.cmpge(Vec2::ZERO).all() && item.position.cmple(size).all());
-                // An item falls on no solid, unless there was no other place at the start.
+                // An item falls on no solid, unless no other place existed at the start.
                 if events.iter().any(|event| event.kind == EventKind::Mission("dropped") && event.subject == format!("item-{id}")) {
                     prop_assert!(solids(&world).iter().all(|solid| solid.surface(item.position).0 > 0.0));
                 }
@@ -191,10 +191,9 @@ proptest! {
         }
     }
 
-    /// What a robot senses and how far it gets does not depend on what is known of its surroundings from steps before,
-    /// whatever is put elsewhere meanwhile, and however long it was not asked.
+    /// Caches of a robot's surroundings never change its readings or movement, for any changes and any query pattern.
     #[test]
-    fn what_is_known_of_the_surroundings_is_true(
+    fn cached_surroundings_match_a_fresh_computation(
         setup in setups(),
         commands in commands(),
         changes in prop::collection::vec((0_u16..24, 0_u16..6, 0.0_f32..1.0, 0.0_f32..1.0), STEPS),
@@ -212,31 +211,31 @@ proptest! {
             anew.forget_surroundings();
             anew
         };
-        let mut told = vec![Readings::default(); usize::from(robots)];
-        for (step, (change, whom, x, y)) in commands.iter().zip(changes) {
-            // Most stand still, and sense the same as long as nobody comes by.
+        let mut sensed = vec![Readings::default(); usize::from(robots)];
+        for (step, (change, target, x, y)) in commands.iter().zip(changes) {
+            // Most robots stand still, so that their caches stay valid while nothing comes near.
             let mut actuations = actuations(step);
             for (rank, actuation) in (0..).zip(&mut actuations) {
-                *actuation = actuation.filter(|_| (rank + whom) % 4 == 0);
+                *actuation = actuation.filter(|_| (rank + target) % 4 == 0);
             }
-            let (robot, at) = (RobotId(whom % robots), Vec2::new(x, y) * world.size());
+            let (robot, at) = (RobotId(target % robots), Vec2::new(x, y) * world.size());
             match change {
                 0 => { let _ = world.move_robot(robot, at, None); }
                 1 => { world.remove_robot(robot); }
                 2 => { let _ = world.add_robot(robot); }
                 3 => { let _ = world.add_item(at); }
-                4 => { let _ = world.move_item(ItemId(whom.into()), at); }
+                4 => { let _ = world.move_item(ItemId(target.into()), at); }
                 5 => { world.lose(robot); }
                 6 => { world.add_obstacle(&rectangle(at.x, at.y, 1.0, 1.0, x)); }
-                7 => { world.remove_obstacle(ObstacleId(whom.into())); }
+                7 => { world.remove_obstacle(ObstacleId(target.into())); }
                 _ => {}
             }
             let fresh = anew(&world);
-            for (robot, told) in (0..robots).map(RobotId).zip(&mut told) {
+            for (robot, sensed) in (0..robots).map(RobotId).zip(&mut sensed) {
                 if !world.senses_the_same(robot) {
-                    world.sense(robot, told);
+                    world.sense(robot, sensed);
                 }
-                prop_assert!(!world.is_present(robot) || *told == fresh.readings(robot));
+                prop_assert!(!world.is_present(robot) || *sensed == fresh.readings(robot));
             }
             let asked = (0..robots).filter(|rank| (rank + change) % 3 > 0).map(RobotId);
             for robot in asked.filter(|robot| world.is_present(*robot)) {
@@ -251,14 +250,14 @@ proptest! {
     }
 
     #[test]
-    fn the_same_again_gives_the_same_bits(setup in setups(), commands in commands()) {
+    fn a_repeated_run_gives_the_same_bits(setup in setups(), commands in commands()) {
         let run = || {
             let mut world = World::new(&setup, WASTE);
             let mut log = String::new();
             for step in &commands {
                 let events = world.step(&actuations(step));
                 let readings = world.readings(BLUE);
-                // Debug prints floats in shortest round-trip form: different bits, different text.
+                // Debug prints floats in the shortest form that identifies them, so different bits give different text.
                 log += &format!("{events:?} {readings:?}\n");
             }
             log

@@ -1,4 +1,4 @@
-//! Each sensor against values computed by hand.
+//! Each sensor compared with values computed by hand.
 
 use crate::waste::data::WasteSection;
 use std::f32::consts::{FRAC_PI_2, PI};
@@ -48,7 +48,7 @@ fn border_sensors_measure_from_the_edge_within_their_range() {
     assert_near(readings.front_border.flatten().expect("in range"), 0.4);
     assert_near(readings.side_border.flatten().expect("in range"), 0.4);
 
-    // At an angle the distance is that along the heading.
+    // At an angle, the distance is measured along the heading.
     let slanted = world(robots(&[(11.7, 4.0, 60.0)]));
     let readings = slanted.readings(BLUE);
     assert_near(
@@ -85,7 +85,7 @@ fn the_three_beams_ahead_meet_a_wall_at_right_angles() {
 
 #[test]
 fn a_slanted_wall_is_nearer_on_one_side() {
-    // Heading 30 degrees off the normal of the left wall, whose normal is then 150 degrees to the left of ahead.
+    // The heading is 30 degrees off the normal of the left wall, whose normal is then 150 degrees to the left of ahead.
     let world = world(robots(&[(0.4, 4.5, 210.0)]));
     let (sin, cos) = (0.5, 3.0_f32.sqrt() / 2.0);
     let Proximity { ahead, left, right } = proximity(&world);
@@ -102,8 +102,8 @@ fn a_slanted_wall_is_nearer_on_one_side() {
 }
 
 #[test]
-fn side_beams_tell_front_center_and_rear_apart() {
-    // Heading along x below an obstacle that ends between center and rear, 0.1 m from the edge of the body.
+fn side_beams_distinguish_front_center_and_rear() {
+    // The heading is along x, below an obstacle that ends between center and rear, 0.1 m from the edge of the body.
     let world = world(|scenario| {
         robots(&[(3.0, 4.5, 0.0)])(scenario);
         scenario.obstacles = vec![rectangle(2.9, 4.8, 2.0, 1.0, 0.0)];
@@ -127,18 +127,18 @@ fn a_solid_beside_the_start_of_a_beam_is_at_distance_0() {
     assert_hit(ahead[0], 0.0, PI);
     assert_hit(left[0], 0.0, -FRAC_PI_2);
     assert_eq!(left[1], None);
-    // Its corner is 0.15 m to the left of the center line.
+    // The corner is 0.15 m left of the center line.
     let contact = 0.2 + SKIN_M;
     let way = 0.15 - (contact * contact - 0.15 * 0.15_f32).sqrt();
     let hit = ahead[1].expect("the body cannot pass");
     assert_near(hit.distance_m, way);
-    // From the corner toward the center of the body at contact.
+    // The normal points from the corner to the center of the body at contact.
     assert_near(hit.normal_rad, -PI + (0.15 / contact).asin());
 }
 
 #[test]
 fn the_center_beam_is_as_wide_as_the_body() {
-    // A post between the beams, seen by the center beam only, and the same post just beside the body's way.
+    // Only the center beam sees a post between the beams. It does not see a post just beside the body's way.
     let post = |y_m| {
         world(|scenario| {
             robots(&[(3.0, 4.5, 0.0)])(scenario);
@@ -160,7 +160,7 @@ fn teammates_are_solid_discs_unless_they_are_penetrable() {
         })
     };
     let Proximity { ahead, left, right } = proximity(&place(0.0));
-    // The one ahead is 0.05 m to the left of the center line, 0.15 m from the left beam's, 0.25 m from the right one's.
+    // The body ahead is 0.05 m left of the center line, 0.15 m from the left beam and 0.25 m from the right one.
     let contact = 0.4 + SKIN_M;
     let way = 0.6 - (contact * contact - 0.05 * 0.05_f32).sqrt();
     assert_hit(ahead[1], way, -PI + (0.05 / contact).asin());
@@ -172,7 +172,7 @@ fn teammates_are_solid_discs_unless_they_are_penetrable() {
 }
 
 #[test]
-fn waste_is_told_in_the_robots_frame_nearest_first_at_most_eight() {
+fn waste_is_sensed_in_the_robots_frame_nearest_first_at_most_eight() {
     let world = world(|scenario| {
         robots(&[(4.0, 6.0, 90.0)])(scenario);
         WasteSection::of_mut(scenario).spills[0].items = 12;
@@ -202,7 +202,7 @@ fn waste_is_told_in_the_robots_frame_nearest_first_at_most_eight() {
             .total_cmp(&b.position.distance(center))
     });
     let from = nearest.expect("there are items").position - Vec2::new(4.0, 6.0);
-    // Facing up: ahead is y, and to the left is -x.
+    // The robot faces up: ahead is y, and left is -x.
     assert_at(waste[0], from.y, -from.x);
 }
 
@@ -226,7 +226,7 @@ fn the_waste_sensor_counts_its_range_from_the_edge() {
 }
 
 #[test]
-fn zones_and_report_site_are_told_of_the_center() {
+fn zones_and_report_site_are_sensed_at_the_center() {
     let zone = |x, y| {
         world(robots(&[(x, y, 0.0)]))
             .readings(BLUE)

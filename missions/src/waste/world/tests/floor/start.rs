@@ -1,4 +1,4 @@
-//! Where robots begin.
+//! Start poses of robots.
 
 use crate::waste::data::default_scenario;
 use std::f32::consts::PI;
@@ -64,7 +64,7 @@ fn small_rooms_and_large_teams_have_room() {
     }
     assert_apart(&team(10, 12.0, 9.0));
     assert_apart(&team(300, 60.0, 40.0));
-    // More than fit next to the site's height only.
+    // More robots than fit along the height of the site.
     assert_apart(&team(300, 12.0, 9.0));
 }
 
@@ -124,15 +124,15 @@ fn a_start_that_touches_a_wall_is_no_overlap() {
 }
 
 #[test]
-fn absent_robots_have_a_place_and_take_none() {
+fn absent_robots_have_a_start_and_occupy_none() {
     let mut scenario = team(4, 12.0, 9.0);
     scenario.robots[1].absent = true;
     let poses = start_poses(&scenario).expect("there is room");
     let without = start_poses(&team(3, 12.0, 9.0)).expect("there is room");
     assert_eq!([poses[0], poses[2], poses[3]], *without);
-    // Where one robot alone would start.
+    // The place where a single robot would start.
     assert_at(poses[1].position, 0.3, 4.5);
-    // A given start may be taken, but not by an obstacle.
+    // Robots may occupy a given start of an absent robot, obstacles may not.
     scenario.robots[1].start = Some(Start {
         x_m: 0.3,
         y_m: 5.5,
