@@ -1,7 +1,7 @@
-//! A run as a moving picture, for a page that shows SVG: `cargo run --release -p study --example animate_run -- runs/latest > run.svg`.
+//! Renders a run as an animated SVG: `cargo run --release -p study --example animate_run -- runs/latest > run.svg`.
 //!
-//! The whole run takes half a minute and begins again. Everything in it is an element whose attributes are animated (SMIL): robots,
-//! items, the marks of any mission, and what each robot is doing.
+//! The entire run takes half a minute and repeats. Animated attributes (SMIL) show robots, items, the marks of any mission, and
+//! each robot's activity.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -15,21 +15,20 @@ use glam::Vec2;
 use missions::Registry;
 use study::retrace::retrace;
 
-/// How long the picture runs, and that it begins again.
+/// The duration of the animation, which repeats.
 const TIMING: &str = "dur=\"30s\" repeatCount=\"indefinite\"";
-/// Pictures of a run, between which everything moves evenly.
+/// The number of frames; positions between them are interpolated.
 const FRAMES: u64 = 600;
-/// Pixels per meter.
+/// The scale, pixels per meter.
 const SCALE: f32 = 70.0;
-/// Around the room, px.
+/// The margin around the room, px.
 const MARGIN: f32 = 24.0;
-/// Below the room for each robot, px.
+/// The height of a robot's line below the room, px.
 const LINE: f32 = 26.0;
-/// One per robot, by rank; then they repeat.
 const COLORS: [&str; 8] = [
     "#2a6db5", "#c98f0a", "#2e8b57", "#a04ba5", "#c2452d", "#148f9b", "#6b6f2a", "#7a5c3e",
 ];
-/// A value may be shown wrong by so much, px or degrees.
+/// The largest error of an interpolated value, px or degrees.
 const TOLERANCE: f32 = 0.6;
 
 fn main() -> anyhow::Result<()> {
@@ -47,7 +46,6 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The picture under way.
 struct Picture<'a> {
     setup: &'a Setup,
     views: &'a [View],
@@ -91,7 +89,7 @@ impl<'a> Picture<'a> {
         self.svg.push('\n');
     }
 
-    /// An element whose attributes have these values in the views; `None`: it is not there.
+    /// Writes an element whose attributes have these values in the views. `None` hides the element.
     fn element(&mut self, name: &str, fixed: &str, attributes: &[(&str, Vec<Option<f32>>)]) {
         let _ = write!(self.svg, "<{name} {fixed}");
         let mut animations = String::new();
@@ -99,7 +97,7 @@ impl<'a> Picture<'a> {
             let mut last = values.iter().flatten().next().copied().unwrap_or_default();
             // Writing to a String cannot fail.
             let _ = write!(self.svg, " {attribute}=\"{last:.1}\"");
-            // Where it is not there it stays where it was.
+            // A hidden element keeps its last position.
             let everywhere = values.iter().map(|value| {
                 last = value.unwrap_or(last);
                 last
@@ -112,12 +110,11 @@ impl<'a> Picture<'a> {
         self.put(&format!(">{animations}</{name}>"));
     }
 
-    /// A value of each view that has it.
     fn values(&self, of: impl Fn(&View) -> Option<f32>) -> Vec<Option<f32>> {
         self.views.iter().map(of).collect()
     }
 
-    /// Both coordinates of a point of each view, in pixels; y points down.
+    /// Returns both coordinates of a point for each view, in pixels; y points down.
     fn point(
         &self,
         names: [&'static str; 2],
@@ -220,7 +217,7 @@ impl<'a> Picture<'a> {
             let at = self.point(["cx", "cy"], |view| {
                 let item = view.items.get(index)?;
                 Some(match item.carrier {
-                    // Before it, as the gripper holds it.
+                    // The gripper holds the item in front of the robot.
                     Some(robot) => {
                         let pose = view.robots[robot.index()].pose;
                         pose.position
@@ -247,7 +244,7 @@ impl<'a> Picture<'a> {
             });
             let [x, y] =
                 [0, 1].map(|axis| at[axis].1.iter().flatten().copied().collect::<Vec<f32>>());
-            // Degrees clockwise, and never the long way round.
+            // Degrees clockwise, without jumps of a full turn.
             let mut heading: f32 = 0.0;
             let turned = self
                 .views
@@ -275,7 +272,7 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// What each robot is doing, in words.
+    /// Writes each robot's current task as text.
     fn captions(&mut self, top: f32) {
         for (index, robot) in self.setup.scenario.robots.iter().enumerate() {
             let y = top + LINE * (index as f32 + 0.5);
@@ -305,7 +302,7 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// How far the run is, as a line along the lower wall.
+    /// Draws the elapsed time as a line along the lower wall.
     fn clock(&mut self, room: Vec2) {
         let moving = moving("width", &[0.0, room.x]);
         self.put(&format!(
@@ -315,7 +312,7 @@ impl<'a> Picture<'a> {
     }
 }
 
-/// An attribute over time; nothing where it never changes.
+/// Returns the animation of an attribute; empty if it never changes.
 fn moving(attribute: &str, values: &[f32]) -> String {
     let corners = corners(&[values]);
     if corners.iter().all(|at| values[*at] == values[0]) {
@@ -329,7 +326,7 @@ fn moving(attribute: &str, values: &[f32]) -> String {
     )
 }
 
-/// When an element is to be seen; nothing where it always is.
+/// Returns the animation of an element's visibility; empty if it is always visible.
 fn shown(is_shown: &[bool]) -> String {
     if is_shown.iter().all(|shown| *shown) {
         return String::new();
@@ -344,7 +341,7 @@ fn shown(is_shown: &[bool]) -> String {
     )
 }
 
-/// A transformation over time, by the values of its parameters.
+/// Returns the animation of a transformation, from the values of its parameters.
 fn transform(kind: &str, parameters: &[&[f32]]) -> String {
     let corners = corners(parameters);
     let listed = corners.iter().map(|at| {
@@ -369,7 +366,8 @@ fn join(values: impl Iterator<Item = String>) -> String {
     values.collect::<Vec<_>>().join(";")
 }
 
-/// Where the values have to be given, so that straight lines between them are exact enough: the first, the last, and corners.
+/// Returns the indices whose values must be listed so that linear interpolation is exact enough: the first, the last, and
+/// corners.
 fn corners(all: &[&[f32]]) -> Vec<usize> {
     let count = all[0].len();
     let is_straight = |from: usize, to: usize| {

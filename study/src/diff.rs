@@ -1,4 +1,4 @@
-//! Where two runs differ: first what they were given; then tick, robot, section and, where the log has it, field.
+//! Comparison of two runs: the first difference, by tick, robot, section and, if logged, field.
 
 use missions::Registry;
 use std::collections::BTreeSet;
@@ -30,7 +30,8 @@ pub struct DiffCommand {
 }
 
 impl DiffCommand {
-    /// Exit status 0 when the runs are identical, 1 when they differ, 2 when a folder holds no run.
+    /// Compares the two runs. Returns exit status 0 if they are identical, 1 if they differ, and 2 if a folder contains
+    /// no run.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let compared = RunLog::open(&self.a, &Registry::of_this_program().vocabulary())
@@ -51,44 +52,40 @@ impl DiffCommand {
     }
 }
 
-/// What comparing two runs gave.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "result")]
 pub enum Comparison {
-    /// Every tick is the same.
+    /// The two logs agree in every tick.
     Identical {
-        /// Number of ticks.
         ticks: u64,
         /// Hash of the run, 16 hexadecimal digits.
         hash: String,
     },
-    /// They differ.
     Differs(Difference),
 }
 
-/// The first difference of two runs.
+/// The first difference between two runs.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Difference {
-    /// Why they differ, in words: what the one was given and the other was not, if anything.
+    /// The cause in words, such as another seed; `None` if setup and inputs are equal.
     pub cause: Option<String>,
-    /// First tick that differs; `None` where the logs do not tell.
+    /// The first tick that differs; `None` if the logs do not show it.
     pub tick: Option<Tick>,
-    /// Its simulated time.
     pub t_ms: Option<SimTime>,
-    /// Whose part of the tick, or "world".
+    /// The robot whose part of the tick differs, or "world".
     pub robot: String,
-    /// Which part.
+    /// The section of the tick, as in ticks.csv.
     pub section: String,
-    /// The field, where the log has it, as TABLE: COLUMN.
+    /// The field as TABLE: COLUMN, if the log contains it.
     pub field: Option<String>,
-    /// What the first run says there.
+    /// The value in the first run.
     pub a: String,
-    /// What the second run says there.
+    /// The value in the second run.
     pub b: String,
 }
 
 impl Comparison {
-    /// Tells people on stderr, or programs on stdout; the exit status.
+    /// Writes the result to stderr as text, or to stdout as JSON, and returns the exit status.
     #[must_use]
     pub fn show(&self, json: bool) -> ExitCode {
         let status = match self {
@@ -96,7 +93,7 @@ impl Comparison {
             Self::Differs(_) => ExitCode::from(1),
         };
         if json {
-            // Plain data with string keys, so nothing is left to fail.
+            // Plain data with string keys: serialization cannot fail.
             let text = serde_json::to_string(self).unwrap_or_default();
             return terminal::answer("alliance", format_args!("{text}\n"), status);
         }
@@ -127,10 +124,10 @@ impl fmt::Display for Comparison {
     }
 }
 
-/// Compares two runs tick by tick, as far as their logs tell.
+/// Compares two runs tick by tick, as far as their logs allow.
 ///
 /// # Errors
-/// When a table cannot be read.
+/// Returns an error when a table cannot be read.
 pub fn compare(a: &RunLog, b: &RunLog) -> Result<Comparison, ReadError> {
     let (rows_a, rows_b) = (ticks(a)?, ticks(b)?);
     let mut pairs = rows_a.iter().zip(&rows_b);
@@ -166,7 +163,7 @@ pub fn compare(a: &RunLog, b: &RunLog) -> Result<Comparison, ReadError> {
         (None, Some(seal)) => format!("{:016x}", seal.hash),
         (None, None) => "none".to_owned(),
     };
-    // What is left to differ is what the logs do not tell tick by tick; one that was cut off has no outcome.
+    // The tick log does not show the remaining differences. An interrupted run has no outcome.
     if a.run.hash.is_some() && b.run.hash.is_some() {
         if hash(a) != hash(b) {
             return ends("hash", hash(a), hash(b));
@@ -186,7 +183,8 @@ pub fn compare(a: &RunLog, b: &RunLog) -> Result<Comparison, ReadError> {
     })
 }
 
-/// The hashes of a log: of each section where it is full, else of the run so far. Those of tables follow from them.
+/// Returns the hash rows of a log: one per section in a full log, otherwise one per tick for the run so far. Table
+/// hashes are left out because they follow from the others.
 fn ticks(log: &RunLog) -> Result<Vec<TickRow>, ReadError> {
     if log.run.log == LogLevel::Off {
         return Ok(Vec::new());
@@ -200,7 +198,7 @@ fn ticks(log: &RunLog) -> Result<Vec<TickRow>, ReadError> {
     Ok(rows)
 }
 
-/// What seed, scenario or version the runs have that is not the same, in words.
+/// Returns the first difference in seed, scenario or version, in words.
 fn setup_difference(a: &RunLog, b: &RunLog) -> Option<String> {
     let (run_a, run_b) = (&a.run, &b.run);
     if run_a.setup.seed != run_b.setup.seed {
@@ -208,7 +206,8 @@ fn setup_difference(a: &RunLog, b: &RunLog) -> Option<String> {
         return Some(format!("seed: {a} in A, {b} in B"));
     }
     let mut found = Vec::new();
-    // Plain data with string keys, so nothing can fail; the parameters come last, for they follow from the scenario.
+    // Plain data with string keys: serialization cannot fail. Parameters come last because they follow from the
+    // scenario.
     let value = |run: &RunFile| serde_json::to_value(&run.setup).unwrap_or_default();
     let (one, other) = (value(run_a), value(run_b));
     values_that_differ("", &one["scenario"], &other["scenario"], &mut found);
@@ -218,6 +217,7 @@ fn setup_difference(a: &RunLog, b: &RunLog) -> Option<String> {
     if let Some(first) = found.first() {
         let more = match found.len() {
             1 => String::new(),
+            2 => " (and 1 more value)".to_owned(),
             all => format!(" (and {} more values)", all - 1),
         };
         return Some(format!("scenario: {first}{more}"));
@@ -226,7 +226,7 @@ fn setup_difference(a: &RunLog, b: &RunLog) -> Option<String> {
     (one != other).then(|| format!("version: {one} in A, {other} in B"))
 }
 
-/// Adds a line for each value that is not the same, with its path.
+/// Appends one line for each value that differs, with its path.
 fn values_that_differ(path: &str, a: &Value, b: &Value, found: &mut Vec<String>) {
     let below = |key: &dyn fmt::Display| {
         let dot = if path.is_empty() { "" } else { "." };
@@ -246,18 +246,23 @@ fn values_that_differ(path: &str, a: &Value, b: &Value, found: &mut Vec<String>)
         }
         _ if a == b => {}
         _ => {
-            let say = |value: &Value| match value {
-                Value::Null => "not given".to_owned(),
+            let describe = |value: &Value| match value {
+                Value::Null => "not set".to_owned(),
+                Value::Array(list) if list.len() == 1 => "1 entry".to_owned(),
                 Value::Array(list) => format!("{} entries", list.len()),
-                Value::Object(_) => "given".to_owned(),
+                Value::Object(_) => "set".to_owned(),
                 plain => plain.to_string(),
             };
-            found.push(format!("{path}: {} in A, {} in B", say(a), say(b)));
+            found.push(format!(
+                "{path}: {} in A, {} in B",
+                describe(a),
+                describe(b)
+            ));
         }
     }
 }
 
-/// What came from outside in the one run and not in the other, in words, if that is in the first tick that differs.
+/// Describes the inputs in `tick` that only one of the runs has; `None` if there are none.
 fn input_difference(
     a: &RunLog,
     b: &RunLog,
@@ -270,22 +275,22 @@ fn input_difference(
     };
     let (only_a, only_b) = (of_tick(&inputs_a), of_tick(&inputs_b));
     let t_ms = SimTime(tick.unwrap_or(0) * a.run.setup.scenario.step_ms);
-    let say = |these: &[Input], others: &[Input], name: &str| {
-        let here = these.iter().filter(|input| !others.contains(input));
+    let describe = |inputs: &[Input], others: &[Input], name: &str| {
+        let here = inputs.iter().filter(|input| !others.contains(input));
         here.map(|input| format!("{} at {} s in {name}", in_words(input), t_ms.as_secs_f64()))
             .collect::<Vec<_>>()
     };
-    let mut said = say(&only_a, &only_b, "A");
-    said.extend(say(&only_b, &only_a, "B"));
-    Ok((!said.is_empty()).then(|| format!("inputs: {}", said.join("; "))))
+    let mut differences = describe(&only_a, &only_b, "A");
+    differences.extend(describe(&only_b, &only_a, "B"));
+    Ok((!differences.is_empty()).then(|| format!("inputs: {}", differences.join("; "))))
 }
 
 fn in_words(input: &Input) -> String {
     match input {
         Input::Join { robot, .. } => format!("{robot} joined"),
         Input::Gone { robot, .. } => format!("{robot} died"),
-        Input::StallBegin { robot, .. } => format!("{robot} fell silent"),
-        Input::StallEnd { robot, .. } => format!("{robot} was back"),
+        Input::StallBegin { robot, .. } => format!("{robot} stopped responding"),
+        Input::StallEnd { robot, .. } => format!("{robot} responded again"),
         Input::Lost {
             receiver, sender, ..
         } => format!("{receiver} lost a message of {sender}"),
@@ -295,7 +300,7 @@ fn in_words(input: &Input) -> String {
     }
 }
 
-/// Puts a name to the first pair of rows that differ; `rows` are all of both.
+/// Locates the first pair of rows that differ. `rows` contains all rows of both logs.
 fn name(
     a: &RunLog,
     b: &RunLog,
@@ -306,7 +311,7 @@ fn name(
         (row.tick, &row.robot, &row.section)
     }
     let same_place = place(row_a) == place(row_b);
-    // Where a section is missing on one side, the rows are out of step: the section that the other side lacks is the one.
+    // If a section is missing in one log, the rows are out of step. The missing section is then the difference.
     let is_missing = |rows: &[TickRow], row: &TickRow| {
         let from = rows.partition_point(|other| other.tick < row.tick);
         let mut same_tick = rows[from..]
@@ -319,7 +324,7 @@ fn name(
     let field = tables_of(&row.section)
         .iter()
         .find_map(|table| first_field(*table, a, b, row));
-    let said = |row: &TickRow| {
+    let describe = |row: &TickRow| {
         if same_place {
             format!("{:016x}", row.hash)
         } else {
@@ -328,7 +333,7 @@ fn name(
     };
     let (field, a, b) = match field {
         Some((field, a, b)) => (Some(field), a, b),
-        None => (None, said(row_a), said(row_b)),
+        None => (None, describe(row_a), describe(row_b)),
     };
     Difference {
         cause: None,
@@ -342,7 +347,7 @@ fn name(
     }
 }
 
-/// The tables in which a section can be seen.
+/// Returns the tables that contain the data of a section.
 fn tables_of(section: &str) -> &'static [Table] {
     let is = |wanted: Section| wanted.as_str() == section;
     if is(Section::Inputs) || is(Section::Events) {
@@ -358,7 +363,7 @@ fn tables_of(section: &str) -> &'static [Table] {
     }
 }
 
-/// The first field of a table that differs in the rows of that tick and robot: its name, and what each says.
+/// Returns the first differing field of a table in the rows of that tick and robot: its name and both values.
 fn first_field(
     table: Table,
     a: &RunLog,
@@ -368,7 +373,7 @@ fn first_field(
     let header = a.table(table).split(|&byte| byte == b'\n').next();
     let header = String::from_utf8_lossy(header.unwrap_or_default());
     let columns: Vec<&str> = header.split(',').collect();
-    let whose = columns
+    let robot_column = columns
         .iter()
         .position(|column| matches!(*column, "robot" | "receiver"));
     let time = place.t_ms.0.to_string();
@@ -378,7 +383,8 @@ fn first_field(
             .filter_map(Result::ok)
             .filter(|row| {
                 let of_robot = place.robot == WORLD
-                    || whose.is_none_or(|column| row.get(column) == Some(place.robot.as_str()));
+                    || robot_column
+                        .is_none_or(|column| row.get(column) == Some(place.robot.as_str()));
                 row.get(0) == Some(time.as_str()) && of_robot
             })
             .collect()
@@ -387,19 +393,19 @@ fn first_field(
     for index in 0..rows_a.len().max(rows_b.len()) {
         let (row_a, row_b) = (rows_a.get(index), rows_b.get(index));
         for (column, name) in columns.iter().enumerate() {
-            let say = |row: Option<&StringRecord>| {
+            let cell = |row: Option<&StringRecord>| {
                 row.and_then(|row| row.get(column))
                     .unwrap_or("no row")
                     .to_owned()
             };
-            if say(row_a) != say(row_b) {
-                let of = row_a
+            if cell(row_a) != cell(row_b) {
+                let subject = row_a
                     .or(row_b)
                     .filter(|_| column > 2)
                     .and_then(|row| row.get(2))
-                    .map_or_else(String::new, |of| format!(" of {of}"));
-                let field = format!("{}: {name}{of}", table.file_name());
-                return Some((field, say(row_a), say(row_b)));
+                    .map_or_else(String::new, |subject| format!(" of {subject}"));
+                let field = format!("{}: {name}{subject}", table.file_name());
+                return Some((field, cell(row_a), cell(row_b)));
             }
         }
     }
@@ -416,9 +422,9 @@ mod tests {
     use super::*;
     use in_process::Team;
 
-    /// A short run, with an order that an operator gave, if any.
+    /// Runs the scenario for a short time, optionally with an operator's order.
     fn run(seed: u64, change: impl FnOnce(&mut Scenario), order: Option<InputLine>) -> RunLog {
-        // Until chance has had its say.
+        // Long enough for random draws to have an effect.
         let mut scenario = Scenario {
             limit_s: 80.0,
             ..default_scenario()
@@ -438,10 +444,10 @@ mod tests {
 
     #[track_caller]
     fn check(a: &RunLog, b: &RunLog, cause: &str, second: &str) {
-        let said = compare(a, b).unwrap().to_string();
-        let (first, rest) = said.split_once('\n').unwrap_or((&said, ""));
-        assert_eq!(first, cause, "{said}");
-        assert!(rest.starts_with(second), "{said}");
+        let text = compare(a, b).unwrap().to_string();
+        let (first, rest) = text.split_once('\n').unwrap_or((&text, ""));
+        assert_eq!(first, cause, "{text}");
+        assert!(rest.starts_with(second), "{text}");
     }
 
     #[test]
@@ -467,7 +473,7 @@ mod tests {
     }
 
     #[test]
-    fn an_input_of_one_run_is_told_whichever_is_named_first() {
+    fn an_input_of_one_run_is_reported_in_either_order() {
         let order = InputLine {
             tick: 100,
             input: Input::Order {

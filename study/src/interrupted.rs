@@ -1,4 +1,4 @@
-//! Ctrl-C, for commands that do their work in this process.
+//! Ctrl-C handling for commands that do their work in this process.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,26 +7,26 @@ use anyhow::Context;
 use tokio::runtime::{Builder, Runtime};
 use tokio::signal::unix::{SignalKind, signal};
 
-/// Whether somebody has asked this process to end.
+/// A flag that is set when the process receives SIGINT or SIGTERM.
 pub struct Interrupted {
-    asked: Arc<AtomicBool>,
-    /// Keeps the ears open.
+    requested: Arc<AtomicBool>,
+    /// The runtime of the signal handlers, kept alive with the flag.
     _runtime: Runtime,
 }
 
 impl Interrupted {
-    /// Listens for SIGINT and SIGTERM from now on.
+    /// Installs handlers for SIGINT and SIGTERM.
     ///
     /// # Errors
-    /// When the operating system does not let it.
+    /// Returns an error when the operating system refuses.
     pub fn watch() -> anyhow::Result<Self> {
         let runtime = Builder::new_multi_thread()
             .worker_threads(1)
             .enable_all()
             .build()
             .context("starting the runtime")?;
-        let asked = Arc::new(AtomicBool::new(false));
-        let mark = Arc::clone(&asked);
+        let requested = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&requested);
         let (mut interrupt, mut terminate) = runtime.block_on(async {
             let interrupt = signal(SignalKind::interrupt())?;
             signal(SignalKind::terminate()).map(|terminate| (interrupt, terminate))
@@ -36,16 +36,16 @@ impl Interrupted {
                 _ = interrupt.recv() => {}
                 _ = terminate.recv() => {}
             }
-            mark.store(true, Ordering::Relaxed);
+            flag.store(true, Ordering::Relaxed);
         });
         Ok(Self {
-            asked,
+            requested,
             _runtime: runtime,
         })
     }
 
-    /// Whether one has come.
+    /// Returns whether a signal has arrived.
     pub fn is_so(&self) -> bool {
-        self.asked.load(Ordering::Relaxed)
+        self.requested.load(Ordering::Relaxed)
     }
 }

@@ -1,7 +1,7 @@
-//! What the robots of a run have learned by its end, for the next one: `alliance run --profile`.
+//! The values that a run's robots have learned by its end, for the next run: `alliance run --profile`.
 //!
-//! It is no part of the log, as it follows from it: the run is made again from its inputs, and its robots are asked. So it is the same
-//! whether they were processes or not.
+//! The profile is not part of the log because it follows from the log. The run is replayed from its inputs, and the
+//! robots' values are read at the end. The result is the same for robots with and without processes of their own.
 
 use std::io::Write;
 use std::path::Path;
@@ -13,18 +13,18 @@ use anyhow::{Context, bail};
 use crate::new_file::NewFile;
 use crate::replay::team_at_end;
 
-/// Whether a profile can be written there; an older one stays as it is.
+/// Checks that a profile can be written to `path`. An older file remains unchanged.
 ///
 /// # Errors
-/// When it cannot.
+/// Returns an error when it cannot be written.
 pub fn check_place(path: &Path) -> anyhow::Result<()> {
     NewFile::create(path).map(drop)
 }
 
-/// Writes what the robots of a logged run have learned. An older file stays until the new one is whole.
+/// Writes the learned values of a logged run. An older file remains until the new one is complete.
 ///
 /// # Errors
-/// Those of [`learned`]; when the file cannot be written.
+/// Returns the errors of [`learned`], or an error when the file cannot be written.
 pub fn write_profile(path: &Path, logged: &RunLog) -> anyhow::Result<()> {
     let text = learned(logged)?.to_toml();
     let mut file = NewFile::create(path)?;
@@ -35,18 +35,18 @@ pub fn write_profile(path: &Path, logged: &RunLog) -> anyhow::Result<()> {
     file.put_in_place()
 }
 
-/// What the robots of a logged run have learned by its end.
+/// Returns the values that the robots of a logged run have learned by its end.
 ///
 /// # Errors
-/// When the run cannot be made again, or comes out otherwise.
+/// Returns an error when the run cannot be replayed or the replay differs.
 pub fn learned(logged: &RunLog) -> anyhow::Result<Profile> {
     let (team, outcome) =
-        team_at_end(logged, LogLevel::Off, |_| {}).context("what the robots have learned")?;
+        team_at_end(logged, LogLevel::Off, |_| {}).context("reading the learned values")?;
     let profile = team.learned();
     let (again, _) = team.end(outcome)?;
     if again.hash != logged.run.hash {
         bail!(
-            "what the robots have learned is not known, for the run does not repeat; `alliance replay` says where"
+            "the learned values are unknown because the replay differs from the run; `alliance replay` shows where"
         );
     }
     Ok(profile)

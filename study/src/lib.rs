@@ -1,16 +1,15 @@
-//! What is made of runs: they are made again, checked, compared, drawn, counted and written for other tools.
+//! Analysis of recorded runs: replay, invariant checks, comparison, reports and export.
 //!
-//! - [`replay`]: a run again, from its log; [`learned`]: what
-//!   its robots have learned; [`diff`]: where two runs
-//!   differ; [`retrace`]: a finished run with a view of each tick.
-//! - [`report`]: figures and metrics of a run; [`export`]: it for other tools.
-//! - [`sweep`]: many runs, and what is common to them; [`compare`]: which allocator copes best with which faults;
-//!   [`random_mission`]: missions that are drawn for sweeps; [`invariants`]: what must hold in every run.
-//! - [`tune`]: parameters of allocators, found by a search.
+//! - [`replay`]: the repetition of a run from its log. [`learned`]: the values that its robots have learned. [`diff`]:
+//!   the first difference of two runs. [`retrace`]: a finished run with a view of each tick.
+//! - [`report`]: figures and metrics of a run. [`export`]: a run for other tools.
+//! - [`sweep`]: many runs and their statistics. [`compare`]: allocators under faults. [`random_mission`]: random
+//!   missions for sweeps. [`invariants`]: conditions that every run must satisfy.
+//! - [`tune`]: parameter search for allocators.
 //! - [`strategies`]: L-ALLIANCE's strategies against the optimum.
-//! - [`check`]: what a scenario's parameters mean, before anything runs. [`table`]: how tables look in a terminal.
+//! - [`check`]: the effective parameters of a scenario, before a run. [`table`]: tables in a terminal.
 //!
-//! Logs are read by [`alliance_proto::log`]. Each subcommand of `alliance` that is about runs stands with what it does.
+//! [`alliance_proto::log`] reads the logs. Each module contains the `alliance` subcommand that belongs to it.
 
 pub mod check;
 pub mod compare;

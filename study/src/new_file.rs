@@ -1,4 +1,4 @@
-//! A file that takes its place only when it is whole.
+//! A file that appears at its path only when it is complete.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -7,18 +7,15 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use tempfile::{Builder, NamedTempFile};
 
-/// What is written goes to another name beside it, and is gone if it is not finished: no reader ever meets a part, and an
-/// older file stays until then.
+/// A file under a temporary name in the target folder. An unfinished file is removed. Readers never see a partial file,
+/// and an older file remains until the new one is complete.
 pub struct NewFile {
     file: NamedTempFile,
     path: PathBuf,
 }
 
 impl NewFile {
-    /// Begins a file that will be at `path`.
-    ///
-    /// # Errors
-    /// When nothing can be written there.
+    /// Creates the temporary file for `path`.
     pub fn create(path: &Path) -> anyhow::Result<Self> {
         let folder = match path.parent() {
             Some(folder) if folder != Path::new("") => folder,
@@ -26,7 +23,7 @@ impl NewFile {
         };
         let file = Builder::new()
             .prefix(".alliance-new-")
-            // By itself it would be readable by its owner only.
+            // The default mode would allow only the owner to read it.
             .make_in(folder, |path| File::create_new(path))
             .with_context(|| format!("cannot write {}", path.display()))?;
         Ok(Self {
@@ -35,15 +32,11 @@ impl NewFile {
         })
     }
 
-    /// Takes what is to be in it.
     pub fn writer(&mut self) -> BufWriter<&mut File> {
         BufWriter::new(self.file.as_file_mut())
     }
 
-    /// Ends it.
-    ///
-    /// # Errors
-    /// When it cannot take its place.
+    /// Moves the file to its path.
     pub fn put_in_place(self) -> anyhow::Result<()> {
         self.file
             .persist(&self.path)

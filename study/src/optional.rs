@@ -1,13 +1,10 @@
-//! Formats that a program has only if it is built with a feature of their name.
+//! Output formats that a program contains only if it was built with the feature of that name.
 
-/// Refuses the argument of that name in a program that is built without it.
-///
-/// # Errors
-/// How to get a program that has it.
-pub fn check(name: &str, is_there: bool) -> anyhow::Result<()> {
+/// Checks that the program contains the format `name`.
+pub fn check(name: &str, is_built_in: bool) -> anyhow::Result<()> {
     anyhow::ensure!(
-        is_there,
-        "--{name}: this program is built without it; build it with --features {name}"
+        is_built_in,
+        "--{name}: this program was built without this format; rebuild it with --features {name}"
     );
     Ok(())
 }
@@ -17,12 +14,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whoever_lacks_a_format_is_told_how_to_get_it() {
+    fn a_missing_format_is_refused_with_a_remedy() {
         assert!(check("mcap", true).is_ok());
-        let error = check("mcap", false).expect_err("it is not there");
+        let error = check("mcap", false).expect_err("the format is missing");
         assert_eq!(
             error.to_string(),
-            "--mcap: this program is built without it; build it with --features mcap"
+            "--mcap: this program was built without this format; rebuild it with --features mcap"
         );
     }
 }

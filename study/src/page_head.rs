@@ -1,8 +1,8 @@
-//! What the pages of results have in common: they open from disk and need no other file.
+//! The common head of result pages. A page opens from disk and needs no other file.
 
 use maud::{Markup, PreEscaped, html};
 
-/// How pages of figures and tables look.
+/// The common style of pages with figures and tables.
 const STYLE: &str = "
 :root { color-scheme: light dark; --ink: #222; --paper: #fff; --soft: #444; --line: #ccc; --edge: #555 }
 body { font: 16px/1.45 sans-serif; color: var(--ink); background: var(--paper); max-width: 62rem; margin: 2rem auto; padding: 0 1rem }
@@ -26,7 +26,7 @@ figcaption, .note { font-size: .9rem; color: var(--soft) }
 }
 ";
 
-/// The head of a page with that title; `further` are rules of style of its own.
+/// Returns the head of a page with `title`. `further` contains additional style rules.
 pub fn head(title: &str, further: &str) -> Markup {
     html! {
         head {

@@ -1,10 +1,10 @@
-//! Each robot in a color of its own, and whatever else is to be told apart in a figure.
+//! Colors of robots, tasks and marks in figures.
 
 use alliance_proto::view::{Mark, MarkRole};
 use plotters::style::RGBColor;
 
-/// Robots that are called by a color have it, dark enough for a thin line on white. They differ in lightness, too, so that
-/// they can be told apart in gray.
+/// Colors of robots that are named after a color, dark enough for a thin line on white. They also differ in lightness,
+/// for print in gray.
 const BY_NAME: [(&str, RGBColor); 14] = [
     ("blue", RGBColor(24, 84, 168)),
     ("gold", RGBColor(222, 158, 0)),
@@ -22,8 +22,8 @@ const BY_NAME: [(&str, RGBColor); 14] = [
     ("grey", RGBColor(120, 120, 120)),
 ];
 
-/// For all others, in turn: the colors of Okabe and Ito, which color-blind people can tell apart; yellow, too light for a
-/// line, left out.
+/// Colors of all other robots, in turn: the color-blind safe palette of Okabe and Ito, without yellow, which is too
+/// light for lines.
 const OTHERS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -34,10 +34,11 @@ const OTHERS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
 ];
 
-/// Robots that are drawn together.
+/// The color of robots that share a row.
 pub const CROWD: RGBColor = OTHERS[0];
 
-/// A task by its place in the catalog: six colors, each full, pale and dark in turn. Gray and black mean something else where tasks are drawn.
+/// Returns the color of a task by its catalog index: six hues, each full, pale and dark in turn. Gray and black have
+/// other meanings in task figures.
 #[must_use]
 pub fn of_task(task: usize) -> RGBColor {
     let colors = OTHERS.len() - 1;
@@ -50,7 +51,7 @@ pub fn of_task(task: usize) -> RGBColor {
     RGBColor(toned(red), toned(green), toned(blue))
 }
 
-/// Lettering that can be read on that color.
+/// Returns the readable text color on a background color: black or white.
 #[must_use]
 pub fn on(RGBColor(red, green, blue): RGBColor) -> RGBColor {
     let light = 299 * u32::from(red) + 587 * u32::from(green) + 114 * u32::from(blue);
@@ -61,14 +62,13 @@ pub fn on(RGBColor(red, green, blue): RGBColor) -> RGBColor {
     }
 }
 
-/// An item.
 pub const ITEM: RGBColor = RGBColor(196, 60, 40);
 
-/// Done marks of any kind.
+/// The color of completed marks of any kind.
 const DONE: RGBColor = RGBColor(225, 225, 225);
 
-/// A mark: a light color for its role, the fuller the more of it is done; of one of several kinds that of the kind, the paler the more of
-/// it is done.
+/// Returns the color of a mark. A mark without a kind becomes fuller with its done share; a mark with a kind becomes
+/// paler.
 #[must_use]
 pub fn of_mark(mark: &Mark) -> RGBColor {
     let of_kind = |kind: usize| (OTHERS[kind % OTHERS.len()], DONE);
@@ -85,7 +85,7 @@ pub fn of_mark(mark: &Mark) -> RGBColor {
     )
 }
 
-/// Light and full.
+/// Returns the light and the full color of a role.
 fn of_role(role: MarkRole) -> (RGBColor, RGBColor) {
     match role {
         MarkRole::Item => (ITEM, ITEM),
@@ -97,14 +97,14 @@ fn of_role(role: MarkRole) -> (RGBColor, RGBColor) {
     }
 }
 
-/// A color for each name.
+/// Returns one color for each name.
 #[must_use]
 pub fn colors<'n>(names: impl Iterator<Item = &'n str>) -> Vec<RGBColor> {
     let mut others = OTHERS.iter().cycle().copied();
     names
         .filter_map(|name| {
-            let own = BY_NAME.iter().find(|(color, _)| *color == name);
-            own.map(|(_, color)| *color).or_else(|| others.next())
+            let named = BY_NAME.iter().find(|(color, _)| *color == name);
+            named.map(|(_, color)| *color).or_else(|| others.next())
         })
         .collect()
 }

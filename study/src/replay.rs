@@ -1,4 +1,4 @@
-//! A run again, from its log: scenario, seed and inputs give the same bytes (DESIGN §5).
+//! Replay of a run from its log. The same scenario, seed and inputs give the same bytes.
 
 use missions::Registry;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ pub struct ReplayCommand {
     /// Write the log of the replay into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Run that mind, a program of its own, again as well, and compare what it answers with what it did
+    /// Also run this external controller again and compare its answers with the log
     #[arg(long = "mind", value_name = "NAME=COMMAND")]
     minds: Vec<String>,
     /// Print the result as JSON on stdout
@@ -30,16 +30,17 @@ pub struct ReplayCommand {
     json: bool,
 }
 
-/// Asks the minds themselves that are programs of their own, beside the answers that the log has kept; by the words of `--mind`.
+/// A function that runs external controllers beside their logged answers. Its strings are the values of `--mind`.
 pub type AskMinds = fn(&RunLog, &[String], Kept) -> anyhow::Result<Box<dyn Foreign>>;
 
-/// A mind answers otherwise than the log says that it did.
+/// A difference between the answer of an external controller and the log.
 #[derive(Debug, thiserror::Error)]
-#[error("{robot} answers otherwise than it did", robot = .0.robot)]
+#[error("{robot} answers differently from the log", robot = .0.robot)]
 pub struct OtherAnswer(pub Difference);
 
 impl ReplayCommand {
-    /// Exit status 0 when the replay is identical, 1 when it differs, 2 when the folder holds no run that can be replayed.
+    /// Replays the run. Returns exit status 0 if the replay is identical, 1 if it differs, and 2 if the folder contains
+    /// no replayable run.
     #[must_use]
     pub fn run(&self, ask_minds: AskMinds) -> ExitCode {
         match self.replay(ask_minds) {
@@ -69,7 +70,7 @@ impl ReplayCommand {
         let version = env!("CARGO_PKG_VERSION");
         if logged.run.version != version {
             tell!(
-                "the run was made by version {}, this is {version}",
+                "the run was recorded by version {}; this is version {version}",
                 logged.run.version
             );
         }
@@ -77,7 +78,7 @@ impl ReplayCommand {
             Some(kept) if !self.minds.is_empty() => Some(ask_minds(&logged, &self.minds, kept)?),
             Some(kept) => Some(Box::new(kept)),
             None if !self.minds.is_empty() => {
-                bail!("--mind: all minds of this run are the simulator's own; leave it out")
+                bail!("--mind: this run has no external controllers; leave the option out")
             }
             None => None,
         };
@@ -90,11 +91,11 @@ impl ReplayCommand {
     }
 }
 
-/// Runs a logged run again, for as many ticks as its log is whole, and logs it at that level. `see` looks at the run before
-/// the first tick and after each.
+/// Replays a logged run up to its last complete tick and logs it at `level`. `see` is called before the first tick and
+/// after each tick.
 ///
 /// # Errors
-/// When the log has no tick that could be compared, or holds what is no input.
+/// Returns an error when the log has no complete tick or contains an invalid input.
 pub fn replay(
     logged: &RunLog,
     level: LogLevel,
@@ -108,14 +109,11 @@ fn log_of(team: Team<Memory>, outcome: Outcome) -> anyhow::Result<(Memory, RunLo
     let (_, recorder) = team.end(outcome)?;
     let memory = recorder.into_sink();
     let vocabulary = Registry::of_this_program().vocabulary();
-    let again = RunLog::from_memory(&memory, &vocabulary).context("the replay's own log")?;
+    let again = RunLog::from_memory(&memory, &vocabulary).context("the log of the replay")?;
     Ok((memory, again))
 }
 
-/// The team of a logged run, run again to where that ended, and how it ended; see [`replay()`].
-///
-/// # Errors
-/// Those of [`replay()`].
+/// Returns the team of a replayed run at its end, and the outcome; see [`replay()`].
 pub(crate) fn team_at_end(
     logged: &RunLog,
     level: LogLevel,
@@ -137,7 +135,7 @@ fn team_to_end(
         (RunOutcome::Running, None) if logged.run.log == LogLevel::Off => {
             bail!("the run did not end and was logged with --log off: there is nothing to compare")
         }
-        (RunOutcome::Running, None) => bail!("the log has no whole tick"),
+        (RunOutcome::Running, None) => bail!("the log has no complete tick"),
     };
     let setup = logged.run.setup.clone();
     let scenario = &setup.scenario;

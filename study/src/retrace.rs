@@ -1,25 +1,23 @@
-//! A finished run before the eyes: run again from its log, with a view of it at each tick.
+//! Replay of a finished run with a view of each tick.
 //!
-//! A log says how the run came about, not where every item lay: scenario, seed and inputs give that back (DESIGN §5), whatever
-//! its tables hold.
+//! A log does not contain the position of every item. Scenario, seed and inputs reproduce it at any log level.
 
 use alliance_proto::log::{LogLevel, RunLog, RunOutcome};
 use alliance_proto::view::View;
 
 use crate::replay::replay;
 
-/// A run that was run again.
+/// The result of a replay with views.
 pub struct Retraced {
-    /// The log of the second time.
     pub log: RunLog,
-    /// Why that is not what the first one logged; `None`: it is, to the byte.
+    /// The difference from the logged run; `None` if the replay is identical to the byte.
     pub differs: Option<String>,
 }
 
-/// Runs a logged run again, for as many ticks as its log is whole. `see` gets a view before the first tick and after each.
+/// Replays a logged run up to its last complete tick. `see` receives a view before the first tick and after each tick.
 ///
 /// # Errors
-/// When the log has no whole tick, or holds what is no input.
+/// Returns an error when the log has no complete tick or contains an invalid input.
 pub fn retrace(
     logged: &RunLog,
     level: LogLevel,
@@ -41,7 +39,7 @@ pub fn retrace(
             format!(" (version {other}; this is {this})")
         };
         format!(
-            "this program does not repeat the logged run{versions} exactly: `alliance replay` names the difference"
+            "this program does not reproduce the logged run{versions} exactly; `alliance replay` shows the difference"
         )
     });
     Ok(Retraced { log, differs })

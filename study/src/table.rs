@@ -1,14 +1,14 @@
-//! How tables look in a terminal.
+//! Tables for terminals.
 
 use comfy_table::{ColumnConstraint, ContentArrangement, LineStyle, Row, Table, TableStyle};
 
-/// A line below the header, and nothing else that would take room.
+/// The table style: a line below the header and no other borders.
 const STYLE: TableStyle = TableStyle::new().header_separator(LineStyle::none().fill('─'));
-/// Spaces between columns.
+/// The number of spaces between columns.
 const GAP: u16 = 2;
 
-/// A table with that header. In a terminal it is no wider than that, and no wider than it needs to be; what goes into a file
-/// or a pipe has each row in one line.
+/// Creates a table with `header`. In a terminal it is at most as wide as the terminal. In a file or pipe, each row is
+/// one line.
 pub fn new(header: impl Into<Row>) -> Table {
     let mut table = Table::new();
     table
@@ -22,7 +22,7 @@ pub fn new(header: impl Into<Row>) -> Table {
     table
 }
 
-/// Columns whose words are names: they are not broken, so that other columns give way.
+/// Prevents line breaks in columns that contain names, so that other columns shrink instead.
 pub fn keep_whole(table: &mut Table, columns: &[usize]) {
     for &column in columns {
         if let Some(column) = table.column_mut(column) {
@@ -31,18 +31,18 @@ pub fn keep_whole(table: &mut Table, columns: &[usize]) {
     }
 }
 
-/// Leaves out a column where a terminal has no room for all of them.
+/// Hides a column if the terminal is too narrow for all columns.
 pub fn spare(table: &mut Table, column: usize) {
     let widths = table.column_max_content_widths();
     let needed: u16 = widths.iter().map(|width| width + GAP).sum();
-    if table.width().is_some_and(|there_is| there_is < needed)
+    if table.width().is_some_and(|available| available < needed)
         && let Some(column) = table.column_mut(column)
     {
         column.set_constraint(ColumnConstraint::Hidden);
     }
 }
 
-/// Names with what each means, a line each; in a terminal that is too narrow the meaning goes on below itself.
+/// Lists names with their meanings, one per line. In a narrow terminal, a meaning continues below its own start.
 pub fn list(named: impl IntoIterator<Item = (impl ToString, impl ToString)>) -> String {
     let mut table = Table::new();
     table
@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn a_narrow_terminal_goes_without_what_can_be_spared() {
+    fn a_narrow_terminal_hides_the_column_that_can_be_spared() {
         let table_in = |width| {
             let mut table = new(["run", "scenario", "hash"]);
             table.add_row(["waste-cleanup-1", "waste-cleanup", "cf2fc051d99e95cf"]);
@@ -101,7 +101,7 @@ mod tests {
         let fault = "obstacle 0.62 6.55 0.2 1 --when \"gold picks from top\" --penetrability 0.3";
         table.add_row(["f1", fault, "in force"]);
         let width = |table: &Table| table.lines().map(|line| line.chars().count()).max();
-        // No terminal: as wide as it needs to be.
+        // Without a terminal, the table is as wide as its content.
         assert!(width(&table) > Some(80));
         assert!(width(table.set_width(80)) <= Some(80), "{table}");
     }

@@ -1,4 +1,4 @@
-//! A mission of somebody else, for tests: places to be visited again and again.
+//! A test mission outside the built-in ones: places that robots visit repeatedly.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use glam::Vec2;
 
 pub const VISIT: Mission = Mission::new("visit", "places to be visited", &Visit);
 
-/// Its mission.csv after three visits.
+/// The mission.csv of this mission after three visits.
 pub const TABLE: &str = "\
 t_ms,places_left,places_visited,last_visit_ms,way_m
 0,5,0,,
@@ -69,7 +69,7 @@ impl MissionData for Visit {
     }
 }
 
-/// The run.json of such a mission.
+/// Returns a run.json for this mission.
 pub fn run_file() -> RunFile {
     let mut setup = default_setup(1);
     Arc::make_mut(&mut setup.catalog).mission = VISIT;
@@ -86,7 +86,7 @@ pub fn run_file() -> RunFile {
     }
 }
 
-/// One mark of each outline.
+/// Returns one mark of each outline.
 pub fn marks() -> [Mark; 4] {
     let (from, to) = (Vec2::new(2.0, 2.0), Vec2::new(5.0, 6.0));
     let mark = |label: &str, role, share, outline| Mark {

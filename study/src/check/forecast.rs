@@ -1,49 +1,43 @@
-//! When a behavior set activates, takes a task over, yields and gives up (ALLIANCE.md §4): closed forms, exact but for the
-//! steps in which things are noticed and heard.
+//! Closed forms of the times of a behavior set: activation, takeover, yielding and giving up (docs/ALLIANCE.md §4). They are
+//! exact except for the ticks in which messages arrive.
 
 use alliance_proto::scenario::{
     BehaviorParams, BehaviorSpec, HistoryOrigin, Robot, Setup, Switches,
 };
 
-/// Times of one behavior set of one robot, s.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Forecast {
-    /// The robot.
     pub robot: String,
-    /// Its behavior set.
     pub set: String,
-    /// The task.
     pub task: String,
-    /// From 0 to the threshold while nobody is on the task.
+    /// Time from motivation 0 to the threshold while no robot is on the task.
     pub activates_s: f64,
-    /// ψ: active for so long, it yields to a teammate that wants the task.
+    /// ψ: the time after which an active set yields to a teammate that requests the task.
     pub yields_s: f64,
-    /// λ: active for so long, it gives up.
+    /// λ: the time after which an active set gives up.
     pub gives_up_s: f64,
-    /// Estimated length of a unit of its work, as the mission says.
+    /// The mission's estimate of the time for one unit of work.
     pub work_s: f64,
-    /// Toward each set of a teammate that does the same task.
+    /// One entry per set of a teammate that does the same task.
     pub takeovers: Vec<Takeover>,
 }
 
-/// When a robot takes a task over from a teammate, counted from the teammate's first word, s. A teammate that reports
-/// progress counts as speaking its first word again, where the history begins at progress.
+/// The times until a robot takes a task over from a teammate, counted from the teammate's first message on the task, s. If the
+/// history starts at progress, each report of progress counts as a first message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Takeover {
-    /// The teammate.
     pub teammate: String,
-    /// The behavior set that it uses.
     pub set: String,
-    /// From one that falls silent after its first word.
+    /// The time if the teammate stops sending after its first message.
     pub silent_s: f64,
-    /// From one that talks, makes no progress, yields and gives up in time, and does not come back after that; the robot
-    /// has not spoken of the task before.
+    /// The time if the teammate sends, makes no progress, yields and gives up on time, and does not return. The robot has not
+    /// sent messages on the task before.
     pub failing_s: f64,
-    /// From one that makes progress with every unit of its work; `None`: never.
+    /// The time if the teammate makes progress with every unit of work; `None`: never.
     pub working_s: Option<f64>,
 }
 
-/// The forecasts of all robots and sets, by rank and in the catalog's order.
+/// Returns the forecasts of all robots and sets, by rank and in catalog order.
 #[must_use]
 pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
     let scenario = &setup.scenario;
@@ -59,9 +53,13 @@ pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
     for robot in &scenario.robots {
         for id in catalog.behaviors_of(robot) {
             let set = &catalog.sets[id.index()];
-            let own = params_of(&robot.name, &set.name);
+            let params = params_of(&robot.name, &set.name);
             let mut takeovers = Vec::new();
-            for teammate in scenario.robots.iter().filter(|it| it.name != robot.name) {
+            for teammate in scenario
+                .robots
+                .iter()
+                .filter(|teammate| teammate.name != robot.name)
+            {
                 for theirs in catalog.behaviors_of(teammate) {
                     let theirs = &catalog.sets[theirs.index()];
                     if theirs.task == set.task {
@@ -71,17 +69,17 @@ pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
                             params: params_of(&teammate.name, &theirs.name),
                             work_s: unit_s(teammate, theirs),
                         };
-                        takeovers.push(rival.takeover(setup, own));
+                        takeovers.push(rival.takeover(setup, params));
                     }
                 }
             }
             forecasts.push(Forecast {
                 robot: robot.name.clone(),
                 set: set.name.clone(),
-                task: own.task.clone(),
-                activates_s: setup.alliance.threshold / own.fast_impatience,
-                yields_s: own.before_yielding_s,
-                gives_up_s: own.before_giving_up_s,
+                task: params.task.clone(),
+                activates_s: setup.alliance.threshold / params.fast_impatience,
+                yields_s: params.before_yielding_s,
+                gives_up_s: params.before_giving_up_s,
                 work_s: unit_s(robot, set),
                 takeovers,
             });
@@ -90,7 +88,7 @@ pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
     forecasts
 }
 
-/// Time from 0 to `threshold` with rate `slow` for the first `slow_s` and `fast` after that, s.
+/// Returns the time from 0 to `threshold` with rate `slow` for the first `slow_s` and then with rate `fast`, s.
 #[must_use]
 pub fn rise_s(threshold: f64, slow: f64, fast: f64, slow_s: f64) -> f64 {
     let reached = slow * slow_s;
@@ -101,7 +99,7 @@ pub fn rise_s(threshold: f64, slow: f64, fast: f64, slow_s: f64) -> f64 {
     }
 }
 
-/// A teammate on the task.
+/// A teammate on the same task.
 struct Rival<'a> {
     name: &'a str,
     set: &'a str,
@@ -110,22 +108,27 @@ struct Rival<'a> {
 }
 
 impl Rival<'_> {
-    fn takeover(&self, setup: &Setup, own: &BehaviorParams) -> Takeover {
+    fn takeover(&self, setup: &Setup, params: &BehaviorParams) -> Takeover {
         let switches = &setup.alliance.switches;
-        let (tau_s, phi_s) = (own.ceased_after_s, own.phi_toward(self.name));
+        let (tau_s, phi_s) = (params.ceased_after_s, params.phi_toward(self.name));
         let rise = |slow_s: f64| {
-            let slow = own.slow_toward(self.name);
-            rise_s(setup.alliance.threshold, slow, own.fast_impatience, slow_s)
+            let slow = params.slow_toward(self.name);
+            rise_s(
+                setup.alliance.threshold,
+                slow,
+                params.fast_impatience,
+                slow_s,
+            )
         };
 
         let silent = rise(tau_s.min(phi_s));
-        let failing_s = self.failing_s(switches, own, &rise);
+        let failing_s = self.failing_s(switches, params, &rise);
         let starts_again = switches.history_origin == HistoryOrigin::Progress;
         let is_left_alone = starts_again && rise(phi_s) > self.work_s;
         Takeover {
             teammate: self.name.to_owned(),
             set: self.set.to_owned(),
-            // At the threshold, it waits until the teammate is taken to have ceased.
+            // At the threshold, the robot waits until it considers the teammate lost.
             silent_s: if switches.waiting {
                 silent.max(tau_s)
             } else {
@@ -139,17 +142,17 @@ impl Rival<'_> {
     fn failing_s(
         &self,
         switches: &Switches,
-        own: &BehaviorParams,
+        params: &BehaviorParams,
         rise: &impl Fn(f64) -> f64,
     ) -> f64 {
-        let tau_s = own.ceased_after_s;
-        let phi_s = own.phi_toward(self.name);
+        let tau_s = params.ceased_after_s;
+        let phi_s = params.phi_toward(self.name);
         let (psi_s, lambda_s) = (
             self.params.before_yielding_s,
             self.params.before_giving_up_s,
         );
-        // Without a release, its last heartbeat slows the others down for τ, and occupies the task unless it says that it
-        // is idle.
+        // Without a release message, the teammate's last heartbeat slows the others for τ. It also occupies the task unless a
+        // later heartbeat reports that the teammate is idle.
         let slows_s = if switches.release_message { 0.0 } else { tau_s };
         let occupies_s = if switches.idle_heartbeat {
             0.0
@@ -161,12 +164,12 @@ impl Rival<'_> {
             return wishes_s;
         }
         let leaves_s = if switches.waiting_counts && switches.reset_stops_active {
-            // The wish is its first word on the task, and switches the other off.
+            // The request is the robot's first message on the task and deactivates the teammate.
             wishes_s.min(lambda_s)
         } else {
             wishes_s.max(psi_s).min(lambda_s)
         };
-        let waits_out_s = wishes_s + own.before_yielding_s + tau_s;
+        let waits_out_s = wishes_s + params.before_yielding_s + tau_s;
         wishes_s.max(leaves_s + occupies_s).min(waits_out_s)
     }
 }

@@ -1,8 +1,8 @@
-//! `alliance check`: what a scenario's parameters mean, before anything runs.
+//! `alliance check`: explains a scenario's parameters before a run.
 //!
-//! - [`forecast`]: when sets activate, take over, yield and give up, in closed form;
-//! - [`mod@warnings`]: parameters that do not go together;
-//! - `show`: the same as a table for people or JSON for programs.
+//! - [`forecast`]: times of activation, takeover, yielding and giving up, in closed form;
+//! - [`mod@warnings`]: valid parameters that contradict each other;
+//! - `show`: the result as a table or as JSON.
 
 pub mod forecast;
 mod show;
@@ -20,15 +20,15 @@ use world_server::size::SizeArgs;
 use forecast::{Forecast, forecasts};
 use warnings::{Warning, warnings};
 
-/// Say what the parameters of a scenario mean, and which of them do not go together.
+/// Explain the parameters of a scenario, and warn about contradictions
 #[derive(Args, Clone, Debug)]
 pub struct CheckCommand {
-    /// Scenario: the name of a built-in one, or a TOML file
+    /// Scenario: name of a built-in one, or a TOML file
     #[arg(value_name = "SCENARIO|FILE")]
     scenario: Option<String>,
     #[command(flatten)]
     size: SizeArgs,
-    /// Parameter file of the thesis' form (Fig. 3.4); its values beat the scenario's
+    /// Parameter file in the thesis' format (Fig. 3.4); its values override the scenario's
     #[arg(long, value_name = "FILE")]
     params: Option<PathBuf>,
     /// Print the result as JSON on stdout
@@ -36,17 +36,14 @@ pub struct CheckCommand {
     json: bool,
 }
 
-/// Everything that is known of a scenario's parameters before it runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {
-    /// One per robot and behavior set, by rank and in the catalog's order.
+    /// One forecast per robot and behavior set, by rank and in catalog order.
     pub forecasts: Vec<Forecast>,
-    /// What does not go together.
     pub warnings: Vec<Warning>,
 }
 
 impl Check {
-    /// Works it out.
     #[must_use]
     pub fn of(setup: &Setup) -> Self {
         let forecasts = forecasts(setup);
@@ -59,7 +56,7 @@ impl Check {
 }
 
 impl CheckCommand {
-    /// Exit status 0, with or without warnings, or 2 for a mistake in scenario or parameters.
+    /// Runs the command. Exit status: 0 with or without warnings, 2 for invalid input.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
         match self.setup(known) {
@@ -80,7 +77,7 @@ impl CheckCommand {
         }
     }
 
-    /// Nothing that a run takes beside scenario and parameters changes the answer.
+    /// Resolves the scenario. Other options of a run do not change the result.
     fn setup(&self, known: &Known) -> anyhow::Result<Setup> {
         let mission = MissionArgs {
             scenario: self.scenario.clone(),

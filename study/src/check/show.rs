@@ -1,4 +1,4 @@
-//! A check for people and for programs.
+//! Output of a check as text and as JSON.
 
 use std::fmt::Write;
 
@@ -10,14 +10,12 @@ use super::Check;
 use super::forecast::{Forecast, Takeover};
 use crate::table;
 
-/// The tables, what they say, and the warnings.
 pub fn text(setup: &Setup, check: &Check) -> String {
     let mut text = String::new();
     for (robots, table) in tables(&check.forecasts) {
-        // Writing to a String cannot fail.
         let _ = writeln!(text, "{}\n{}", robots.join(", "), table.trim_fmt());
     }
-    text += "times in s; silent, failing, working: taking over from such a teammate, counted from its first word\n";
+    text += "times in s; silent, failing, working: takeover from such a teammate, counted from its first message\n";
     for warning in &check.warnings {
         let _ = writeln!(
             text,
@@ -33,7 +31,7 @@ pub fn text(setup: &Setup, check: &Check) -> String {
     text
 }
 
-/// A table for each group of robots, with one row for all robots that have the same figures.
+/// Creates a table for each group of robots. Robots with equal figures share a row.
 fn tables(forecasts: &[Forecast]) -> Vec<(Vec<&str>, Table)> {
     let mut rows: Vec<(Vec<&str>, [String; 8])> = Vec::new();
     for forecast in forecasts {
@@ -54,7 +52,7 @@ fn tables(forecasts: &[Forecast]) -> Vec<(Vec<&str>, Table)> {
         tables[of_group].1.add_row(figures);
     }
     for (_, table) in &mut tables {
-        // As many columns as 80 characters have room for.
+        // The narrow padding makes all columns fit 80 characters.
         for column in table.column_iter_mut() {
             column.set_padding((0, 1));
         }
@@ -84,16 +82,16 @@ fn figures(forecast: &Forecast) -> [String; 8] {
     [
         forecast.set.clone(),
         seconds(forecast.activates_s),
-        over(|it| it.silent_s),
-        over(|it| it.failing_s),
-        over(|it| it.working_s.unwrap_or(f64::INFINITY)),
+        over(|takeover| takeover.silent_s),
+        over(|takeover| takeover.failing_s),
+        over(|takeover| takeover.working_s.unwrap_or(f64::INFINITY)),
         seconds(forecast.yields_s),
         seconds(forecast.gives_up_s),
         format!("≈ {:.0}", forecast.work_s),
     ]
 }
 
-/// The least and the most of times toward several teammates.
+/// Formats the minimum and maximum of times toward several teammates.
 fn range(times: impl Iterator<Item = f64> + Clone) -> String {
     let least = times.clone().fold(f64::INFINITY, f64::min);
     match times.reduce(f64::max) {
@@ -111,42 +109,42 @@ fn seconds(time: f64) -> String {
     }
 }
 
-/// The same for programs; a `working_s` of null means never.
+/// Returns the result as JSON. A `working_s` of null means never.
 pub fn json(setup: &Setup, check: &Check) -> Value {
-    let takeover = |it: &Takeover| {
+    let takeover = |takeover: &Takeover| {
         json!({
-            "teammate": it.teammate,
-            "behavior_set": it.set,
-            "silent_s": it.silent_s,
-            "failing_s": it.failing_s,
-            "working_s": it.working_s,
+            "teammate": takeover.teammate,
+            "behavior_set": takeover.set,
+            "silent_s": takeover.silent_s,
+            "failing_s": takeover.failing_s,
+            "working_s": takeover.working_s,
         })
     };
     let sets: Vec<Value> = check
         .forecasts
         .iter()
-        .map(|it| {
+        .map(|forecast| {
             json!({
-                "robot": it.robot,
-                "behavior_set": it.set,
-                "task": it.task,
-                "activates_s": it.activates_s,
-                "yields_s": it.yields_s,
-                "gives_up_s": it.gives_up_s,
-                "unit_of_work_s": it.work_s,
-                "takeovers": it.takeovers.iter().map(takeover).collect::<Vec<_>>(),
+                "robot": forecast.robot,
+                "behavior_set": forecast.set,
+                "task": forecast.task,
+                "activates_s": forecast.activates_s,
+                "yields_s": forecast.yields_s,
+                "gives_up_s": forecast.gives_up_s,
+                "unit_of_work_s": forecast.work_s,
+                "takeovers": forecast.takeovers.iter().map(takeover).collect::<Vec<_>>(),
             })
         })
         .collect();
     let warnings: Vec<Value> = check
         .warnings
         .iter()
-        .map(|it| {
+        .map(|warning| {
             json!({
-                "kind": it.kind.as_str(),
-                "behavior_set": it.set,
-                "robots": it.robots,
-                "text": it.text,
+                "kind": warning.kind.as_str(),
+                "behavior_set": warning.set,
+                "robots": warning.robots,
+                "text": warning.text,
             })
         })
         .collect();

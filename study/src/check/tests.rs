@@ -1,4 +1,4 @@
-//! Against values worked out by hand.
+//! Forecasts and warnings against values calculated by hand.
 
 use alliance_proto::scenario::{Scenario, Setup};
 use missions::Registry;
@@ -8,16 +8,14 @@ use super::forecast::{Forecast, rise_s};
 use super::warnings::Kind;
 use super::*;
 
-/// A scenario file, resolved.
 fn setup(text: &str) -> Setup {
     let scenario = Scenario::parse("s.toml", text, &Registry::built_in().vocabulary()).unwrap();
     Setup::resolve(scenario, 1, None).unwrap().setup
 }
 
-/// The forecast of a robot's set.
 fn of(setup: &Setup, robot: &str, set: &str) -> Forecast {
     let mut forecasts = forecasts(setup).into_iter();
-    let wanted = |it: &Forecast| it.robot == robot && it.set == set;
+    let wanted = |forecast: &Forecast| forecast.robot == robot && forecast.set == set;
     forecasts.find(wanted).unwrap()
 }
 
@@ -29,9 +27,9 @@ fn assert_near(actual: f64, expected: f64) {
     );
 }
 
-/// The numbers of ALLIANCE.md §4: θ=100, δ_fast=5, δ_slow=1.
+/// Parameters of the example in docs/ALLIANCE.md §4: θ=100, δ_fast=5, δ_slow=1.
 #[test]
-fn rises_of_the_model_page() {
+fn rise_times_match_the_documented_example() {
     for (slow_s, expected) in [
         (0.0, 20.0),
         (30.0, 44.0),
@@ -53,7 +51,7 @@ slow_impatience = 1.0
 ceased_after_s = 5.0
 ";
 
-/// Toward blue, of gold's move-spill(top): (silent, failing, working).
+/// Returns the times of a takeover of gold's move-spill(top) from blue: (silent, failing, working).
 fn takeover(parameters: &str, switches: &str) -> (f64, f64, Option<f64>) {
     let setup = setup(&format!(
         "{TWO}{parameters}\n[alliance.switches]\n{switches}"
@@ -70,11 +68,11 @@ fn takeover(parameters: &str, switches: &str) -> (f64, f64, Option<f64>) {
 }
 
 #[test]
-fn takeovers_by_hand() {
+fn takeovers_match_hand_calculation() {
     // A unit of work takes 26 s. Silent: slow for τ = 5 s, 5 + 95/5 = 24 s.
     let far = "before_yielding_s = 1000.0\nbefore_giving_up_s = 2000.0";
     let table = [
-        // At θ after 44 s; waits until blue yields.
+        // Gold is at θ after 44 s and waits until blue yields.
         (
             "willing_to_affect_s = 30.0\nbefore_yielding_s = 80.0\nbefore_giving_up_s = 90.0",
             "",
@@ -92,31 +90,31 @@ fn takeovers_by_hand() {
             "",
             (24.0, 60.0, None),
         ),
-        // The same without a release: gold goes on slowly for τ, 55 + 45/5.
+        // Without a release message, gold continues slowly for τ: 55 + 45/5.
         (
             "willing_to_affect_s = 300.0\nbefore_yielding_s = 40.0\nbefore_giving_up_s = 50.0",
             "release_message = false",
             (24.0, 64.0, None),
         ),
-        // θ at the slow rate; the wait is bounded by its own ψ + τ, which blue's ψ is less than.
+        // Gold reaches θ at the slow rate. The wait is bounded by its ψ + τ, and blue's ψ is less.
         (
             &format!("willing_to_affect_s = 300.0\n{far}"),
             "",
             (24.0, 1000.0, None),
         ),
-        // No waiting: beside blue at 44 s, be it working or not, for the history is literal.
+        // Without waiting, gold activates beside blue at 44 s, also if blue is working: the history is literal.
         (
             &format!("willing_to_affect_s = 30.0\n{far}"),
             "waiting = false\nhistory_origin = 'mission-start'",
             (24.0, 44.0, Some(44.0)),
         ),
-        // The wish itself switches blue off.
+        // The request itself deactivates blue.
         (
             "willing_to_affect_s = 30.0\nbefore_yielding_s = 80.0\nbefore_giving_up_s = 90.0",
             "waiting_counts = true\nreset_stops_active = true",
             (24.0, 44.0, None),
         ),
-        // Patience ends before a unit of work does: φ = 1 s, 1 + 99/5 = 20.8 s.
+        // Patience ends before a unit of work: φ = 1 s, 1 + 99/5 = 20.8 s.
         (
             "willing_to_affect_s = 1.0\nbefore_yielding_s = 15.0\nbefore_giving_up_s = 90.0",
             "",
@@ -137,8 +135,8 @@ fn takeovers_by_hand() {
 }
 
 #[test]
-fn a_deafer_teammate_is_waited_out() {
-    // Gold's own ψ + τ = 65 s after θ at 44 s; blue's ψ is 1000 s.
+fn a_robot_waits_at_most_psi_plus_tau_for_a_persistent_teammate() {
+    // Gold's ψ + τ is 65 s after θ at 44 s; blue's ψ is 1000 s.
     let (_, failing, _) = takeover(
         "willing_to_affect_s = 30.0
          before_yielding_s = 60.0
@@ -151,7 +149,7 @@ fn a_deafer_teammate_is_waited_out() {
 }
 
 #[test]
-fn a_fast_robot_waits_for_a_silent_one_to_be_gone() {
+fn a_fast_robot_waits_until_a_silent_teammate_is_considered_lost() {
     let (silent, ..) = takeover(
         "[alliance.robots.gold.defaults]\nfast_impatience = 100.0",
         "",
@@ -160,19 +158,19 @@ fn a_fast_robot_waits_for_a_silent_one_to_be_gone() {
     assert_near(silent, 5.95);
     let fast =
         "[alliance.robots.gold.defaults]\nfast_impatience = 100.0\nwilling_to_affect_s = 0.5";
-    // θ at 0.5 + 0.995 s, but blue is not gone before τ.
+    // Gold reaches θ at 0.5 + 0.995 s, but blue is considered lost only after τ.
     assert_near(takeover(fast, "").0, 5.0);
     assert_near(takeover(fast, "waiting = false").0, 1.495);
 }
 
 #[test]
-fn every_way_of_finding_has_its_takeover() {
+fn each_method_of_finding_has_a_takeover() {
     let setup = default_setup(1);
     let wander = of(&setup, "gold", "find-locations-wander");
     let from: Vec<(&str, &str)> = wander
         .takeovers
         .iter()
-        .map(|it| (it.teammate.as_str(), it.set.as_str()))
+        .map(|takeover| (takeover.teammate.as_str(), takeover.set.as_str()))
         .collect();
     assert_eq!(
         from,
@@ -201,27 +199,27 @@ fn units_of_work_of_the_default_room() {
     };
     // 12 m at 0.5 m/s, 90° at 90°/s.
     assert!((unit(BehaviorKind::FindLocationsMethodical) - 25.0).abs() < 1e-4);
-    // From (9.6, 4.5) to (4, 6): √(5.6² + 1.5²) = 5.797 m, 0.2 m less for the deposit's and the spill's radius.
+    // From (9.6, 4.5) to (4, 6): √(5.6² + 1.5²) = 5.797 m, less 0.2 m for the radii of deposit and spill.
     assert!((unit(BehaviorKind::MoveSpill(0)) - (2.0 * 5.597_411 / 0.5 + 4.0)).abs() < 1e-3);
     // From x = 9.6 m to 0.6 m, and 180°.
     assert!((unit(BehaviorKind::ReportProgress) - 20.0).abs() < 1e-4);
 }
 
-/// The rules that a scenario file breaks: (rule, set, robots).
+/// Returns the warnings of a scenario file: (kind, set, number of robots).
 fn broken(text: &str) -> Vec<(Kind, String, usize)> {
     let warnings = Check::of(&setup(text)).warnings.into_iter();
     warnings
-        .map(|it| (it.kind, it.set, it.robots.len()))
+        .map(|warning| (warning.kind, warning.set, warning.robots.len()))
         .collect()
 }
 
 #[test]
-fn nothing_is_wrong_with_the_default_mission() {
+fn the_default_mission_has_no_warnings() {
     assert_eq!(broken(""), []);
 }
 
 #[test]
-fn each_rule_by_itself() {
+fn each_rule_gives_its_warning() {
     let top = "[alliance.sets.'move-spill(top)']\n";
     let spill = "move-spill(top)".to_owned();
     let report = "report-progress".to_owned();
@@ -247,7 +245,7 @@ fn each_rule_by_itself() {
             format!("{top}ceased_after_s = 1.9"),
             (Kind::SilenceTooShort, spill.clone(), 3),
         ),
-        // Green speaks more seldom than blue and gold listen.
+        // Green sends heartbeats less often than blue and gold expect them.
         (
             "[alliance.robots.green.sets.'move-spill(top)']\nbroadcast_rate_hz = 0.21".to_owned(),
             (Kind::SilenceTooShort, spill, 2),
@@ -268,7 +266,7 @@ fn each_rule_by_itself() {
 
 #[test]
 fn a_heartbeat_period_is_rounded_up_to_steps() {
-    // 1/ρ = 0.9 s is two steps of 0.5 s: τ = 1.9 s is less than two of them, 2 s is not.
+    // 1/ρ = 0.9 s is two steps of 0.5 s: τ = 1.9 s is less than two periods, 2 s is not.
     let text = |tau| {
         format!(
             "step_ms = 500\n[alliance.defaults]\nbroadcast_rate_hz = 1.1112\nceased_after_s = {tau}"
@@ -277,16 +275,21 @@ fn a_heartbeat_period_is_rounded_up_to_steps() {
     assert!(
         broken(&text("1.9"))
             .iter()
-            .all(|it| it.0 == Kind::SilenceTooShort)
+            .all(|warning| warning.0 == Kind::SilenceTooShort)
     );
     assert!(!broken(&text("1.9")).is_empty());
     assert_eq!(broken(&text("2.0")), []);
 }
 
 #[test]
-fn a_robot_alone_takes_nothing_over() {
+fn a_single_robot_has_no_takeovers() {
     let setup = setup("[[robots]]\nname = 'solo'");
     let check = Check::of(&setup);
-    assert!(check.forecasts.iter().all(|it| it.takeovers.is_empty()));
+    assert!(
+        check
+            .forecasts
+            .iter()
+            .all(|forecast| forecast.takeovers.is_empty())
+    );
     assert!(show::text(&setup, &check).contains('-'));
 }

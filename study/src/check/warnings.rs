@@ -1,4 +1,4 @@
-//! Parameters that are valid, but do not go together.
+//! Warnings about valid parameters that contradict each other.
 
 use std::collections::BTreeMap;
 
@@ -6,36 +6,31 @@ use alliance_proto::scenario::{BehaviorParams, Setup};
 
 use super::forecast::Forecast;
 
-/// What is wrong with a behavior set, for one or more robots.
+/// A warning about a behavior set of one or more robots.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
-    /// Which rule is broken.
     pub kind: Kind,
-    /// The behavior set.
     pub set: String,
-    /// The robots, by rank.
     pub robots: Vec<String>,
-    /// With which values, and what comes of it.
+    /// The values and their consequence.
     pub text: String,
 }
 
-/// The rules.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// ψ is shorter than a unit of work.
     YieldsTooEarly,
     /// λ is shorter than a unit of work.
     GivesUpTooEarly,
-    /// λ is shorter than φ.
+    /// λ is shorter than the φ of teammates toward the robot.
     PatienceUnused,
-    /// τ is near 1/ρ.
+    /// τ is shorter than two periods of 1/ρ.
     SilenceTooShort,
-    /// The report period does not go with ψ and λ.
+    /// The report period is too short for ψ and λ.
     ReportsLate,
 }
 
 impl Kind {
-    /// Its name in JSON.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -48,7 +43,7 @@ impl Kind {
     }
 }
 
-/// All warnings, by set in the catalog's order, then by rule.
+/// Returns all warnings, by set in catalog order, then by rule.
 #[must_use]
 pub fn warnings(setup: &Setup, forecasts: &[Forecast]) -> Vec<Warning> {
     let catalog = &setup.catalog;
@@ -75,15 +70,15 @@ pub fn warnings(setup: &Setup, forecasts: &[Forecast]) -> Vec<Warning> {
 
 fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(Kind, String)> {
     let params = |robot: &str, set: &str| &setup.alliance.robots[robot].sets[set];
-    let own = params(&forecast.robot, &forecast.set);
-    let (psi_s, lambda_s) = (own.before_yielding_s, own.before_giving_up_s);
+    let set = params(&forecast.robot, &forecast.set);
+    let (psi_s, lambda_s) = (set.before_yielding_s, set.before_giving_up_s);
     let work_s = forecast.work_s;
     let mut found = Vec::new();
     if psi_s < work_s {
         found.push((
             Kind::YieldsTooEarly,
             format!(
-                "psi = {psi_s} s is shorter than a unit of work, about {work_s:.0} s: it yields before anything is done"
+                "psi = {psi_s} s is shorter than a unit of work, about {work_s:.0} s: the robot yields before it completes anything"
             ),
         ));
     }
@@ -91,14 +86,14 @@ fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(Kind, String)> {
         found.push((
             Kind::GivesUpTooEarly,
             format!(
-                "lambda = {lambda_s} s is shorter than a unit of work, about {work_s:.0} s: it gives up before anything is done"
+                "lambda = {lambda_s} s is shorter than a unit of work, about {work_s:.0} s: the robot gives up before it completes anything"
             ),
         ));
     }
 
     let rivals = || {
         let takeovers = forecast.takeovers.iter();
-        takeovers.map(|it| params(&it.teammate, &it.set))
+        takeovers.map(|takeover| params(&takeover.teammate, &takeover.set))
     };
     let patience_s = rivals()
         .map(|theirs| theirs.phi_toward(&forecast.robot))
@@ -107,24 +102,24 @@ fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(Kind, String)> {
         found.push((
             Kind::PatienceUnused,
             format!(
-                "lambda = {lambda_s} s is shorter than phi = {patience_s} s of teammates toward it: failing, it gives up before they lose patience"
+                "lambda = {lambda_s} s is shorter than phi = {patience_s} s of teammates toward the robot: a failing robot gives up before they lose patience"
             ),
         ));
     }
     let period_s = rivals()
-        .map(|theirs| heard_every_s(setup, theirs))
+        .map(|theirs| heartbeat_period_s(setup, theirs))
         .fold(0.0, f64::max);
-    let tau_s = own.ceased_after_s;
+    let tau_s = set.ceased_after_s;
     if tau_s < 2.0 * period_s {
         let missed = if tau_s <= period_s {
-            "it takes every teammate for gone between two heartbeats"
+            "the robot considers every teammate lost between two heartbeats"
         } else {
-            "it takes a teammate for gone when one heartbeat is lost"
+            "the robot considers a teammate lost after one missing heartbeat"
         };
         found.push((
             Kind::SilenceTooShort,
             format!(
-                "tau = {tau_s} s is less than two heartbeats of teammates, {period_s} s apart: {missed}"
+                "tau = {tau_s} s is less than two heartbeat periods of teammates, {period_s} s each: {missed}"
             ),
         ));
     }
@@ -132,14 +127,14 @@ fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(Kind, String)> {
     found
 }
 
-/// Time between two heartbeats, s: 1/ρ, rounded up to whole steps.
-fn heard_every_s(setup: &Setup, params: &BehaviorParams) -> f64 {
+/// Returns the time between two heartbeats, s: 1/ρ, rounded up to whole steps.
+fn heartbeat_period_s(setup: &Setup, params: &BehaviorParams) -> f64 {
     let step_s = setup.alliance.step_ms as f64 / 1000.0;
     (1.0 / params.broadcast_rate_hz / step_s - 1e-9).ceil() * step_s
 }
 
-/// Whether what is due again and again has to come late: because it takes too long, or because everybody may be at tasks that go on
-/// when it is due.
+/// Warns if a recurring task must be late: because it takes too long, or because all robots may be at continuing tasks when it
+/// becomes due.
 fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
     let scenario = &setup.scenario;
     let catalog = &setup.catalog;
@@ -151,7 +146,7 @@ fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
         return Some((
             Kind::ReportsLate,
             format!(
-                "from becoming due, it takes about {takes_s:.0} s, more than its period of {period_s} s"
+                "the task takes about {takes_s:.0} s after it becomes due, more than its period of {period_s} s"
             ),
         ));
     }
@@ -165,9 +160,9 @@ fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
     if places < scenario.robots.len() as u64 {
         return None;
     }
-    let own = &setup.alliance.robots[&forecast.robot].sets;
+    let sets = &setup.alliance.robots[&forecast.robot].sets;
     let longest = |of: fn(&BehaviorParams) -> f64| {
-        moving().map(|set| of(&own[&set.name])).fold(0.0, f64::max)
+        moving().map(|set| of(&sets[&set.name])).fold(0.0, f64::max)
     };
     let lambda_s = longest(|params| params.before_giving_up_s);
     let psi_s = longest(|params| params.before_yielding_s);
@@ -175,7 +170,7 @@ fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
         (
             Kind::ReportsLate,
             format!(
-                "all robots may be at other tasks when it is due, every {period_s} s; this one goes on until psi = {psi_s} s if somebody wants its task, else until lambda = {lambda_s} s"
+                "all robots may be at other tasks when the task becomes due, every {period_s} s; this robot continues until psi = {psi_s} s if a teammate requests its task, otherwise until lambda = {lambda_s} s"
             ),
         )
     })

@@ -1,4 +1,4 @@
-//! Every cell by itself, every two allocators of a block, and all allocators over all blocks.
+//! The statistics of each cell, of each pair of allocators in a block, and of all allocators over all blocks.
 
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -14,16 +14,14 @@ use super::statistics::nemenyi::{critical_difference, nemenyi};
 use super::statistics::wilcoxon::wilcoxon;
 use crate::sweep::statistics::{Interval, quantile, wilson};
 
-/// Of all intervals.
 pub const LEVEL: f64 = 0.95;
 
-/// A p value below it counts.
 pub const SIGNIFICANT: f64 = 0.05;
 
-/// What two allocators are compared by within a block.
+/// The metrics of the paired comparisons within a block.
 pub const PAIRED: [Metric; 3] = [Metric::Completion, Metric::Par2, Metric::Makespan];
 
-/// What all are ranked by over all blocks.
+/// The metrics of the rankings over all blocks.
 pub const RANKED: [Metric; 5] = [
     Metric::Par2,
     Metric::Completion,
@@ -32,80 +30,67 @@ pub const RANKED: [Metric; 5] = [
     Metric::Distance,
 ];
 
-/// Everything that is computed.
 pub struct Analysis {
-    /// By block.
     pub blocks: Vec<BlockAnalysis>,
-    /// By [`RANKED`]; without those that too few blocks have.
+    /// One entry per metric of [`RANKED`] for which enough blocks have data.
     pub rankings: Vec<Ranking>,
 }
 
-/// A block.
 #[derive(Clone, Debug, Default)]
 pub struct BlockAnalysis {
-    /// By allocator and metric; `None` without data.
+    /// Summaries by allocator and metric; `None` without data.
     pub summaries: Vec<Vec<Option<Summary>>>,
-    /// By [`PAIRED`], and all pairs of allocators.
+    /// All pairs of allocators, by metric of [`PAIRED`].
     pub pairs: Vec<Vec<Pair>>,
 }
 
-/// Values of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Summary {
-    /// How many.
     pub n: usize,
-    /// Their mean.
     pub mean: f64,
-    /// Of the mean; for completion Wilson's.
+    /// The interval of the mean; Wilson's for completion.
     pub interval: Interval,
-    /// Least, 5 %, 25 %, 50 %, 75 %, 95 %, greatest.
+    /// The quantiles 0 (minimum), 5, 25, 50, 75, 95 and 100 % (maximum).
     pub quantiles: [f64; 7],
 }
 
-/// Two allocators in a block, by the seeds that both have.
+/// The comparison of two allocators in a block, over the seeds that both have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
-    /// Place of the first allocator.
     pub first: usize,
-    /// Place of the second one.
     pub second: usize,
-    /// Seeds.
     pub n: usize,
-    /// The mean of the second less the first, with its interval.
+    /// The mean difference, second less first, with its interval.
     pub mean: Option<(f64, Interval)>,
-    /// The median of the second less that of the first, with its interval.
     pub median: Option<(f64, Interval)>,
-    /// From -1, the second always less, to 1: the rank-biserial correlation; of completion the difference of shares.
+    /// The rank-biserial correlation from -1 (the second is always less) to 1; for completion the difference of shares.
     pub effect: f64,
-    /// By Wilcoxon's test; of completion by McNemar's.
+    /// The p value of Wilcoxon's test; for completion that of McNemar's test.
     pub p: f64,
-    /// Among all pairs of the block, by Holm's correction.
+    /// The p value after Holm's correction over all pairs of the block.
     pub adjusted: f64,
 }
 
 impl Pair {
-    /// Whether the difference is no accident.
     #[must_use]
     pub fn is_real(&self) -> bool {
         self.adjusted < SIGNIFICANT
     }
 }
 
-/// All allocators over all blocks that have data of each.
+/// The ranking of all allocators over the blocks in which each of them has data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ranking {
-    /// By what.
     pub metric: Metric,
-    /// The test.
     pub friedman: Friedman,
-    /// How far mean ranks must lie apart.
+    /// The critical difference of mean ranks.
     pub critical: f64,
-    /// Blocks in which an allocator has no data.
+    /// The indices of the omitted blocks: an allocator has no data or all allocators are equal.
     pub left_out: Vec<usize>,
 }
 
 impl Ranking {
-    /// Places of the allocators, the best one first.
+    /// Returns the indices of the allocators, best first.
     #[must_use]
     pub fn order(&self) -> Vec<usize> {
         let ranks = &self.friedman.mean_ranks;
@@ -114,7 +99,7 @@ impl Ranking {
         order
     }
 
-    /// p of two of them, by Nemenyi's test.
+    /// Returns the p value of two allocators by Nemenyi's test.
     #[must_use]
     pub fn p(&self, first: usize, second: usize) -> f64 {
         let ranks = &self.friedman.mean_ranks;
@@ -127,7 +112,7 @@ impl Ranking {
 }
 
 impl Analysis {
-    /// Computes all of it, several blocks side by side.
+    /// Computes all statistics on `jobs` threads.
     #[must_use]
     pub fn of(data: &Data, jobs: NonZeroUsize) -> Self {
         let next = AtomicUsize::new(0);
@@ -150,7 +135,7 @@ impl Analysis {
                 match worker.join() {
                     Ok(done) => done
                         .into_iter()
-                        .for_each(|(number, it)| blocks[number] = it),
+                        .for_each(|(number, block)| blocks[number] = block),
                     Err(panic) => std::panic::resume_unwind(panic),
                 }
             }
@@ -164,10 +149,10 @@ impl Analysis {
         }
     }
 
-    /// A pair of a block by a metric of [`PAIRED`], as seen by the first: turned round where that is needed.
+    /// Returns the comparison of two allocators by a metric of [`PAIRED`], with the signs as seen from `first`.
     #[must_use]
     pub fn pair(&self, block: usize, metric: &Metric, first: usize, second: usize) -> Option<Pair> {
-        let place = PAIRED.iter().position(|it| it == metric)?;
+        let place = PAIRED.iter().position(|paired| paired == metric)?;
         let found = self.blocks[block].pairs[place].iter().find(|pair| {
             (pair.first.min(pair.second), pair.first.max(pair.second))
                 == (first.min(second), first.max(second))
@@ -182,8 +167,9 @@ impl Analysis {
 
 impl Pair {
     fn turned(&self) -> Self {
-        let turn =
-            |found: Option<(f64, Interval)>| found.map(|(it, (from, to))| (-it, (-to, -from)));
+        let turn = |found: Option<(f64, Interval)>| {
+            found.map(|(value, (from, to))| (-value, (-to, -from)))
+        };
         Self {
             first: self.second,
             second: self.first,
@@ -221,7 +207,7 @@ fn summaries(data: &Data, block: &Block) -> Vec<Vec<Option<Summary>>> {
             let mean = mean(&values)?;
             let n = values.len();
             let interval = if data.metrics[place % data.metrics.len()] == Metric::Completion {
-                // Of ones and zeros the sum counts the ones.
+                // The values are 1 and 0, so their sum is the number of completed runs.
                 wilson(values.iter().sum::<f64>() as usize, n)
             } else {
                 resampled.interval(LEVEL)?
@@ -255,7 +241,7 @@ fn pairs(data: &Data, block: &Block, metric: &Metric) -> Vec<Pair> {
             second
                 .iter()
                 .zip(first)
-                .map(|(it, other)| it - other)
+                .map(|(second, first)| second - first)
                 .collect()
         })
         .collect();
@@ -266,7 +252,7 @@ fn pairs(data: &Data, block: &Block, metric: &Metric) -> Vec<Pair> {
         .collect();
     let of_means = means(&columns);
     let is_share = *metric == Metric::Completion;
-    // Medians of zeros and ones say little.
+    // Medians of zeros and ones are not informative.
     let of_medians = if is_share {
         Vec::new()
     } else {
@@ -279,7 +265,12 @@ fn pairs(data: &Data, block: &Block, metric: &Metric) -> Vec<Pair> {
             let differences = &differences[number];
             let mean = mean(differences);
             let (effect, p) = if is_share {
-                let count = |sign: f64| differences.iter().filter(|it| **it == sign).count() as u64;
+                let count = |sign: f64| {
+                    differences
+                        .iter()
+                        .filter(|difference| **difference == sign)
+                        .count() as u64
+                };
                 (mean.unwrap_or(0.0), mcnemar(count(-1.0), count(1.0)))
             } else {
                 let found = wilcoxon(differences);
@@ -300,9 +291,9 @@ fn pairs(data: &Data, block: &Block, metric: &Metric) -> Vec<Pair> {
             }
         })
         .collect();
-    // Those without a common seed are no tests.
-    let tested: Vec<usize> = (0..pairs.len()).filter(|it| pairs[*it].n > 0).collect();
-    let p: Vec<f64> = tested.iter().map(|it| pairs[*it].p).collect();
+    // Pairs without a common seed are not tested.
+    let tested: Vec<usize> = (0..pairs.len()).filter(|pair| pairs[*pair].n > 0).collect();
+    let p: Vec<f64> = tested.iter().map(|pair| pairs[*pair].p).collect();
     for (pair, adjusted) in tested.into_iter().zip(holm(&p)) {
         pairs[pair].adjusted = adjusted;
     }
@@ -326,7 +317,7 @@ fn ranking(data: &Data, metric: &Metric) -> Option<Ranking> {
             .iter()
             .map(|cell| Some(sign * cell.mean(place)?));
         let means: Option<Vec<f64>> = means.collect();
-        // Where all are alike, such as in a mission that ends when its time is up, there is nothing to be ranked.
+        // A block in which all means are equal, such as a mission with a fixed duration, has no ranking.
         let differ = |means: &Vec<f64>| means.iter().any(|mean| *mean != means[0]);
         match means.filter(differ) {
             Some(means) => blocks.push(means),
@@ -350,8 +341,8 @@ mod tests {
 
     const JOBS: NonZeroUsize = NonZeroUsize::new(3).unwrap();
 
-    /// nearest needs 5 s more than alliance; in the last block it has no data.
-    fn some() -> Data {
+    /// Creates data in which nearest needs 5 s more than alliance and has no data in the last block.
+    fn sample() -> Data {
         data(
             |block, rival, seed| match (block, rival) {
                 (3, 2) => None,
@@ -364,7 +355,7 @@ mod tests {
 
     #[test]
     fn pairs_means_and_ranks() {
-        let data = some();
+        let data = sample();
         let analysis = Analysis::of(&data, JOBS);
         let par2 = data.place(&Metric::Par2);
         let summary = analysis.blocks[0].summaries[1][par2].unwrap();
@@ -403,33 +394,33 @@ mod tests {
     }
 
     #[test]
-    fn as_many_workers_as_you_like() {
-        let data = some();
+    fn the_number_of_workers_does_not_change_the_result() {
+        let data = sample();
         let pairs = |jobs| {
             Analysis::of(&data, jobs)
                 .blocks
                 .into_iter()
-                .map(|it| it.pairs)
+                .map(|block| block.pairs)
                 .collect::<Vec<_>>()
         };
         assert_eq!(pairs(JOBS), pairs(NonZeroUsize::MIN));
     }
 
     #[test]
-    fn the_answer_names_the_best_those_that_are_like_it_and_what_is_no_data() {
-        let data = some();
+    fn the_answer_names_the_best_ties_and_missing_data() {
+        let data = sample();
         let analysis = Analysis::of(&data, JOBS);
-        assert_eq!(best(&data, 0), Some(0), "the oracle is no rival");
+        assert_eq!(best(&data, 0), Some(0), "the oracle does not compete");
         assert!(ties(&analysis, &data, 0, 0).is_empty());
-        let said = answer(&data, &analysis, &[]).join("\n");
+        let text = answer(&data, &analysis, &[]).join("\n");
         for part in [
-            "alliance copes best: mean rank 2.0 of 3 by mean PAR2",
-            "1 more block is left out",
+            "alliance has the best mean rank by mean PAR2: 2.0 of 3",
+            "1 more block is omitted",
             "Best under none: in near alliance (42 s; all others are worse); in far alliance",
-            "Every run that counts completed its mission.",
-            "No data, for the fault never hit or every run failed: nearest in far, dead.",
+            "Every counted run completed its mission.",
+            "No data, because the fault never hit or every run failed: nearest in far, dead.",
         ] {
-            assert!(said.contains(part), "no '{part}' in {said}");
+            assert!(text.contains(part), "no '{part}' in {text}");
         }
     }
 }

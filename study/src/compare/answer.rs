@@ -1,30 +1,28 @@
-//! The answer in words, made from the numbers.
+//! The result in words.
 
 use super::analysis::{Analysis, LEVEL};
 use super::data::Data;
 use super::hypotheses::{Outcome, Verdict};
 use super::metrics::Metric;
 
-/// What the numbers say, a sentence or two in each.
 #[must_use]
 pub fn answer(data: &Data, analysis: &Analysis, verdicts: &[Verdict]) -> Vec<String> {
-    let mut said: Vec<String> = Vec::new();
-    said.extend(over_all(data, analysis));
+    let mut answer: Vec<String> = Vec::new();
+    answer.extend(over_all(data, analysis));
     for class in data.classes() {
-        said.extend(under(data, analysis, class));
+        answer.extend(under(data, analysis, class));
     }
-    said.extend(incomplete(data));
-    said.extend(no_data(data));
-    said.extend(claims(verdicts));
-    said
+    answer.extend(incomplete(data));
+    answer.extend(no_data(data));
+    answer.extend(claims(verdicts));
+    answer
 }
 
-/// Mean ranks over all blocks.
 fn over_all(data: &Data, analysis: &Analysis) -> Option<String> {
     let ranking = analysis
         .rankings
         .iter()
-        .find(|it| it.metric == Metric::Par2)?;
+        .find(|ranking| ranking.metric == Metric::Par2)?;
     let ranks = &ranking.friedman.mean_ranks;
     let named = |place: usize| format!("{} ({:.1})", data.allocators[place], ranks[place]);
     let order: Vec<usize> = ranking
@@ -41,20 +39,22 @@ fn over_all(data: &Data, analysis: &Analysis) -> Option<String> {
         .collect();
     let left = match ranking.left_out.len() {
         0 => String::new(),
-        1 => "; 1 more block is left out, for an allocator has no data in it or all are alike"
-            .to_owned(),
+        1 => {
+            " 1 more block is omitted: an allocator has no data in it, or all allocators are equal."
+                .to_owned()
+        }
         left => format!(
-            "; {left} more blocks are left out, for an allocator has no data in them or all are alike"
+            " {left} more blocks are omitted: an allocator has no data in them, or all allocators are equal."
         ),
     };
     let differ = if ranking.friedman.p < 1.0 - LEVEL {
-        "differ"
+        "differ significantly"
     } else {
-        "do not differ beyond chance"
+        "do not differ significantly"
     };
     Some(format!(
-        "Over {blocks} blocks (a mission under a class of faults) {} copes best: mean rank {:.1} of {} by mean PAR2. {} comes last. \
-         All together, the ranks {differ} (Friedman, p {}); two of them do where they lie {:.1} apart (Nemenyi): {}{left}.",
+        "Over {blocks} blocks (a block is a mission under a class of faults), {} has the best mean rank by mean PAR2: {:.1} of {}. {} is last. \
+         Taken together, the ranks {differ} (Friedman, p {}). Ranks less than {:.1} apart do not differ significantly (Nemenyi): {}.{left}",
         data.allocators[first],
         ranks[first],
         ranks.len(),
@@ -62,13 +62,17 @@ fn over_all(data: &Data, analysis: &Analysis) -> Option<String> {
         p_value(ranking.friedman.p),
         ranking.critical,
         match near.len() {
-            0 => "so all others are worse".to_owned(),
-            _ => format!("so nothing is shown between it and {}", near.join(", ")),
+            0 => "all other allocators are worse".to_owned(),
+            _ => format!(
+                "{} is not shown to be better than {}",
+                data.allocators[first],
+                near.join(", ")
+            ),
         },
     ))
 }
 
-/// The best of each mission under a class of faults, and who cannot be told from it.
+/// Names the best allocator of each mission under a class of faults, and those without a significant difference to it.
 fn under(data: &Data, analysis: &Analysis, class: &str) -> Option<String> {
     let par2 = data.place(&Metric::Par2);
     let blocks: Vec<usize> = (0..data.blocks.len())
@@ -83,16 +87,16 @@ fn under(data: &Data, analysis: &Analysis, class: &str) -> Option<String> {
         let cells = data.blocks[block].cells.iter();
         if cells
             .filter_map(|cell| cell.mean(par2))
-            .all(|it| it == mean)
+            .all(|other| other == mean)
         {
             let mission = &data.blocks[block].mission;
-            sentences.push(format!("all alike in {mission} ({mean:.0} s)"));
+            sentences.push(format!("all allocators equal in {mission} ({mean:.0} s)"));
             continue;
         }
         let ties = ties(analysis, data, block, best);
         let ties = match ties.len() {
             0 => "all others are worse".to_owned(),
-            _ => format!("not told from {}", names(data, &ties)),
+            _ => format!("no significant difference to {}", names(data, &ties)),
         };
         let mission = match data.blocks[block].mission.as_str() {
             "" => String::new(),
@@ -111,7 +115,7 @@ fn under(data: &Data, analysis: &Analysis, class: &str) -> Option<String> {
     (!sentences.is_empty()).then(|| format!("{class}: {}.", sentences.join("; ")))
 }
 
-/// The allocator of least mean PAR2, but for the reference.
+/// Returns the allocator with the least mean PAR2, except the reference.
 #[must_use]
 pub fn best(data: &Data, block: usize) -> Option<usize> {
     let par2 = data.place(&Metric::Par2);
@@ -123,7 +127,7 @@ pub fn best(data: &Data, block: usize) -> Option<usize> {
         .map(|(place, _)| place)
 }
 
-/// Those that are not shown to be worse than the best.
+/// Returns the allocators that are not significantly worse than the best.
 #[must_use]
 pub fn ties(analysis: &Analysis, data: &Data, block: usize, best: usize) -> Vec<usize> {
     (0..data.allocators.len())
@@ -135,7 +139,7 @@ pub fn ties(analysis: &Analysis, data: &Data, block: usize, best: usize) -> Vec<
         .collect()
 }
 
-/// Who does not always complete the mission.
+/// Lists the allocators that did not always complete the mission.
 fn incomplete(data: &Data) -> Option<String> {
     let completion = data.place(&Metric::Completion);
     let mut found = Vec::new();
@@ -159,15 +163,14 @@ fn incomplete(data: &Data) -> Option<String> {
         found.push(format!("{name} {complete} of {runs}{never}"));
     }
     Some(match found.len() {
-        0 => "Every run that counts completed its mission.".to_owned(),
+        0 => "Every counted run completed its mission.".to_owned(),
         _ => format!(
-            "Completed runs of those that did not always complete: {}.",
+            "Completed runs of the allocators that did not always complete: {}.",
             found.join("; ")
         ),
     })
 }
 
-/// Cells in which nothing happened.
 fn no_data(data: &Data) -> Option<String> {
     let cells = data.blocks.iter().flat_map(|block| {
         let cells = block.cells.iter().zip(&data.allocators);
@@ -177,7 +180,7 @@ fn no_data(data: &Data) -> Option<String> {
     let cells: Vec<String> = cells.collect();
     (!cells.is_empty()).then(|| {
         format!(
-            "No data, for the fault never hit or every run failed: {}.",
+            "No data, because the fault never hit or every run failed: {}.",
             cells.join("; ")
         )
     })
@@ -199,8 +202,11 @@ fn claims(verdicts: &[Verdict]) -> Option<String> {
         }
     };
     Some(format!(
-        "Of {} hypotheses that were declared beforehand {}, {}, {}.",
-        verdicts.len(),
+        "Of {} declared before the first run, {}, {}, {}.",
+        match verdicts.len() {
+            1 => "1 hypothesis".to_owned(),
+            count => format!("{count} hypotheses"),
+        },
         of(Outcome::Held),
         of(Outcome::Failed),
         of(Outcome::Undecided)
@@ -215,7 +221,7 @@ fn names(data: &Data, places: &[usize]) -> String {
     names.join(", ")
 }
 
-/// With two digits that count, and whether it is that or less.
+/// Formats a p value with two significant digits, preceded by `=` or `<`.
 #[must_use]
 pub fn p_value(p: f64) -> String {
     let digits = match p {

@@ -1,4 +1,4 @@
-//! Command line of `alliance compare`, and what it writes and shows.
+//! Command line, output files and terminal output of `alliance compare`.
 
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -25,26 +25,27 @@ use crate::sweep::parquet::parquet;
 use crate::sweep::plan::{Plan, setup};
 use crate::sweep::results::{csv, figures as figures_of, table};
 use crate::sweep::run::{Row, attempt};
-use crate::sweep::task::{Arguments, Study};
+use crate::sweep::task::{Arguments, Study, counted, quoted};
 use crate::sweep::workers::work;
 
-/// The page.
 const PAGE: &str = "comparison.html";
 
-/// Compare allocators under the same faults: a sweep whose plan varies `allocator`, with what it shows and how sure that is. Started
-/// again, it goes on where it was.
+/// Compare allocators under the same faults
+///
+/// A comparison is a sweep whose plan varies `allocator`. It reports the differences and their significance. An interrupted
+/// comparison resumes where it stopped.
 #[derive(Args, Clone, Debug)]
 pub struct CompareCommand {
     #[command(flatten)]
     arguments: Arguments,
-    /// Do all runs of one cell again and print their rows as CSV, instead
+    /// Repeat all runs of one cell and print their rows as CSV, then exit
     #[arg(long, value_name = "CELL", conflicts_with_all = ["shard", "merge", "out", "scenario"])]
     cell: Option<usize>,
 }
 
 impl CompareCommand {
-    /// Exit status 0 when all runs are done, however their missions ended; 1 when runs failed or it was interrupted; 2 for a
-    /// mistake in plan or arguments, or runs that are missing; 3 when its files cannot be written.
+    /// Runs the command. Exit status: 0 all runs are done, 1 failed runs or an interruption, 2 invalid input or missing runs, 3 a file
+    /// cannot be written. Incomplete missions are not failures.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
         let study = Study {
@@ -71,7 +72,7 @@ impl CompareCommand {
         }
     }
 
-    /// The rows of a cell, as CSV.
+    /// Repeats the runs of a cell. Returns their rows as CSV.
     fn again(&self, known: &Known, cell: usize) -> anyhow::Result<String> {
         let (mut plan, _) = self.arguments.plan(known)?;
         prepare(&mut plan, self.arguments.jobs())?;
@@ -79,7 +80,7 @@ impl CompareCommand {
         let cells = plan.design.runs().unwrap_or_default() / seeds;
         if cell >= cells {
             bail!(
-                "there is no cell {cell}: they are numbered from 0 to {}",
+                "there is no cell {cell}; cells are numbered from 0 to {}",
                 cells - 1
             );
         }
@@ -96,7 +97,7 @@ impl CompareCommand {
     }
 }
 
-/// Checks what a comparison wants of its plan, beside what a sweep wants.
+/// Checks the requirements of a comparison that a sweep does not have.
 fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Comparison>> {
     plan.measures = true;
     let design = &plan.design;
@@ -104,7 +105,7 @@ fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Compari
     let rivals = rivals.unwrap_or_default();
     if rivals.len() < 2 {
         bail!(
-            "a comparison takes two allocators or more, and the plan varies {}; write [grid] {ALLOCATOR} = [\"alliance\", \"cbba\"]",
+            "a comparison needs two or more allocators, but the plan varies {}; write [grid] {ALLOCATOR} = [\"alliance\", \"cbba\"]",
             if rivals.is_empty() { "none" } else { "one" }
         );
     }
@@ -127,19 +128,24 @@ fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Compari
     let data = Data::of(design, &comparison, &[]);
     let (mut missions, mut classes) = (data.missions(), data.classes());
     for names in [&mut missions, &mut classes] {
-        // One alone has no name.
+        // A single mission or class has an empty name.
         names.retain(|name| !name.is_empty());
     }
     check(&plan.hypotheses, &data.allocators, &missions, &classes)?;
     Ok(Some(comparison))
 }
 
-/// Writes and shows the results; whether no run has failed.
-fn finish(folder: &Path, header: &Header, rows: &[Row]) -> anyhow::Result<bool> {
+/// Writes and shows the results. Returns `true` if no run failed.
+fn finish(
+    folder: &Path,
+    header: &Header,
+    rows: &[Row],
+    plan: Option<&Path>,
+) -> anyhow::Result<bool> {
     let comparison = header
         .comparison
         .as_ref()
-        .context("the journal is one of a sweep; use alliance sweep --merge")?;
+        .context("the journal belongs to a sweep; use alliance sweep --merge")?;
     let design = &header.design;
     let runs = table(design, rows);
     put(folder, "results.csv", &csv(&runs, rows.len())?)?;
@@ -184,10 +190,14 @@ fn finish(folder: &Path, header: &Header, rows: &[Row]) -> anyhow::Result<bool> 
     for sentence in &answer {
         tell!("- {sentence}");
     }
-    tell!("{} runs, {failed} failed", rows.len());
+    tell!("{}, {failed} failed", counted(rows.len(), "run"));
+    // After a merge, only the name of the plan is available.
+    let plan = plan.map_or_else(
+        || quoted(Path::new(&format!("{}.toml", header.sweep))),
+        quoted,
+    );
     tell!(
-        "again    alliance compare {}.toml --cell N does the runs of a cell again; cells.csv has their numbers",
-        header.sweep
+        "repeat   alliance compare {plan} --cell N repeats the runs of cell N; cells.csv lists the numbers"
     );
     tell!("numbers  {}", folder.join("cells.csv").display());
     tell!("page     {}", folder.join(PAGE).display());

@@ -8,59 +8,48 @@ use crate::sweep::design::{Design, FAULTS, Factor, MISSION};
 use crate::sweep::results::figures;
 use crate::sweep::run::{Figures, Row};
 
-/// The column of the rule that is compared.
+/// The column of the compared allocator.
 pub const ALLOCATOR: &str = "allocator";
 
-/// The allocator that goes by the truth: no rival, but what regret is measured against.
+/// The allocator with access to the ground truth. It does not compete; regret is measured against it.
 pub const REFERENCE: &str = "oracle";
 
-/// Everything that is compared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Data {
-    /// The allocators, in the order of the plan.
     pub allocators: Vec<String>,
-    /// The place of the [`REFERENCE`] among them.
+    /// The index of the [`REFERENCE`] in `allocators`.
     pub reference: Option<usize>,
-    /// What is compared of each.
     pub metrics: Vec<Metric>,
-    /// Columns of the blocks' settings.
     pub columns: Vec<String>,
-    /// All of them.
     pub blocks: Vec<Block>,
 }
 
-/// What all allocators went through.
+/// The conditions that all allocators share: a mission under a class of faults.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// By column.
     pub settings: Vec<String>,
-    /// The mission, where there are several, with whatever else is varied.
+    /// The mission with all other varied settings; empty if there is only one.
     pub mission: String,
-    /// The class of faults, where there are several.
+    /// The class of faults; empty if there is only one.
     pub faults: String,
-    /// Numbers that belong to it.
+    /// The x values of curves.
     pub axes: Axes,
-    /// By allocator.
     pub cells: Vec<Cell>,
 }
 
-/// Runs that differ in their seed alone.
+/// The runs of an allocator in a block; they differ only in the seed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cell {
-    /// Its number, by which its runs are repeated.
+    /// The cell's number, for the option --cell.
     pub number: usize,
-    /// Its runs.
     pub runs: usize,
-    /// Those that failed.
     pub failed: usize,
-    /// Those whose faults hit nothing.
     pub unhit: usize,
-    /// Of those that count, by metric and seed; `None` where there is nothing.
+    /// Values of the counted runs by metric and seed; `None` for a missing value.
     pub values: Vec<Vec<Option<f64>>>,
 }
 
 impl Block {
-    /// As it is called.
     #[must_use]
     pub fn name(&self) -> String {
         let parts = [&self.mission, &self.faults].into_iter();
@@ -77,63 +66,58 @@ impl Block {
 }
 
 impl Cell {
-    /// Runs that count.
     #[must_use]
     pub fn counted(&self) -> usize {
         self.runs - self.failed - self.unhit
     }
 
-    /// What there is of a metric.
+    /// Returns the existing values of a metric.
     #[must_use]
     pub fn present(&self, metric: usize) -> Vec<f64> {
         self.values[metric].iter().flatten().copied().collect()
     }
 
-    /// Its mean.
     #[must_use]
     pub fn mean(&self, metric: usize) -> Option<f64> {
         mean(&self.present(metric))
     }
 
-    /// What both have with the same seeds.
+    /// Returns the values of both cells for the seeds that both have.
     #[must_use]
     pub fn paired(&self, other: &Self, metric: usize) -> (Vec<f64>, Vec<f64>) {
         let both = self.values[metric].iter().zip(&other.values[metric]);
-        both.filter_map(|(own, other)| Some(((*own)?, (*other)?)))
+        both.filter_map(|(first, second)| Some(((*first)?, (*second)?)))
             .unzip()
     }
 }
 
-/// `None` of nothing.
+/// Returns the mean, or `None` without values.
 #[must_use]
 pub fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 impl Data {
-    /// The place of a metric.
     #[must_use]
     pub fn place(&self, metric: &Metric) -> usize {
-        // Every one is there but kinds of broadcast that nobody used.
+        // Only kinds of broadcast without traffic are absent.
         self.metrics
             .iter()
-            .position(|it| it == metric)
+            .position(|known| known == metric)
             .unwrap_or_default()
     }
 
-    /// Different missions, in order.
     #[must_use]
     pub fn missions(&self) -> Vec<&str> {
         distinct(self.blocks.iter().map(|block| block.mission.as_str()))
     }
 
-    /// Different classes of faults, in order.
     #[must_use]
     pub fn classes(&self) -> Vec<&str> {
         distinct(self.blocks.iter().map(|block| block.faults.as_str()))
     }
 
-    /// Sorts the rows of all runs.
+    /// Sorts the rows of all runs into blocks and cells.
     #[must_use]
     pub fn of(design: &Design, comparison: &Comparison, rows: &[Row]) -> Self {
         let rivals = allocators(design);
@@ -181,7 +165,6 @@ impl Data {
         data
     }
 
-    /// What each loses against the reference.
     fn find_regret(&mut self) {
         let (par2, regret) = (self.place(&Metric::Par2), self.place(&Metric::Regret));
         let Some(reference) = self.reference else {
@@ -190,8 +173,10 @@ impl Data {
         for block in &mut self.blocks {
             let best = block.cells[reference].values[par2].clone();
             for cell in &mut block.cells {
-                let own = cell.values[par2].iter().zip(&best);
-                cell.values[regret] = own.map(|(own, best)| Some((*own)? - (*best)?)).collect();
+                let pairs = cell.values[par2].iter().zip(&best);
+                cell.values[regret] = pairs
+                    .map(|(value, best)| Some((*value)? - (*best)?))
+                    .collect();
             }
         }
     }
@@ -216,20 +201,19 @@ impl Cell {
     }
 }
 
-/// Whether the run's faults changed anything, if it had any.
+/// Checks whether a run has no faults, or at least one of them had an effect.
 fn is_hit(figures: &Figures) -> bool {
     let faults = figures.all_faults();
     faults.armed == 0 || faults.hit > 0
 }
 
-/// The factor of the allocators.
+/// Returns the index of the factor that varies the allocator.
 #[must_use]
 pub fn allocators(design: &Design) -> Option<usize> {
     let mut factors = design.factors.iter();
     factors.position(|factor| factor.columns.iter().any(|column| column == ALLOCATOR))
 }
 
-/// Each level in words.
 #[must_use]
 pub fn names(factor: &Factor) -> Vec<String> {
     let levels = factor.levels.iter();
@@ -241,7 +225,7 @@ pub fn names(factor: &Factor) -> Vec<String> {
         .collect()
 }
 
-/// The factors of blocks: all but allocators and seeds, with their places.
+/// Returns the factors of blocks, which are all except allocator and seed, with their indices.
 fn settings(design: &Design) -> impl Iterator<Item = (usize, &Factor)> {
     let rivals = allocators(design);
     let seeds = design.factors.len().saturating_sub(1);
@@ -249,7 +233,6 @@ fn settings(design: &Design) -> impl Iterator<Item = (usize, &Factor)> {
     factors.filter(move |(place, _)| Some(*place) != rivals && *place != seeds)
 }
 
-/// How many there are.
 #[must_use]
 pub fn blocks(design: &Design) -> usize {
     settings(design)
@@ -257,14 +240,13 @@ pub fn blocks(design: &Design) -> usize {
         .product()
 }
 
-/// That of a run.
+/// Returns the index of the block that contains a run.
 fn block_of(design: &Design, places: &[usize]) -> usize {
     settings(design).fold(0, |number, (place, factor)| {
         number * factor.levels.len() + places[place]
     })
 }
 
-/// The first run of a block.
 #[must_use]
 pub fn first_run(design: &Design, block: usize) -> usize {
     let mut rest = block;
@@ -288,7 +270,7 @@ fn block(design: &Design, number: usize, axes: &[Axes]) -> Block {
             match column.as_str() {
                 FAULTS => faults.clone_from(&cell),
                 MISSION => mission.push(cell.clone()),
-                // Only what varies is a part of the name.
+                // Constant settings are not part of the name.
                 _ if factor.levels.len() > 1 => mission.push(format!("{column} {cell}")),
                 _ => {}
             }
@@ -328,8 +310,8 @@ pub(super) mod tests {
     use crate::sweep::results::tests::{complete, failed};
     use crate::sweep::run::End;
 
-    /// Two missions under two classes of faults, three allocators, as many seeds as `rows` has values for each. A negative value is a run
-    /// that did not complete; none is one whose fault never hit.
+    /// Creates the data of two missions under two classes of faults with three allocators and `seeds` seeds. `rows` returns the
+    /// makespan; a negative value is an incomplete run, `None` a run whose fault never hit.
     pub fn data(rows: impl Fn(usize, usize, usize) -> Option<f64>, seeds: usize) -> Data {
         let text = format!(
             "seeds = {seeds}\n[grid]\nallocator = ['alliance', 'oracle', 'nearest']\n\
@@ -364,7 +346,7 @@ pub(super) mod tests {
             if seconds.is_none() {
                 figures.faults.retain(|kind, _| kind == "mute");
             }
-            if seconds.is_some_and(|it| it < 0.0) {
+            if seconds.is_some_and(|seconds| seconds < 0.0) {
                 figures.outcome = Outcome::TimeLimit;
             }
         }
@@ -372,7 +354,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn blocks_cells_and_pairs_of_the_same_seeds() {
+    fn rows_are_sorted_into_blocks_cells_and_pairs() {
         let data = data(
             |block, rival, seed| match (block, rival, seed) {
                 (1, 2, 0) => None,
@@ -395,8 +377,8 @@ pub(super) mod tests {
         let numbers: Vec<usize> = data
             .blocks
             .iter()
-            .flat_map(|it| &it.cells)
-            .map(|it| it.number)
+            .flat_map(|block| &block.cells)
+            .map(|cell| cell.number)
             .collect();
         assert_eq!(numbers, (0..12).collect::<Vec<_>>());
 
@@ -425,7 +407,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_run_that_failed_counts_in_nothing() {
+    fn a_failed_run_does_not_count() {
         let plan = Plan::parse(
             "plan.toml",
             "seeds = 2\n[grid]\nallocator = ['alliance', 'nearest']\n",
@@ -444,7 +426,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn the_first_run_of_each_block_wherever_allocators_stand() {
+    fn the_first_run_of_each_block_does_not_depend_on_the_column_order() {
         let plan = Plan::parse(
             "plan.toml",
             "seeds = 2\n[grid]\nroom.width_m = [12.0, 14.0]\nallocator = ['alliance', 'nearest']\nbody.speed_m_s = [0.4, 0.5]\n",
@@ -452,7 +434,7 @@ pub(super) mod tests {
         )
         .unwrap();
         let found: Vec<usize> = (0..blocks(&plan.design))
-            .map(|it| first_run(&plan.design, it))
+            .map(|block| first_run(&plan.design, block))
             .collect();
         assert_eq!(found, [0, 2, 8, 10]);
         for (block, run) in found.into_iter().enumerate() {

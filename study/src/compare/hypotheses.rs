@@ -1,8 +1,10 @@
-//! What the plan claims: checked before anything runs, judged when all is done.
+//! Hypotheses of a plan: checked before the first run, judged after the last one.
 //!
-//! A hypothesis claims something of each block that it names, of one or several allocators: its *parts*. A part goes by the mean over
-//! the seeds and its bootstrap interval, or of completion Wilson's. The hypothesis has held if every part's 95 % interval lies within the claim; it has failed if
-//! some part's interval lies outside, at a level that is corrected for the number of parts; else it is undecided.
+//! A hypothesis makes a claim about each block and allocator that it names: its *parts*. A part is judged by the mean over the
+//! seeds and its bootstrap interval, or Wilson's interval for completion.
+//!
+//! The hypothesis has held if each part's 95 % interval lies within the claim. It has failed if some part's interval, at a
+//! level corrected for the number of parts, lies outside. Otherwise it is undecided.
 
 use alliance_proto::scenario::instead;
 use anyhow::bail;
@@ -15,19 +17,18 @@ use super::statistics::normal_reach;
 use crate::sweep::plan::hypothesis::{Claim, Hypothesis};
 use crate::sweep::statistics::{Interval, wilson_at};
 
-/// What came of a hypothesis, or of a part of it.
+/// The outcome of a hypothesis, or of a part of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// As claimed.
+    /// The data confirm the claim.
     Held,
-    /// Otherwise.
+    /// The data contradict the claim.
     Failed,
-    /// Too little is known.
+    /// The data are insufficient.
     Undecided,
 }
 
 impl Outcome {
-    /// In a word.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -38,38 +39,32 @@ impl Outcome {
     }
 }
 
-/// A hypothesis that was judged.
+/// The outcome of a hypothesis with its parts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// Its name.
     pub name: String,
-    /// In words.
     pub says: String,
-    /// What came of it.
     pub outcome: Outcome,
-    /// What came of its parts.
     pub parts: Vec<Part>,
 }
 
-/// What a hypothesis claims of a block.
+/// A hypothesis' claim about one block.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
-    /// Place of the block.
     pub block: usize,
-    /// What is claimed, in short.
+    /// The claim in short form.
     pub claim: String,
     /// The mean with its interval; `None` without data.
     pub found: Option<(f64, Interval)>,
-    /// What came of it.
     pub outcome: Outcome,
 }
 
-/// A value that shall lie within bounds.
+/// The values of a part and their claimed bounds.
 struct Claimed {
     block: usize,
     claim: String,
     values: Vec<f64>,
-    /// Ones and zeros, of which bootstrap samples say nothing where all are alike.
+    /// True for values of 0 and 1. If all are equal, bootstrap samples are not informative.
     is_share: bool,
     at_least: f64,
     at_most: f64,
@@ -78,7 +73,7 @@ struct Claimed {
 /// Checks the names and the form of all hypotheses.
 ///
 /// # Errors
-/// The first mistake: the line, what is wrong, and what would be right.
+/// Returns the first mistake: line, problem and remedy.
 pub fn check(
     hypotheses: &[Hypothesis],
     allocators: &[String],
@@ -102,7 +97,7 @@ pub fn check(
             ("class of faults", &claim.faults, classes),
         ];
         for (what, stated, known) in names {
-            if let Some(wrong) = stated.iter().find(|it| !known.contains(&it.as_str())) {
+            if let Some(wrong) = stated.iter().find(|name| !known.contains(&name.as_str())) {
                 return Err(unknown(what, wrong, known));
             }
         }
@@ -112,7 +107,7 @@ pub fn check(
             return Err(unknown("class of faults", class, classes));
         }
         if let Some(metric) = &claim.metric {
-            let known = Metric::ALL.map(|it| it.name());
+            let known = Metric::ALL.map(|metric| metric.name());
             let known: Vec<&str> = known.iter().map(String::as_str).collect();
             if !known.contains(&metric.as_str()) {
                 return Err(unknown("metric", metric, &known));
@@ -123,32 +118,32 @@ pub fn check(
             claim.at_most.is_some(),
             claim.at_least.is_some(),
         ];
-        if forms.iter().filter(|it| **it).count() != 1 {
+        if forms.iter().filter(|stated| **stated).count() != 1 {
             bail!(
-                "{place}: nothing, or more than one thing, is claimed; state one of order, at_most and at_least"
+                "{place}: a hypothesis needs exactly one claim; state one of order, at_most and at_least"
             );
         }
         if claim.order.len() == 1 {
-            bail!(
-                "{place}: order names one allocator; name two or more, each with less than the next"
-            );
+            bail!("{place}: order names one allocator; name two or more, in ascending order");
         }
         if !claim.order.is_empty()
             && (!claim.allocators.is_empty() || claim.more_than_under.is_some())
         {
-            bail!("{place}: order goes by itself; leave allocators and more_than_under out");
+            bail!("{place}: order excludes allocators and more_than_under; remove them");
         }
     }
     Ok(())
 }
 
-/// Judges all of them.
 #[must_use]
 pub fn judge(data: &Data, hypotheses: &[Hypothesis]) -> Vec<Verdict> {
     let verdicts = hypotheses.iter().map(|hypothesis| {
         let claim = &hypothesis.claim;
         let claimed = claimed(data, claim);
-        let columns: Vec<&[f64]> = claimed.iter().map(|it| it.values.as_slice()).collect();
+        let columns: Vec<&[f64]> = claimed
+            .iter()
+            .map(|claimed| claimed.values.as_slice())
+            .collect();
         let corrected = 1.0 - (1.0 - LEVEL) / claimed.len().max(1) as f64;
         let resampled = means(&columns);
         let parts: Vec<Part> = claimed
@@ -201,13 +196,13 @@ pub fn judge(data: &Data, hypotheses: &[Hypothesis]) -> Vec<Verdict> {
     verdicts.collect()
 }
 
-/// The metric that a claim is about.
+/// Returns the metric of a claim; PAR2 by default.
 #[must_use]
 pub fn metric_of(claim: &Claim) -> Metric {
     let stated = claim.metric.as_deref();
     let found = Metric::ALL
         .into_iter()
-        .find(|it| Some(it.name().as_str()) == stated);
+        .find(|metric| Some(metric.name().as_str()) == stated);
     found.unwrap_or(Metric::Par2)
 }
 
@@ -215,11 +210,12 @@ fn claimed(data: &Data, claim: &Claim) -> Vec<Claimed> {
     let metric = metric_of(claim);
     let place = data.place(&metric);
     let name = metric.name();
-    let allocator = |name: &String| data.allocators.iter().position(|it| it == name);
+    let allocator = |name: &String| data.allocators.iter().position(|known| known == name);
     let mut parts = Vec::new();
     for (number, block) in data.blocks.iter().enumerate() {
-        let named =
-            |names: &[String], own: &str| names.is_empty() || names.iter().any(|it| it == own);
+        let named = |names: &[String], wanted: &str| {
+            names.is_empty() || names.iter().any(|name| name == wanted)
+        };
         if !named(&claim.missions, &block.mission) || !named(&claim.faults, &block.faults) {
             continue;
         }
@@ -228,7 +224,7 @@ fn claimed(data: &Data, claim: &Claim) -> Vec<Claimed> {
                 continue;
             };
             let (less, more) = block.cells[less].paired(&block.cells[more], place);
-            // Of two that never differ none has less.
+            // Equal values do not confirm an order.
             parts.push(Claimed {
                 block: number,
                 claim: format!("{name}: {} < {}", pair[0], pair[1]),
@@ -257,10 +253,11 @@ fn claimed(data: &Data, claim: &Claim) -> Vec<Claimed> {
                 None => block.cells[cell].present(place),
                 Some(None) => Vec::new(),
                 Some(Some(other)) => {
-                    let (base, own) = other.cells[cell].paired(&block.cells[cell], place);
-                    own.iter()
+                    let (base, values) = other.cells[cell].paired(&block.cells[cell], place);
+                    values
+                        .iter()
                         .zip(&base)
-                        .map(|(own, base)| own - base)
+                        .map(|(value, base)| value - base)
                         .collect()
                 }
             };
@@ -285,7 +282,7 @@ fn claimed(data: &Data, claim: &Claim) -> Vec<Claimed> {
     parts
 }
 
-/// The same block under another class of faults.
+/// Returns the block with the same mission under another class of faults.
 fn same_under<'d>(data: &'d Data, block: &Block, class: &str) -> Option<&'d Block> {
     let mut blocks = data.blocks.iter();
     blocks.find(|other| other.mission == block.mission && other.faults == class)
@@ -309,8 +306,9 @@ mod tests {
         names.iter().map(|name| (*name).to_owned()).collect()
     }
 
-    /// alliance needs 40 s and a bit, nearest 50; with a dead robot alliance 10 s more, and nearest mostly does not complete.
-    fn some() -> Data {
+    /// Creates data in which alliance needs a little over 40 s and nearest 50 s. With a dead robot, alliance needs 10 s more
+    /// and nearest rarely completes.
+    fn sample() -> Data {
         data(
             |block, rival, seed| {
                 let bit = (seed * 7 % 5) as f64;
@@ -327,18 +325,18 @@ mod tests {
     }
 
     #[test]
-    fn an_order_holds_if_each_has_less_than_the_next() {
+    fn an_order_holds_if_values_ascend() {
         let order = |order: &[&str], faults: &[&str]| {
             let claim = Claim {
                 order: names(order),
                 faults: names(faults),
                 ..Claim::default()
             };
-            judged(&some(), claim)
+            judged(&sample(), claim)
         };
         let held = order(&["oracle", "alliance", "nearest"], &["none"]);
         assert_eq!(held.outcome, Outcome::Held);
-        // Two missions, two pairs.
+        // Two missions with two pairs each.
         assert_eq!(held.parts.len(), 4);
         assert_eq!(held.parts[0].claim, "par2_s: oracle < alliance");
         assert_eq!(held.parts[0].found.unwrap().0, 12.0);
@@ -346,7 +344,7 @@ mod tests {
             order(&["nearest", "alliance"], &[]).outcome,
             Outcome::Failed
         );
-        // The same against itself is neither more nor less.
+        // An allocator compared with itself has neither less nor more.
         assert_eq!(
             order(&["oracle", "oracle"], &["none"]).outcome,
             Outcome::Failed
@@ -354,8 +352,8 @@ mod tests {
     }
 
     #[test]
-    fn bounds_of_means_and_of_what_a_fault_costs() {
-        let bound = |claim: Claim| judged(&some(), claim).outcome;
+    fn bounds_of_means_and_of_differences_to_a_baseline() {
+        let bound = |claim: Claim| judged(&sample(), claim).outcome;
         let completion = |name: &str, at_least: f64| Claim {
             metric: Some("completion".to_owned()),
             allocators: names(&[name]),
@@ -386,8 +384,8 @@ mod tests {
     }
 
     #[test]
-    fn of_many_parts_one_has_to_fail_clearly() {
-        // The interval of alliance's mean begins at 51.06 at 95 %, and at 50.88 at what 4 parts want.
+    fn many_parts_need_a_corrected_level_to_fail() {
+        // The interval of alliance's mean starts at 51.06 at 95 %, and at 50.88 at the corrected level for 4 parts.
         let noisy = data(
             |_, rival, seed| {
                 Some(if rival == 0 {

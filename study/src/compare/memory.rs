@@ -1,4 +1,4 @@
-//! Whether there is room for the runs, before any of them begins.
+//! The memory check before the first run.
 
 use std::fs;
 use std::num::NonZeroUsize;
@@ -6,18 +6,19 @@ use std::num::NonZeroUsize;
 use alliance_proto::scenario::Setup;
 use anyhow::bail;
 
-/// Bytes of a robot in a tick, and of each of its behavior sets: rows in the log that a run is measured by, and what is made of them.
-/// Seen with 4 sets: 780.
+use crate::sweep::task::counted;
+
+/// Bytes per robot and tick: log rows and the data derived from them. [`SET_TICK`] adds the bytes per behavior set.
 const ROBOT_TICK: f64 = 300.0;
 const SET_TICK: f64 = 130.0;
 
-/// Bytes of a message that a robot hears, of which there is about one each second from each teammate.
+/// Bytes per received message. Each robot receives about one message per second from each teammate.
 const HEARD: f64 = 150.0;
 
-/// Bytes of a row, which are all there at the end.
+/// Bytes per row. All rows are in memory at the end.
 const ROW: f64 = 4000.0;
 
-/// At most, for a run that goes on up to its limit.
+/// Returns an upper bound of the bytes of a run that reaches its limit.
 #[must_use]
 pub fn of_a_run(setup: &Setup) -> f64 {
     let scenario = &setup.scenario;
@@ -31,8 +32,7 @@ pub fn of_a_run(setup: &Setup) -> f64 {
         + scenario.limit_s * robots * robots * HEARD
 }
 
-/// # Errors
-/// When so many runs side by side, of which the largest takes so many bytes, and the rows of all need more than there is.
+/// Checks that memory suffices for `jobs` concurrent runs of the largest size and for all rows.
 pub fn check(of_a_run: f64, jobs: NonZeroUsize, runs: usize) -> anyhow::Result<()> {
     match available() {
         Some(there) => check_against(there, of_a_run, jobs, runs),
@@ -45,7 +45,8 @@ fn check_against(there: f64, of_a_run: f64, jobs: NonZeroUsize, runs: usize) -> 
     if needed > there {
         let gb = |bytes: f64| bytes / 1e9;
         bail!(
-            "{jobs} runs side by side may need {:.1} GB each and all rows {:.1} GB, and there are {:.1} GB; use --jobs, or take a shorter limit_s, fewer robots or fewer runs",
+            "{} at a time may need {:.1} GB each and all rows {:.1} GB, but only {:.1} GB are available; use --jobs, or take a shorter limit_s, fewer robots or fewer runs",
+            counted(jobs.get(), "run"),
             gb(of_a_run),
             gb(ROW * runs as f64),
             gb(there)
@@ -54,7 +55,7 @@ fn check_against(there: f64, of_a_run: f64, jobs: NonZeroUsize, runs: usize) -> 
     Ok(())
 }
 
-/// Bytes that the operating system can still give; `None` where it does not say.
+/// Returns the available memory in bytes, or `None` if the operating system does not report it.
 fn available() -> Option<f64> {
     let text = fs::read_to_string("/proc/meminfo").ok()?;
     let line = text
@@ -71,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn runs_side_by_side_and_all_rows() {
+    fn concurrent_runs_and_all_rows_must_fit() {
         let mut setup = default_setup(1);
         setup.scenario.limit_s = 1200.0;
         // 24,000 ticks of 3 robots, blue with 5 sets and the others with 4, and 9 links for 1,200 s.
@@ -83,12 +84,12 @@ mod tests {
         let jobs = NonZeroUsize::new(2).unwrap();
         let all = 2.0 * one + 4000.0 * 100.0;
         assert!(check_against(all, one, jobs, 100).is_ok());
-        let said = check_against(all - 1.0, one, jobs, 100)
+        let error = check_against(all - 1.0, one, jobs, 100)
             .unwrap_err()
             .to_string();
         assert!(
-            said.starts_with("2 runs side by side may need 0.1 GB each"),
-            "{said}"
+            error.starts_with("2 runs at a time may need 0.1 GB each"),
+            "{error}"
         );
     }
 }

@@ -1,4 +1,4 @@
-//! What is compared of runs.
+//! The compared metrics.
 
 use alliance_proto::mission::Value;
 use alliance_proto::tick::Outcome;
@@ -6,51 +6,50 @@ use alliance_proto::tick::Outcome;
 use crate::sweep::measures::Measures;
 use crate::sweep::run::Figures;
 
-/// A figure of a run. Less is better, but for completion and targets observed.
+/// A figure of a run. Less is better, except for completion and observed targets.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Metric {
-    /// 1 where the mission was completed, else 0.
+    /// 1 if the mission was completed, otherwise 0.
     Completion,
-    /// Simulated time of a run that completed it.
+    /// Simulated time of a complete run, s.
     Makespan,
-    /// The same, and twice the limit for a run that did not.
+    /// The makespan, or twice the limit for an incomplete run, s.
     Par2,
-    /// PAR2 less that of the reference with the same seed.
+    /// PAR2 minus that of the reference with the same seed, s.
     Regret,
-    /// Broadcasts.
     Messages,
-    /// Their payloads.
+    /// The payload of all broadcasts.
     Bytes,
-    /// Broadcasts of a kind.
+    /// The number of broadcasts of one kind.
     MessagesOf(String),
-    /// Their payloads.
+    /// The payload of the broadcasts of one kind.
     BytesOf(String),
-    /// Ways of all robots.
+    /// The distance that all robots travelled, m.
     Distance,
-    /// How unevenly they share it.
+    /// Gini's index of the distances.
     DistanceGini,
-    /// Energy of all robots.
+    /// The energy of all robots, J.
     Energy,
-    /// How unevenly they draw it.
+    /// Gini's index of the energies.
     EnergyGini,
-    /// Two or more at an exclusive task.
+    /// Time with two or more robots at an exclusive task, s.
     Duplicate,
-    /// Nobody productive at a task that was applicable.
+    /// Time with an applicable task and no productive robot, s.
     Orphan,
-    /// Nobody at a task that was applicable.
+    /// Time with an applicable task and no robot at it, s.
     Unattended,
-    /// From a loss to the first teammate that noticed.
+    /// Time from a loss to the first teammate that considers the robot lost, s.
     Detection,
-    /// From a loss to the one who took over.
+    /// Time from a loss to the takeover of the task, s.
     Takeover,
-    /// Of what recurs in the mission.
+    /// The greatest lateness of a recurring task, s.
     Lateness,
-    /// Targets in sight, of a mission that goes on until its time is up.
+    /// The share of targets in sight, for missions with a fixed duration.
     Observed,
 }
 
 impl Metric {
-    /// All but those of single kinds of broadcast.
+    /// All metrics except those of single kinds of broadcast.
     pub const ALL: [Self; 17] = [
         Self::Completion,
         Self::Makespan,
@@ -71,7 +70,7 @@ impl Metric {
         Self::Observed,
     ];
 
-    /// As tables and hypotheses call it, with its unit.
+    /// Returns the name in tables and hypotheses, with the unit.
     #[must_use]
     pub fn name(&self) -> String {
         let name = match self {
@@ -98,7 +97,7 @@ impl Metric {
         name.to_owned()
     }
 
-    /// What it counts, in a sentence.
+    /// Returns the definition in one sentence.
     #[must_use]
     pub fn meaning(&self) -> &'static str {
         match self {
@@ -109,50 +108,48 @@ impl Metric {
                 "Simulated time to the end of a mission that was completed; other runs have none."
             }
             Self::Par2 => {
-                "Makespan, or twice the limit for a run that did not complete the mission: it does not drop the worst runs."
+                "Makespan, or twice the limit for a run that did not complete the mission, so the worst runs count."
             }
             Self::Regret => {
-                "PAR2 less that of the oracle with the same seed and the same faults; the oracle is myopic, so it may be negative."
+                "PAR2 minus that of the oracle with the same seed and faults. The oracle is myopic, so regret may be negative."
             }
-            Self::Messages => "Broadcasts, each once however many hear it.",
-            Self::Bytes => "Their payloads, encoded and sealed.",
-            Self::MessagesOf(_) => "Broadcasts of that kind.",
-            Self::BytesOf(_) => "Payloads of that kind.",
-            Self::Distance => "Ways of all robots together.",
-            Self::DistanceGini => "Gini's index of the robots' ways, from 0 (all alike) to 1.",
-            Self::Energy => {
-                "Energy that all robots draw; nothing where the scenario has no [energy]."
-            }
+            Self::Messages => "Broadcasts, each counted once for all receivers.",
+            Self::Bytes => "Payload of all broadcasts, encoded and sealed.",
+            Self::MessagesOf(_) => "Broadcasts of this kind.",
+            Self::BytesOf(_) => "Payload of the broadcasts of this kind.",
+            Self::Distance => "Distance that all robots travelled.",
+            Self::DistanceGini => "Gini's index of the robots' distances, from 0 (all equal) to 1.",
+            Self::Energy => "Energy that all robots drew; empty if the scenario has no [energy].",
             Self::EnergyGini => "Gini's index of the robots' energy.",
             Self::Duplicate => {
-                "Time with two or more robots at an exclusive task, all tasks together."
+                "Time with two or more robots at an exclusive task, summed over all tasks."
             }
             Self::Orphan => {
-                "Time in which a task was applicable and nobody productive on it, all tasks together."
+                "Time in which a task was applicable without a productive robot, summed over all tasks."
             }
             Self::Unattended => {
-                "Time in which a task was applicable and nobody at it, all tasks together."
+                "Time in which a task was applicable without a robot at it, summed over all tasks."
             }
             Self::Detection => {
-                "From the death or stop of a robot at a task to the first teammate that no longer reckons with it, mean over the run."
+                "Time from the crash or stop of a robot at a task until a teammate first considers it lost; mean over the run."
             }
             Self::Takeover => {
-                "From the death or stop of a robot at an exclusive task to its activation by another, mean over the run."
+                "Time from the crash or stop of a robot at an exclusive task until another robot activates the task; mean over the run."
             }
-            Self::Lateness => "The greatest lateness of what recurs in the mission.",
+            Self::Lateness => "Greatest lateness of a recurring task.",
             Self::Observed => {
-                "Share of the targets that somebody has in sight, over the whole run (A/n); of missions of observe alone, which always take the same time."
+                "Share of the targets in sight of at least one robot, over the entire run (A/n). Only for missions of observe, which have a fixed duration."
             }
         }
     }
 
-    /// Whether more of it is better.
+    /// Checks whether a larger value is better.
     #[must_use]
     pub fn more_is_better(&self) -> bool {
         matches!(self, Self::Completion | Self::Observed)
     }
 
-    /// Of a run, if it has any; [`Metric::Regret`] needs another one, too.
+    /// Returns the value for a run, or `None` without one. [`Metric::Regret`] needs a second run and is always `None`.
     #[must_use]
     pub fn of(&self, figures: &Figures, measures: &Measures) -> Option<f64> {
         let is_complete = figures.outcome == Outcome::Complete;

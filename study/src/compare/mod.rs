@@ -1,14 +1,14 @@
-//! `alliance compare`: which allocator copes best with which faults, and whether the difference is real.
+//! `alliance compare`: compares allocators under faults, with the significance of the differences.
 //!
-//! - A plan is one of [`crate::sweep`], which runs it; it varies `allocator`. A *block* is all that it varies but for the allocator and
-//!   the seed, such as a mission under a class of faults; a *cell* is one allocator in a block. Runs of one block with the same seed
-//!   are a pair: same world, same luck of the radio.
-//! - `metrics` says what is counted, `data` sorts the rows, `analysis` compares them with `statistics`, `hypotheses` judges what the
-//!   plan claims, `answer` puts it into words. None of them does I/O or knows the order in which runs ended.
-//! - `tables`, `figures` and `page` show it; `memory` says beforehand whether there is room; `command` is what people call.
+//! - [`crate::sweep`] runs the plan, which varies `allocator`. A *block* is one combination of all other settings except the seed,
+//!   such as a mission under a class of faults. A *cell* is one allocator in a block. Runs of a block with the same seed are a pair:
+//!   they have the same world and the same random numbers of the radio.
+//! - `metrics` defines the metrics, `data` sorts the rows, `analysis` compares them with `statistics`, `hypotheses` judges the claims,
+//!   and `answer` formulates the result. These modules do no I/O and do not depend on the order in which runs ended.
+//! - `tables`, `figures` and `page` present the result; `memory` checks the memory beforehand; `command` is the command line.
 //!
-//! **No data.** A run whose faults all hit nothing is no run under these faults: it counts in nothing, and neither does its seed in a
-//! pair. A cell without a run that counts is no data, and says so.
+//! **No data.** A run whose faults had no effect does not count, and its seed is omitted from pairs. A cell without counted runs
+//! has no data.
 
 mod analysis;
 mod answer;

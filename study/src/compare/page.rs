@@ -1,4 +1,6 @@
-//! The result as a page that needs no other: first the question and the answer.
+//! The result as a self-contained HTML page that starts with the question and the answer.
+
+use std::path::Path;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -10,9 +12,9 @@ use super::hypotheses::{Outcome, Verdict};
 use super::metrics::Metric;
 use super::tables::Table;
 use crate::page_head::head;
+use crate::sweep::task::{counted, quoted};
 
-/// Tables that are too wide move by themselves; in the dark drawings are turned round, with their hues kept; on paper everything is
-/// there.
+/// The style sheet of the pages. Wide tables scroll; dark mode inverts drawings and keeps their hues; print shows all details.
 pub const LOOKS: &str = "
 :root { color-scheme: light dark }
 td { white-space: nowrap } td.long { white-space: normal; min-width: 16rem; text-align: left } .wide { overflow-x: auto }
@@ -35,14 +37,14 @@ figure { overflow-x: auto } figure svg { min-width: 34rem }
 }
 ";
 
-/// Columns of the tables by block: how they are headed, and of which metric.
+/// The columns of the tables by block: heading, metric and number of decimals.
 const SHOWN: [(&str, Metric, usize); 12] = [
     ("PAR2, s", Metric::Par2, 1),
     ("makespan, s", Metric::Makespan, 1),
     ("regret, s", Metric::Regret, 1),
     ("messages", Metric::Messages, 0),
     ("kB", Metric::Bytes, 1),
-    ("way, m", Metric::Distance, 1),
+    ("distance, m", Metric::Distance, 1),
     ("energy, kJ", Metric::Energy, 2),
     ("duplicate, s", Metric::Duplicate, 1),
     ("orphan, s", Metric::Orphan, 1),
@@ -51,30 +53,20 @@ const SHOWN: [(&str, Metric, usize); 12] = [
     ("takeover, s", Metric::Takeover, 1),
 ];
 
-/// What is on the page.
 pub struct Page<'c> {
-    /// Its name.
     pub name: &'c str,
-    /// What its author wants to know.
+    /// The question that the plan states.
     pub question: Option<&'c str>,
-    /// In words.
     pub answer: &'c [String],
-    /// The numbers.
     pub data: &'c Data,
-    /// What was computed of them.
     pub analysis: &'c Analysis,
-    /// What came of the claims.
     pub verdicts: &'c [Verdict],
-    /// All of them.
     pub figures: &'c [Figure],
-    /// All of them.
     pub tables: &'c [Table],
-    /// Runs, and those that failed.
     pub runs: (usize, usize),
 }
 
 impl Page<'_> {
-    /// The page.
     #[must_use]
     pub fn html(&self) -> String {
         let (runs, failed) = self.runs;
@@ -89,24 +81,24 @@ impl Page<'_> {
                     }
                     ul.answer { @for sentence in self.answer { li { (sentence) } } }
                     p.note {
-                        (runs) " runs of " (self.data.allocators.len()) " allocators in " (self.data.blocks.len()) " blocks"
-                        @if failed > 0 { ", " (failed) " of them failed" }
-                        "; the same seed has the same world and the same luck of the radio for each allocator. Intervals are of 95 %."
+                        (counted(runs, "run")) " of " (counted(self.data.allocators.len(), "allocator")) " in " (counted(self.data.blocks.len(), "block"))
+                        @if failed > 0 { ", " (failed) " failed" }
+                        ". For each allocator, the same seed gives the same world and the same random numbers of the radio. All intervals are 95 %."
                     }
                     (self.hypotheses())
                     h2 { "Figures" }
-                    p.note { "Each is also a file of its own beside this page." }
+                    p.note { "Each figure is also a separate file beside this page." }
                     @for figure in self.figures {
                         figure {
                             (PreEscaped(&figure.svg))
                             figcaption { (figure.caption) " " a href=(format!("{}.svg", figure.name)) { (figure.name) ".svg" } }
                         }
                     }
-                    h2 { "Every block" }
+                    h2 { "All blocks" }
                     p.note {
-                        "Means over the seeds with their intervals. Less is better. Compared with the best allocator of the block by PAR2, "
-                        "the oracle aside: the effect is the matched-pairs rank-biserial correlation, from -1 (always less than the best) to 1 (always more); "
-                        "p by Wilcoxon's signed-rank test with Holm's correction over all pairs of the block."
+                        "Means over the seeds with their intervals; less is better. The last columns compare with the best allocator of the block by PAR2 "
+                        "(except the oracle). The effect is the matched-pairs rank-biserial correlation, from -1 (always less than the best) to 1 (always more); "
+                        "p comes from Wilcoxon's signed-rank test with Holm's correction over all pairs of the block."
                     }
                     @for block in 0..self.data.blocks.len() { (self.block(block)) }
                     (self.downloads())
@@ -123,8 +115,8 @@ impl Page<'_> {
             @if !self.verdicts.is_empty() {
                 h2 { "Hypotheses" }
                 p.note {
-                    "Declared in the plan before the first run. Held: every part's interval lies within the claim. Failed: some part's interval lies "
-                    "outside, at a level corrected for the number of parts. Else undecided."
+                    "The plan declared these before the first run. Held: the interval of every part lies within the claim. Failed: the interval of some part, "
+                    "at a level corrected for the number of parts, lies outside. Otherwise undecided."
                 }
                 @for verdict in self.verdicts {
                     details open[verdict.outcome == Outcome::Failed] {
@@ -159,7 +151,7 @@ impl Page<'_> {
             .map(|(head, metric, digits)| (*head, metric, self.data.place(metric), *digits))
             .filter(|(_, _, place, _)| {
                 let summaries = &self.analysis.blocks[number].summaries;
-                summaries.iter().any(|it| it[*place].is_some())
+                summaries.iter().any(|metrics| metrics[*place].is_some())
             })
             .collect();
         html! {
@@ -169,14 +161,14 @@ impl Page<'_> {
                     thead { tr {
                         th { "allocator" } th { "runs" } th { "complete" } th { "95 %" }
                         @for (head, _, _, _) in &shown { th { (head) } @if *head == "PAR2, s" { th { "95 %" } } }
-                        th { "more than the best, s" } th { "95 %" } th { "effect" } th { "p" }
+                        th { "difference to the best, s" } th { "95 %" } th { "effect" } th { "p" }
                     } }
                     tbody { @for (rival, cell) in block.cells.iter().enumerate() {
                         tr {
                             td { (self.data.allocators[rival]) }
                             td { (cell.counted()) @if cell.unhit > 0 { " (" (cell.unhit) " not hit)" } @if cell.failed > 0 { " (" (cell.failed) " failed)" } }
                             @if cell.counted() == 0 {
-                                td.text colspan=(shown.len() + 7) { "no data: " (why_none(cell.unhit)) "; again: " code { (self.again(cell.number)) } }
+                                td.text colspan=(shown.len() + 7) { "no data: " (why_none(cell.unhit)) "; repeat with: " code { (self.again("cell", cell.number)) } }
                             } @else {
                                 (self.completion(number, rival))
                                 @for (_, metric, place, digits) in &shown {
@@ -250,9 +242,9 @@ impl Page<'_> {
 
     fn downloads(&self) -> Markup {
         html! {
-            h2 { "Every number" }
+            h2 { "All numbers" }
             ul {
-                li { "runs: a row for each run: " a href="results.csv" { "results.csv" } ", " a href="results.parquet" { "results.parquet" } }
+                li { "runs: one row per run: " a href="results.csv" { "results.csv" } ", " a href="results.parquet" { "results.parquet" } }
                 @for table in self.tables {
                     li {
                         (table.name) ": " (table.what) ": "
@@ -264,33 +256,34 @@ impl Page<'_> {
         }
     }
 
-    fn again(&self, cell: usize) -> String {
-        format!("alliance compare {}.toml --cell {cell}", self.name)
+    fn again(&self, option: &str, number: usize) -> String {
+        let plan = quoted(Path::new(&format!("{}.toml", self.name)));
+        format!("alliance compare {plan} --{option} {number}")
     }
 
     fn repeat(&self) -> Markup {
         html! {
-            h2 { "Once more" }
+            h2 { "Repeat" }
             p {
-                "All runs of a cell, which has a number in cells.csv: " code { (self.again(0)) } ". One run as a scenario, with the command that runs it: "
-                code { "alliance compare " (self.name) ".toml --scenario 0" } ". The plan is " a href="plan.toml" { "plan.toml" } "."
+                "Run these commands in the folder of the plan. All runs of a cell (cells.csv lists the numbers): " code { (self.again("cell", 0)) } ". The scenario of one run and the command that runs it: "
+                code { (self.again("scenario", 0)) } ". A copy of the plan: " a href="plan.toml" { "plan.toml" } "."
             }
         }
     }
 
     fn definitions(&self) -> Markup {
         html! {
-            h2 { "What is counted" }
+            h2 { "Definitions" }
             dl {
                 @for metric in Metric::ALL { dt { (metric.name()) } dd { (metric.meaning()) } }
                 dt { "no data" }
                 dd {
-                    "A run whose faults all hit nothing counts in nothing, and neither does its seed in a pair. A cell without a run that counts is no data."
+                    "A run whose faults had no effect does not count, and its seed is omitted from pairs. A cell without counted runs has no data."
                 }
                 dt { "intervals" }
-                dd { "Percentiles of 10,000 bootstrap resamples over the seeds, which stay paired; for completion Wilson's." }
+                dd { "Percentiles of 10,000 bootstrap resamples of the paired seeds; for completion Wilson's interval." }
                 dt { "ranks" }
-                dd { "Of the allocators' means within each block. Blocks, not seeds, are the sample: more seeds make no block more." }
+                dd { "Ranks of the allocators' means within each block. The sample consists of blocks, so more seeds do not enlarge it." }
             }
         }
     }
@@ -304,7 +297,6 @@ fn why_none(unhit: usize) -> &'static str {
     }
 }
 
-/// With as many digits as it takes.
 fn short(number: f64) -> String {
     match number.abs() {
         small if small < 10.0 => format!("{number:.3}"),

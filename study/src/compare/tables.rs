@@ -1,4 +1,4 @@
-//! Every number as a table, each as CSV and as Parquet.
+//! All numbers as tables in CSV and Parquet.
 
 use anyhow::Context;
 
@@ -9,23 +9,20 @@ use crate::sweep::parquet::parquet;
 use crate::sweep::results::Values::{Flags, Integers, Numbers, Texts};
 use crate::sweep::results::{Column, csv};
 
-/// A table.
 pub struct Table {
-    /// Name of its files, without ending.
     pub name: &'static str,
-    /// What it holds.
     pub what: &'static str,
-    /// Its columns.
     pub columns: Vec<Column>,
 }
 
 impl Table {
-    /// The files, with their names.
-    ///
-    /// # Errors
-    /// None: they are written to memory.
+    /// Returns the files with their names.
     pub fn files(&self) -> anyhow::Result<[(String, Vec<u8>); 2]> {
-        let rows = self.columns.first().context("a table has columns")?.rows();
+        let rows = self
+            .columns
+            .first()
+            .context("the table has no columns")?
+            .rows();
         Ok([
             (format!("{}.csv", self.name), csv(&self.columns, rows)?),
             (format!("{}.parquet", self.name), parquet(&self.columns)?),
@@ -33,13 +30,11 @@ impl Table {
     }
 }
 
-/// Rows of a table that is being filled.
 struct Filling {
     columns: Vec<Column>,
     rows: usize,
 }
 
-/// A cell of a table.
 enum Entry {
     Text(String),
     Whole(usize),
@@ -55,7 +50,7 @@ impl Filling {
         }
     }
 
-    /// Adds a row; all rows have the same names, each with the same kind.
+    /// Appends a row. All rows need the same names with the same types.
     fn add<'n>(&mut self, row: impl IntoIterator<Item = (&'n str, Entry)>) {
         for (place, (name, entry)) in row.into_iter().enumerate() {
             if self.rows == 0 {
@@ -70,11 +65,11 @@ impl Filling {
             }
             match (&mut self.columns[place].values, entry) {
                 (Texts(values), Entry::Text(text)) => values.push(Some(text)),
-                // Counts of runs and seeds.
+                // Counts of runs and seeds are far below 2^63.
                 (Integers(values), Entry::Whole(count)) => values.push(Some(count as i64)),
                 (Numbers(values), Entry::Number(number)) => values.push(number),
                 (Flags(values), Entry::Flag(flag)) => values.push(Some(flag)),
-                _ => debug_assert!(false, "{name} changes its kind"),
+                _ => debug_assert!(false, "{name} changes its type"),
             }
         }
         self.rows += 1;
@@ -83,24 +78,24 @@ impl Filling {
 
 use Entry::{Flag, Number, Text, Whole};
 
-/// Settings of a block, by column.
+/// Returns the settings of a block, one per column.
 fn settings<'d>(data: &'d Data, block: &'d Block) -> impl Iterator<Item = (&'d str, Entry)> {
     let columns = data.columns.iter().zip(&block.settings);
     columns.map(|(column, setting)| (column.as_str(), Text(setting.clone())))
 }
 
-/// All tables but that of the runs.
+/// Creates all tables except that of the runs.
 #[must_use]
 pub fn tables(data: &Data, analysis: &Analysis, verdicts: &[Verdict]) -> Vec<Table> {
     let tables = [
         (
             "cells",
-            "each metric of each allocator in each block: mean with its 95 % interval, quantiles",
+            "each metric of each allocator in each block: mean with 95 % interval, quantiles",
             cells(data, analysis),
         ),
         (
             "pairs",
-            "every two allocators in each block: differences with their 95 % intervals, effect, p, and p by Holm",
+            "each pair of allocators in each block: differences with 95 % intervals, effect, p, and p with Holm's correction",
             pairs(data, analysis),
         ),
         (
@@ -110,12 +105,12 @@ pub fn tables(data: &Data, analysis: &Analysis, verdicts: &[Verdict]) -> Vec<Tab
         ),
         (
             "nemenyi",
-            "every two allocators over all blocks: difference of mean ranks and p",
+            "each pair of allocators over all blocks: difference of mean ranks and p",
             differences(data, analysis),
         ),
         (
             "hypotheses",
-            "what was claimed, and what came of each part",
+            "the claims and the outcome of each part",
             claims(data, verdicts),
         ),
     ];
@@ -137,7 +132,7 @@ fn cells(data: &Data, analysis: &Analysis) -> Filling {
         for (rival, cell) in block.cells.iter().enumerate() {
             for (place, metric) in data.metrics.iter().enumerate() {
                 let summary = found.summaries[rival][place].as_ref();
-                let quantile = |at: usize| Number(summary.map(|it| it.quantiles[at]));
+                let quantile = |at: usize| Number(summary.map(|summary| summary.quantiles[at]));
                 let row = [
                     ("allocator", Text(data.allocators[rival].clone())),
                     ("cell", Whole(cell.number)),
@@ -145,10 +140,13 @@ fn cells(data: &Data, analysis: &Analysis) -> Filling {
                     ("failed", Whole(cell.failed)),
                     ("not_hit", Whole(cell.unhit)),
                     ("metric", Text(metric.name())),
-                    ("n", Whole(summary.map_or(0, |it| it.n))),
-                    ("mean", Number(summary.map(|it| it.mean))),
-                    ("mean_from", Number(summary.map(|it| it.interval.0))),
-                    ("mean_to", Number(summary.map(|it| it.interval.1))),
+                    ("n", Whole(summary.map_or(0, |summary| summary.n))),
+                    ("mean", Number(summary.map(|summary| summary.mean))),
+                    (
+                        "mean_from",
+                        Number(summary.map(|summary| summary.interval.0)),
+                    ),
+                    ("mean_to", Number(summary.map(|summary| summary.interval.1))),
                     ("min", quantile(0)),
                     ("q05", quantile(1)),
                     ("q25", quantile(2)),
@@ -174,12 +172,24 @@ fn pairs(data: &Data, analysis: &Analysis) -> Filling {
                     ("first", Text(data.allocators[pair.first].clone())),
                     ("second", Text(data.allocators[pair.second].clone())),
                     ("n", Whole(pair.n)),
-                    ("mean_difference", Number(pair.mean.map(|(it, _)| it))),
-                    ("mean_from", Number(pair.mean.map(|(_, it)| it.0))),
-                    ("mean_to", Number(pair.mean.map(|(_, it)| it.1))),
-                    ("median_difference", Number(pair.median.map(|(it, _)| it))),
-                    ("median_from", Number(pair.median.map(|(_, it)| it.0))),
-                    ("median_to", Number(pair.median.map(|(_, it)| it.1))),
+                    ("mean_difference", Number(pair.mean.map(|(mean, _)| mean))),
+                    (
+                        "mean_from",
+                        Number(pair.mean.map(|(_, interval)| interval.0)),
+                    ),
+                    ("mean_to", Number(pair.mean.map(|(_, interval)| interval.1))),
+                    (
+                        "median_difference",
+                        Number(pair.median.map(|(median, _)| median)),
+                    ),
+                    (
+                        "median_from",
+                        Number(pair.median.map(|(_, interval)| interval.0)),
+                    ),
+                    (
+                        "median_to",
+                        Number(pair.median.map(|(_, interval)| interval.1)),
+                    ),
                     ("effect", Number(Some(pair.effect))),
                     ("p", Number(Some(pair.p))),
                     ("p_holm", Number(Some(pair.adjusted))),
@@ -240,9 +250,15 @@ fn claims(data: &Data, verdicts: &[Verdict]) -> Filling {
         for part in &verdict.parts {
             let row = [
                 ("claim", Text(part.claim.clone())),
-                ("mean", Number(part.found.map(|(it, _)| it))),
-                ("mean_from", Number(part.found.map(|(_, it)| it.0))),
-                ("mean_to", Number(part.found.map(|(_, it)| it.1))),
+                ("mean", Number(part.found.map(|(mean, _)| mean))),
+                (
+                    "mean_from",
+                    Number(part.found.map(|(_, interval)| interval.0)),
+                ),
+                (
+                    "mean_to",
+                    Number(part.found.map(|(_, interval)| interval.1)),
+                ),
                 ("part", Text(part.outcome.as_str().to_owned())),
             ];
             let head = [

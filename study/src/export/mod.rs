@@ -1,8 +1,8 @@
 //! `alliance export`: a run in the formats of other tools.
 //!
-//! - `mcap`: what could be seen of the run, and what its tables hold, as one recording.
-//! - `parquet`: the tables of its log, a file each.
-//! - `scenario`: what was done to it, as a scenario to run again, to change and to sweep over.
+//! - `mcap`: the visible state of the run and its tables, as one recording.
+//! - `parquet`: the tables of its log, one file each.
+//! - `scenario`: the run as a scenario with all external influences, to run, change or sweep again.
 
 #[cfg(feature = "mcap")]
 mod mcap;
@@ -26,7 +26,7 @@ use clap::Args;
 use crate::new_file::NewFile;
 use crate::optional;
 
-/// Write a run as MCAP, for Foxglove, Lichtblick and PlotJuggler, as Parquet, for notebooks, or what was done to it as a scenario.
+/// Write a run as MCAP for Foxglove, Lichtblick and PlotJuggler, as Parquet for notebooks, or as a scenario
 #[derive(Args, Clone, Debug)]
 pub struct ExportCommand {
     /// Folder of the run
@@ -36,7 +36,7 @@ pub struct ExportCommand {
     formats: Formats,
 }
 
-/// What to make of it.
+/// The formats to write, at least one.
 #[derive(Args, Clone, Debug)]
 #[group(required = true, multiple = true)]
 struct Formats {
@@ -46,15 +46,14 @@ struct Formats {
     /// Write each table of the log as a Parquet file into this folder [default: DIR/parquet]
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true)]
     parquet: Option<Option<PathBuf>>,
-    /// Write the scenario, with what was done to the run by hand on its timeline [default:
-    /// DIR/scenario.toml]
+    /// Write the scenario, with manual actions on its fault timeline [default: DIR/scenario.toml]
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     scenario: Option<Option<PathBuf>>,
 }
 
 impl ExportCommand {
-    /// Exit status 0; 1 when this program does not repeat the run exactly and so cannot tell how it looked; 2 for a folder
-    /// that holds no such run, or a file that cannot be written.
+    /// Writes the export. Returns exit status 0; 1 if this program does not reproduce the run exactly; 2 if the folder
+    /// contains no run or a file cannot be written.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         match self.export() {
@@ -106,18 +105,18 @@ impl ExportCommand {
     }
 }
 
-/// Whether this program can make MCAP files.
+/// Checks that this program can write MCAP files.
 ///
 /// # Errors
-/// How to get one that can.
+/// Returns an error that names the required feature.
 pub fn mcap_is_there() -> anyhow::Result<()> {
     optional::check("mcap", cfg!(feature = "mcap"))
 }
 
-/// Writes the run in that folder as DIR/run.mcap.
+/// Writes the run in `folder` as DIR/run.mcap.
 ///
 /// # Errors
-/// When it is not a run that this program repeats exactly, or the file cannot be written.
+/// Returns an error when this program does not reproduce the run exactly or the file cannot be written.
 pub fn export_mcap(folder: &Path) -> anyhow::Result<()> {
     write_mcap(&open(folder)?, &mcap_file(folder))
 }
@@ -135,12 +134,12 @@ fn write_mcap(log: &RunLog, path: &Path) -> anyhow::Result<()> {
 }
 
 fn open(folder: &Path) -> anyhow::Result<RunLog> {
-    // The error says why by itself: its source would say it twice.
+    // The source of this error repeats its text, so only the text is kept.
     RunLog::open(folder, &Registry::of_this_program().vocabulary())
-        .map_err(|error| anyhow!("{} is not the folder of a run: {error}", folder.display()))
+        .map_err(|error| anyhow!("{} is not a run folder: {error}", folder.display()))
 }
 
-/// What an export says of the run that it was made from.
+/// Returns the facts about the source run that an export contains.
 fn facts(log: &RunLog) -> BTreeMap<String, String> {
     let run = &log.run;
     let hash = run

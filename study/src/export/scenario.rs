@@ -1,7 +1,8 @@
-//! A run as a scenario file: what was done to it from outside stands on the timeline of its faults.
+//! Export of a run as a scenario file, with all external influences on its fault timeline.
 //!
-//! Orders keep their words. What an operator asked for at once is due at the tick from which it was armed, and what was cleared lasts
-//! as long as it did; robots whose processes ended, stopped or came back without any order are killed, paused and restarted.
+//! Orders remain unchanged. An immediate order is due at the tick in which it took effect. A cleared fault lasts as
+//! long as it did in the run. Robots whose processes ended, stopped or returned without an order get kill, pause and
+//! restart faults.
 
 use std::fmt::Write as _;
 
@@ -13,27 +14,28 @@ use alliance_proto::time::SimTime;
 use anyhow::Context;
 use missions::Registry;
 
-/// What was done, in the order of the log.
+/// The orders and notes of a run, in log order.
 struct Done {
     step: SimTime,
-    /// First those that the scenario has itself, then those that were given.
+    /// The scenario's own orders first, then the operator's orders.
     orders: Vec<Order>,
-    own: usize,
+    /// The number of the scenario's own orders.
+    scenario_orders: usize,
     notes: Vec<String>,
-    /// Messages that were lost though nobody asked for it.
+    /// The number of messages lost without a fault.
     lost: usize,
 }
 
-/// The scenario file, and what of the run it cannot say.
+/// Returns the scenario file, and notes about facts that it cannot express.
 ///
 /// # Errors
-/// When the inputs cannot be read, or no scenario can say what they were.
+/// Returns an error when the inputs cannot be read or do not fit a scenario.
 pub fn of(log: &RunLog) -> anyhow::Result<(String, Vec<String>)> {
     let setup = &log.run.setup;
     let mut scenario = setup.scenario.clone();
     let mut done = Done {
         step: SimTime(scenario.step_ms),
-        own: scenario.faults.timeline.len(),
+        scenario_orders: scenario.faults.timeline.len(),
         orders: std::mem::take(&mut scenario.faults.timeline),
         notes: Vec::new(),
         lost: 0,
@@ -41,35 +43,37 @@ pub fn of(log: &RunLog) -> anyhow::Result<(String, Vec<String>)> {
     for line in log.inputs()? {
         done.take(line);
     }
-    for order in &mut done.orders[done.own..] {
-        // The names of those that nobody named are given anew.
-        order.id = order.id.take().filter(|id| !is_given(id));
+    for order in &mut done.orders[done.scenario_orders..] {
+        // Generated ids are assigned again.
+        order.id = order.id.take().filter(|id| !is_generated(id));
     }
     scenario.faults.timeline = done.orders;
     let mut notes = done.notes;
     if done.lost > 0 {
-        notes.push(format!(
-            "{} messages got lost though nobody asked for it: that is left out",
-            done.lost
-        ));
+        let lost = match done.lost {
+            1 => "1 message was".to_owned(),
+            count => format!("{count} messages were"),
+        };
+        notes.push(format!("{lost} lost without a fault: not exported"));
     }
     let resolved = Setup::resolve(scenario.clone(), setup.seed, None);
-    let resolved = resolved.context("what was done to this run is no scenario")?;
+    let resolved = resolved.context("the actions on this run do not form a scenario")?;
     if resolved.setup.alliance != setup.alliance {
-        notes.push("the parameters of --params are not in it: give them again".to_owned());
+        notes
+            .push("the values of --params are not in the scenario; pass --params again".to_owned());
     }
     if !setup.profile.is_empty() {
-        notes.push("what robots had learned before is not in it: --profile again".to_owned());
+        notes.push("the learned values are not in the scenario; pass --profile again".to_owned());
     }
     let text = text(&scenario, setup.seed)?;
-    // It is read as any other scenario is.
+    // The text must be readable as a scenario.
     let vocabulary = Registry::of_this_program().vocabulary();
     Scenario::parse("scenario", &text, &vocabulary)?;
     Ok((text, notes))
 }
 
-/// Whether the world gave a fault that id.
-fn is_given(id: &str) -> bool {
+/// Returns whether the world generated an id.
+fn is_generated(id: &str) -> bool {
     let number = id.strip_prefix('f').unwrap_or_default();
     !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit())
 }
@@ -78,7 +82,7 @@ fn text(scenario: &Scenario, seed: u64) -> anyhow::Result<String> {
     let mut text = String::new();
     writeln!(
         text,
-        "# What was done to a run with `--seed {seed}` is on the timeline here."
+        "# The timeline contains the faults and orders of a run with `--seed {seed}`."
     )?;
     text += &scenario.to_toml()?;
     Ok(text)
@@ -117,10 +121,10 @@ impl Done {
         }
     }
 
-    /// What nobody ordered.
+    /// Adds a fault that happened without an order.
     fn happened(&mut self, fault: Fault, tick: Tick) {
         self.notes.push(format!(
-            "'{fault}' at {} s came from outside: to the tick, but not to the moment within it",
+            "'{fault}' at {} s had an external cause: the scenario repeats its tick, but not its order within the tick",
             self.at_s(tick)
         ));
         let at_s = Some(self.at_s(tick));
@@ -137,20 +141,20 @@ impl Done {
         } else if tick > 0 {
             let fault = &order.fault;
             self.notes.push(format!(
-                "'{fault}' was ordered at {now_s} s; here it waits for its event from the start"
+                "'{fault}' was ordered at {now_s} s; in the scenario it waits for its event from the start"
             ));
         }
         self.orders.push(order);
     }
 
-    /// Ends a fault as it was ended by hand: it heals then, or never comes.
+    /// Ends a fault at the time of its clearing: it heals then, or is removed if it had not begun.
     fn cleared(&mut self, id: &str, tick: Tick) {
         let now_s = self.at_s(tick);
-        let is_it = |order: &Order| order.id.as_deref() == Some(id);
-        let place = self.orders.iter().rposition(is_it);
+        let has_id = |order: &Order| order.id.as_deref() == Some(id);
+        let place = self.orders.iter().rposition(has_id);
         let Some((place, order)) = place.map(|place| (place, &mut self.orders[place])) else {
             self.notes.push(format!(
-                "{id} of the scenario was cleared at {now_s} s: that is left out"
+                "the scenario's fault {id} was cleared at {now_s} s: not exported"
             ));
             return;
         };
@@ -161,11 +165,11 @@ impl Done {
                     order.for_s = Some(order.for_s.map_or(lasted, |for_s| for_s.min(lasted)));
                 } else {
                     self.orders.remove(place);
-                    self.own -= usize::from(place < self.own);
+                    self.scenario_orders -= usize::from(place < self.scenario_orders);
                 }
             }
             _ => self.notes.push(format!(
-                "{id} was cleared at {now_s} s: here it goes on waiting for its next time"
+                "{id} was cleared at {now_s} s: in the scenario it stays armed"
             )),
         }
     }
@@ -213,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn the_scenario_does_what_was_done_by_hand() {
+    fn the_scenario_repeats_manual_actions() {
         let inputs = [
             (
                 100,
@@ -238,23 +242,23 @@ mod tests {
             (300, json!({ "clear": { "ids": ["f1"] } })),
             (400, json!({ "clear": { "ids": ["f4"] } })),
         ];
-        let by_hand = run(scenario(), &inputs);
-        let (text, notes) = of(&by_hand).unwrap();
+        let manual = run(scenario(), &inputs);
+        let (text, notes) = of(&manual).unwrap();
         assert_eq!(notes, [""; 0]);
-        let by_itself = again(&text);
-        let orders = &by_itself.run.setup.scenario.faults.timeline;
-        let told = orders
+        let scripted = again(&text);
+        let orders = &scripted.run.setup.scenario.faults.timeline;
+        let summary = orders
             .iter()
             .map(|order| (order.id.as_deref(), order.at_s, order.for_s));
         assert_eq!(
-            told.collect::<Vec<_>>(),
+            summary.collect::<Vec<_>>(),
             [
                 (None, Some(5.0), Some(10.0)),
                 (None, Some(10.0), Some(30.0)),
                 (Some("crate"), Some(12.0), None)
             ]
         );
-        // Everything went as it had gone by hand, and not as it goes by itself.
+        // The scenario repeats the run with manual actions, which differs from the run without them.
         let calm = run(scenario(), &[]);
         for table in [
             Table::Poses,
@@ -262,18 +266,15 @@ mod tests {
             Table::Messages,
             Table::Mission,
         ] {
-            assert!(by_hand.table(table) == by_itself.table(table), "{table:?}");
+            assert!(manual.table(table) == scripted.table(table), "{table:?}");
         }
-        assert!(by_hand.table(Table::Poses) != calm.table(Table::Poses));
-        // Of a scenario nothing is left to be done.
-        assert_eq!(
-            again(&of(&by_itself).unwrap().0).run.hash,
-            by_itself.run.hash
-        );
+        assert!(manual.table(Table::Poses) != calm.table(Table::Poses));
+        // A second export gives the same run.
+        assert_eq!(again(&of(&scripted).unwrap().0).run.hash, scripted.run.hash);
     }
 
     #[test]
-    fn what_a_scenario_cannot_say_is_told() {
+    fn facts_that_a_scenario_cannot_express_are_noted() {
         let inputs = [
             (40, json!({ "stall-begin": { "robot": "green" } })),
             (60, json!({ "stall-end": { "robot": "green" } })),
@@ -287,29 +288,29 @@ mod tests {
             ),
         ];
         let (text, notes) = of(&run(scenario(), &inputs)).unwrap();
-        let outside = "came from outside: to the tick, but not to the moment within it";
+        let outside = "had an external cause: the scenario repeats its tick, but not its order within the tick";
         assert_eq!(
             notes,
             [
                 format!("'pause green' at 2 s {outside}"),
                 format!("'continue green' at 3 s {outside}"),
                 format!("'kill gold' at 4.95 s {outside}"),
-                "'deaf blue' was ordered at 6 s; here it waits for its event from the start"
+                "'deaf blue' was ordered at 6 s; in the scenario it waits for its event from the start"
                     .to_owned(),
             ]
         );
         let log = again(&text);
         let orders = &log.run.setup.scenario.faults.timeline;
-        let told: Vec<_> = orders
+        let found: Vec<_> = orders
             .iter()
             .map(|order| (order.fault.to_string(), order.at_s))
             .collect();
-        let told: Vec<_> = told
+        let found: Vec<_> = found
             .iter()
             .map(|(fault, at_s)| (fault.as_str(), *at_s))
             .collect();
         assert_eq!(
-            told,
+            found,
             [
                 ("pause green", Some(2.0)),
                 ("continue green", Some(3.0)),

@@ -1,15 +1,15 @@
-//! In the place of `mcap` in a program that is built without it.
+//! Replacement for `mcap` in a program that is built without it.
 
 use std::io::{Seek, Write};
 
 use alliance_proto::log::RunLog;
 
-/// The run cannot be shown as it was.
+/// The error for a run that cannot be reproduced.
 #[derive(Debug, thiserror::Error)]
 #[error("")]
 pub struct Differs;
 
-/// Says that it cannot be done.
+/// Returns an error, because this program has no MCAP support.
 pub fn write(_: &RunLog, _: impl Write + Seek) -> anyhow::Result<()> {
     super::mcap_is_there()
 }

@@ -1,14 +1,11 @@
-//! A robot does one thing at a time.
+//! Invariant: a robot has at most one active behavior set.
 
 use alliance_proto::scenario::Scenario;
 use alliance_proto::telemetry::BehaviorState;
 
 use super::{RobotState, WorldState};
 
-/// Looks at all robots after a tick.
-///
-/// # Errors
-/// What does not hold.
+/// Checks all robots after a tick. The error describes the violation.
 pub fn check(scenario: &Scenario, state: &WorldState) -> Result<(), String> {
     for (robot, spec) in state.robots.iter().zip(&scenario.robots) {
         let active = robot.active().count();
@@ -20,11 +17,11 @@ pub fn check(scenario: &Scenario, state: &WorldState) -> Result<(), String> {
 }
 
 impl RobotState {
-    /// The behavior sets that it executes, as it last reported.
+    /// Returns the behavior sets that the robot executes, from its latest report.
     pub fn active(&self) -> impl Iterator<Item = alliance_proto::ids::BehaviorId> + '_ {
         let motivations = self.motivations.iter();
         motivations
-            .filter(|it| it.state == BehaviorState::Active)
-            .map(|it| it.set)
+            .filter(|motivation| motivation.state == BehaviorState::Active)
+            .map(|motivation| motivation.set)
     }
 }

@@ -1,4 +1,4 @@
-//! Whether a robot is there that can do every task that is left.
+//! Coverage of a mission: at least one robot can do every remaining task.
 
 use alliance_proto::control::Phase;
 use alliance_proto::fault::{ActuatorMode, Fault};
@@ -9,14 +9,14 @@ use glam::Vec2;
 use super::solids::distance;
 use super::{RobotState, WorldState, is_delivered};
 
-/// Distance between neighboring points of the grid on which ways are searched, m.
+/// Grid spacing of the path search, m.
 const GRID_M: f32 = 0.1;
 
-/// How much wider than the body on each side a way must be, in radii. Robots are not promised to get through narrower ones.
+/// Required clearance on each side of the body, in body radii. Robots need not pass narrower gaps.
 const CLEARANCE_RADII: f32 = 0.5;
 
-/// Whether some robot can do every task, and nothing makes it impossible for all: a robot that lies to its team for good, or an
-/// item in a gripper that never opens.
+/// Returns whether some robot can do every task and no condition prevents it. Such conditions are a robot that
+/// permanently sends false information, and an item in a gripper that never opens.
 #[must_use]
 pub fn is_covered(scenario: &Scenario, state: &WorldState) -> bool {
     let sound = |rank: usize| is_sound(scenario, state, rank);
@@ -27,7 +27,7 @@ pub fn is_covered(scenario: &Scenario, state: &WorldState) -> bool {
     let lies = state.faults.iter().any(|fault| {
         fault.phase == Phase::InForce
             && match &fault.order.fault {
-                // Wrong places, work that seems done, or a body that does something else than its mind believes.
+                // Wrong positions, false completion, or a body that does not follow its controller.
                 Fault::Sensor(_) | Fault::Babble(_) => true,
                 Fault::Actuator(fault) => fault.mode != ActuatorMode::Dead,
                 _ => false,
@@ -36,21 +36,21 @@ pub fn is_covered(scenario: &Scenario, state: &WorldState) -> bool {
     !kept && !lies && (0..state.robots.len()).any(sound)
 }
 
-/// Whether a robot, by rank, has an agent and a body that does what it is told. Radio is another matter.
+/// Returns whether a robot, by rank, has an agent and a body that executes commands. Radio faults do not matter.
 #[must_use]
 pub fn is_sound(scenario: &Scenario, state: &WorldState, rank: usize) -> bool {
     let (robot, name) = (&state.robots[rank], scenario.robots[rank].name.as_str());
     let broken = state.faults.iter().any(|fault| {
-        let ails = matches!(
+        let impairs = matches!(
             fault.order.fault,
             Fault::Sensor(_) | Fault::Actuator(_) | Fault::Power(_) | Fault::Babble(_)
         );
-        fault.phase == Phase::InForce && ails && fault.order.fault.robot() == Some(name)
+        fault.phase == Phase::InForce && impairs && fault.order.fault.robot() == Some(name)
     });
     robot.present && robot.takes_part && robot.energy_j.is_none_or(|left| left > 0.0) && !broken
 }
 
-/// Whether a sound robot finds ways to all items that are left, and to all other targets, past all that does not move.
+/// Returns whether a sound robot has paths to all remaining items and other targets, around all static obstacles.
 #[must_use]
 pub fn is_within_reach(scenario: &Scenario, promises: &Promises, state: &WorldState) -> bool {
     let sound = |rank: &usize| is_sound(scenario, state, *rank);
@@ -60,7 +60,7 @@ pub fn is_within_reach(scenario: &Scenario, promises: &Promises, state: &WorldSt
         .any(|rank| map.reaches_all(scenario, promises, state, &state.robots[rank]))
 }
 
-/// Where the center of a body may be.
+/// The grid positions where the center of a body fits.
 struct Map {
     columns: usize,
     rows: usize,
@@ -83,9 +83,11 @@ impl Map {
             .map(|(_, robot)| robot.pose.position)
             .collect();
         let is_free = |at: Vec2| {
-            let solid = state.rectangles.iter().filter(|it| it.solid);
+            let solid = state.rectangles.iter().filter(|rectangle| rectangle.solid);
             at.min(size - at).min_element() >= wide_m
-                && solid.into_iter().all(|it| distance(it, at) >= wide_m)
+                && solid
+                    .into_iter()
+                    .all(|rectangle| distance(rectangle, at) >= wide_m)
                 && bodies
                     .iter()
                     .all(|body| body.distance(at) >= radius_m + wide_m)
@@ -106,7 +108,8 @@ impl Map {
         robot: &RobotState,
     ) -> bool {
         let body = scenario.body;
-        // From the nearest wide place, for the robot may stand at a wall, to one from which the arm and a step suffice.
+        // The path starts at the nearest wide position, because the robot may stand at a wall. It ends where the arm
+        // and one step suffice.
         let near_m = body.radius_m + body.reach_m + CLEARANCE_RADII * body.radius_m;
         let reached = self.flood(robot.pose.position, near_m);
         let reaches = |target: Vec2, within_m: f32| {
@@ -124,7 +127,7 @@ impl Map {
                 .all(|item| item.carrier.is_some() || reaches(item.position, near_m))
     }
 
-    /// All places to which ways lead from there.
+    /// Returns all positions reachable from `from`.
     fn flood(&self, from: Vec2, near_m: f32) -> Vec<bool> {
         let mut reached = vec![false; self.free.len()];
         let mut open: Vec<usize> = (0..self.free.len())
@@ -154,7 +157,7 @@ impl Map {
     }
 }
 
-/// A point of the grid.
+/// Returns the position of a grid point, m.
 fn point(columns: usize, place: usize) -> Vec2 {
     GRID_M * Vec2::new((place % columns) as f32, (place / columns) as f32)
 }

@@ -1,12 +1,12 @@
-//! Two robots that hear each other do not both go on with an exclusive task (docs/BOUNDS.md, "Two robots on an exclusive
-//! task").
+//! Invariant: two robots that receive each other's messages do not both continue an exclusive task (docs/BOUNDS.md,
+//! "Two robots on an exclusive task").
 //!
-//! Once they hear each other, the bound is, from the first tick in which they do and both execute the task:
+//! The bound starts at the first tick in which both receive each other and both execute the task:
 //!
-//! - With arbitration (`team`), the next heartbeat of either, which comes within 1/ρ, settles it in the step in which it is
-//!   heard, one after it was sent.
-//! - Without it, and where one of them has waited the other out, it is settled by ψ: whoever has been active for longer than
-//!   that leaves in the step in which it has heard the other within τ.
+//! - With arbitration (`team`), the next heartbeat of either robot resolves the conflict in the step of its receipt. It
+//!   comes within 1/ρ and arrives one step after it is sent.
+//! - Without arbitration, or after one robot has waited for the full limit, ψ resolves the conflict. A robot active for
+//!   longer than ψ leaves in the step in which it has received a message of the other within τ.
 
 use std::collections::BTreeMap;
 
@@ -18,19 +18,18 @@ use alliance_proto::time::SimTime;
 use super::WorldState;
 use super::hearing::hear_each_other;
 
-/// Steps in which things are noticed, sent and heard.
+/// Steps for noticing, sending and receiving.
 const STEPS: u64 = 4;
 
-/// What is known of exclusive tasks so far.
 #[derive(Clone, Debug)]
 pub struct Exclusive {
     setup: Setup,
-    /// Ticks that two robots, by rank, have gone on together with a task, and have heard each other.
+    /// Ticks for which two robots, by rank, have both executed a task and received each other.
     together: BTreeMap<(usize, usize, TaskId), u64>,
     waits: BTreeMap<(usize, BehaviorId), Wait>,
 }
 
-/// What a set has waited since it last hibernated.
+/// The time that a set has waited since it last hibernated.
 #[derive(Clone, Copy, Debug, Default)]
 struct Wait {
     spent: SimTime,
@@ -38,7 +37,6 @@ struct Wait {
 }
 
 impl Exclusive {
-    /// Before the first tick.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
         Self {
@@ -48,35 +46,32 @@ impl Exclusive {
         }
     }
 
-    /// Looks at them after a tick.
-    ///
-    /// # Errors
-    /// What does not hold.
+    /// Checks all pairs of robots after a tick. The error describes the violation.
     pub fn check(&mut self, scenario: &Scenario, state: &WorldState) -> Result<(), String> {
         self.note_waits(state);
         let mut together = BTreeMap::new();
         let executing: Vec<(usize, BehaviorId)> = (0..state.robots.len())
             .flat_map(|rank| state.robots[rank].active().map(move |set| (rank, set)))
             .collect();
-        for (place, &(other, theirs)) in executing.iter().enumerate() {
-            for &(one, own) in &executing[..place] {
-                let task = self.setup.catalog.sets[own.index()].task;
+        for (place, &(other, other_set)) in executing.iter().enumerate() {
+            for &(one, one_set) in &executing[..place] {
+                let task = self.setup.catalog.sets[one_set.index()].task;
                 let is_exclusive = self.setup.catalog.tasks[task.index()].max_robots == 1;
                 if !is_exclusive
-                    || task != self.setup.catalog.sets[theirs.index()].task
+                    || task != self.setup.catalog.sets[other_set.index()].task
                     || !hear_each_other(scenario, state, one, other)
-                    || self.goes_by_learned_times(state, one, own)
-                    || self.goes_by_learned_times(state, other, theirs)
+                    || self.uses_learned_times(state, one, one_set)
+                    || self.uses_learned_times(state, other, other_set)
                 {
                     continue;
                 }
                 let key = (one, other, task);
                 let ticks = 1 + self.together.get(&key).copied().unwrap_or_default();
-                let bound = self.bound(&[(one, own), (other, theirs)]);
+                let bound = self.bound(&[(one, one_set), (other, other_set)]);
                 if ticks > bound {
                     let name = |rank: usize| &scenario.robots[rank].name;
                     return Err(format!(
-                        "{} and {} hear each other and have both gone on with {} for {ticks} ticks, but {bound} are the bound",
+                        "{} and {} receive each other's messages and have both executed {} for {ticks} ticks; the bound is {bound}",
                         name(one),
                         name(other),
                         self.setup.catalog.task_name(task)
@@ -89,7 +84,7 @@ impl Exclusive {
         Ok(())
     }
 
-    /// Longest time that these two may go on, in ticks.
+    /// Returns the longest permitted time for two sets, in ticks.
     fn bound(&self, sets: &[(usize, BehaviorId); 2]) -> u64 {
         let step_s = self.setup.scenario.step_ms as f64 / 1000.0;
         let longest_s = |of: fn(&BehaviorParams) -> f64| {
@@ -116,9 +111,9 @@ impl Exclusive {
 
     fn note_waits(&mut self, state: &WorldState) {
         for (rank, robot) in state.robots.iter().enumerate() {
-            for it in &robot.motivations {
-                let wait = self.waits.entry((rank, it.set)).or_default();
-                match (it.state, wait.since) {
+            for motivation in &robot.motivations {
+                let wait = self.waits.entry((rank, motivation.set)).or_default();
+                match (motivation.state, wait.since) {
                     (BehaviorState::Hibernating, _) => *wait = Wait::default(),
                     (BehaviorState::Waiting, None) => wait.since = Some(state.now),
                     (BehaviorState::Active, Some(since)) => {
@@ -131,8 +126,9 @@ impl Exclusive {
         }
     }
 
-    /// Whether it may go on until a ψ that no scenario states: robots that have motivations but not the stated values learn theirs.
-    fn goes_by_learned_times(&self, state: &WorldState, rank: usize, set: BehaviorId) -> bool {
+    /// Returns whether a set follows a learned ψ, which the scenario does not state. Robots with motivations but
+    /// another allocator learn their values.
+    fn uses_learned_times(&self, state: &WorldState, rank: usize, set: BehaviorId) -> bool {
         let scenario = &self.setup.scenario;
         let allocator = scenario.allocator_of(&scenario.robots[rank]);
         let learns =
@@ -143,7 +139,7 @@ impl Exclusive {
         learns && !is_settled_by_claims
     }
 
-    /// Whether it has waited for ψ + τ, be it to a step or two.
+    /// Returns whether the set has waited for ψ + τ, with a tolerance of two steps.
     fn may_have_waited_out(&self, rank: usize, set: BehaviorId) -> bool {
         let params = self.params(rank, set);
         let bound_s = params.before_yielding_s + params.ceased_after_s;

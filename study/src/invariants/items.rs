@@ -1,4 +1,4 @@
-//! Every item is in one place: on the floor, in one gripper, or where it is to be brought, which keeps it.
+//! Invariant: every item is in one place: on the floor, in one gripper, or at its goal, where it stays.
 
 use alliance_proto::fault::Fault;
 use alliance_proto::ids::{ItemId, RobotId};
@@ -7,20 +7,18 @@ use alliance_proto::scenario::Scenario;
 
 use super::{Item, WorldState, is_delivered};
 
-/// How far outside the border rounding may put an item, m.
+/// Tolerance for rounding at the border, m.
 const ROUNDING_M: f32 = 1e-3;
 
-/// What is known of the items so far.
 #[derive(Clone, Debug)]
 pub struct Items {
     total: usize,
-    /// Whether each has been delivered.
+    /// `true` for each delivered item, by id.
     delivered: Vec<bool>,
     promises: Promises,
 }
 
 impl Items {
-    /// Before the first tick.
     #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
         let promises = scenario.mission().promises(scenario);
@@ -31,16 +29,13 @@ impl Items {
         }
     }
 
-    /// Looks at them after a tick.
-    ///
-    /// # Errors
-    /// What does not hold.
+    /// Checks the items after a tick. The error describes the violation.
     pub fn check(&mut self, scenario: &Scenario, state: &WorldState) -> Result<(), String> {
         let count = state.items.len();
         let most = self.total + added(scenario, state);
         if !(self.total..=most).contains(&count) {
             return Err(format!(
-                "there are {count} items, but {} to {most} can be",
+                "there are {count} items, but {} to {most} are expected",
                 self.total
             ));
         }
@@ -73,7 +68,7 @@ impl Items {
     }
 }
 
-/// Most items that faults have added in this tick.
+/// Returns the maximum number of items that faults have added in this tick.
 fn added(scenario: &Scenario, state: &WorldState) -> usize {
     let now = state
         .faults

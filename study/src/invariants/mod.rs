@@ -1,10 +1,10 @@
-//! What must hold in every run, whatever goes wrong in it: looked at after every tick, from outside.
+//! Invariants: conditions that every run must satisfy after every tick, under any fault.
 //!
-//! - [`WorldState`] is what there is to look at. The checks know neither the world's code nor the agents', only what both say.
-//! - [`items`]: each is in one place, and none comes or goes. [`solids`]: bodies overlap nothing solid. [`numbers`]: all are finite
-//!   and in their range. [`activity`]: a robot does one thing at a time. [`exclusive`]: two robots that hear each other, as
-//!   [`hearing`] says, do not go on with one exclusive task. [`termination`]: a mission that is covered, as [`coverage`] and
-//!   [`strewn`] say, ends. [`replayed`]: a run from its inputs is the same run.
+//! - [`WorldState`]: the checked state. The checks use only the output of the world and the agents, not their code.
+//! - [`items`]: every item is in one place. [`solids`]: bodies overlap nothing solid. [`numbers`]: numbers are finite
+//!   and in range. [`activity`]: a robot has at most one active set. [`exclusive`]: two robots that receive each other
+//!   ([`hearing`]) do not both continue an exclusive task. [`termination`]: a covered mission ends ([`coverage`],
+//!   [`strewn`]). [`replayed`]: a replay gives the same run.
 
 pub mod activity;
 pub mod coverage;
@@ -32,26 +32,26 @@ use solids::Solids;
 use termination::Termination;
 pub use world_state::{Item, Rectangle, RobotState, WorldState, is_delivered};
 
-/// Something that must hold.
+/// A condition that every run must satisfy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Invariant {
-    /// Every tick ends, and the next one follows.
+    /// Every tick ends and is followed by the next.
     TicksGoOn,
-    /// Every item is in one place; only faults add any, and where they are to be brought they stay.
+    /// Every item is in one place. Only faults add items, and delivered items stay.
     ItemsAccountedFor,
-    /// No body overlaps anything solid, but for an obstacle that was put on it.
+    /// No body overlaps anything solid, except an obstacle that was put on it.
     NoOverlap,
     /// Every number is finite and in its range.
     NumbersInRange,
-    /// A robot has one active behavior set at most.
+    /// A robot has at most one active behavior set.
     OneActiveBehavior,
-    /// What the mission itself says must hold.
+    /// The mission's own invariants hold.
     MissionHolds,
-    /// Two robots that hear each other do not both go on with an exclusive task.
+    /// Two robots that receive each other's messages do not both continue an exclusive task.
     ExclusiveTasks,
-    /// A mission that is covered ends (ALLIANCE.md §5).
+    /// A covered mission ends.
     Termination,
-    /// A run from its inputs is the same run.
+    /// A replay gives the same run.
     ReplayIdentical,
 }
 
@@ -71,31 +71,26 @@ impl fmt::Display for Invariant {
     }
 }
 
-/// What did not hold, in one line.
+/// A violated invariant, in one line.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{invariant}: tick {tick}: {what}")]
 pub struct Violation {
-    /// Which invariant.
     pub invariant: Invariant,
-    /// In which tick.
     pub tick: Tick,
-    /// Who and what.
     pub what: String,
 }
 
-/// All that is looked at while a run goes on.
 pub struct Invariants {
     setup: Setup,
     items: Items,
     solids: Solids,
     exclusive: Exclusive,
     termination: Termination,
-    /// The tick that is to end next.
+    /// The tick that must end next.
     next: Tick,
 }
 
 impl Invariants {
-    /// Of a run that has not begun.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
         Self {
@@ -108,19 +103,16 @@ impl Invariants {
         }
     }
 
-    /// Looks at a run after each of its ticks.
-    ///
-    /// # Errors
-    /// The first thing that does not hold.
+    /// Checks a run after each of its ticks. The error is the first violation.
     pub fn see(&mut self, simulation: &Simulation) -> Result<(), Violation> {
         if simulation.tick() == self.next {
-            // Over before this tick, or stuck in it.
+            // The run ended before this tick, or is stuck in it.
             return match simulation.outcome() {
                 Some(_) => Ok(()),
                 None => Err(Violation {
                     invariant: Invariant::TicksGoOn,
                     tick: self.next,
-                    what: "it does not end".to_owned(),
+                    what: "the tick does not end".to_owned(),
                 }),
             };
         }
@@ -133,10 +125,7 @@ impl Invariants {
         })
     }
 
-    /// Looks at what there is after a tick.
-    ///
-    /// # Errors
-    /// The first thing that does not hold.
+    /// Checks a state after a tick. The error is the first violation.
     pub fn check(&mut self, state: &WorldState) -> Result<(), Violation> {
         let scenario = &self.setup.scenario;
         let of = |invariant| {
@@ -147,7 +136,7 @@ impl Invariants {
             }
         };
         if state.tick != self.next {
-            let what = format!("tick {} was to come", self.next);
+            let what = format!("tick {} was expected", self.next);
             return Err(of(Invariant::TicksGoOn)(what));
         }
         self.next += 1;

@@ -1,4 +1,4 @@
-//! A run from its inputs is the same run.
+//! Invariant: a replay gives the same run.
 
 use alliance_proto::ids::Tick;
 use alliance_proto::log::{LogLevel, RunLog};
@@ -6,10 +6,10 @@ use alliance_proto::log::{LogLevel, RunLog};
 use super::{Invariant, Violation};
 use crate::replay::replay;
 
-/// Runs a run that has ended again from its log, and compares the hashes of all ticks together, and all figures.
+/// Replays a finished run from its log, and compares the run hash and all figures.
 ///
 /// # Errors
-/// When they differ, or the log holds what is no input.
+/// Returns an error when they differ or the log contains an invalid input.
 pub fn check(logged: &RunLog) -> anyhow::Result<()> {
     let (_, again) = replay(logged, LogLevel::Off, |_| {})?;
     let (run, other) = (&logged.run, &again.run);
@@ -22,14 +22,14 @@ pub fn check(logged: &RunLog) -> anyhow::Result<()> {
     if run.hash != other.hash {
         let hash = |hash: &Option<String>| hash.clone().unwrap_or_default();
         let what = format!(
-            "the hash is {}, and {} when it is run again",
+            "the hash is {}, and {} in the replay",
             hash(&run.hash),
             hash(&other.hash)
         );
         return Err(different(what).into());
     }
     if (&run.result, &run.faults) != (&other.result, &other.faults) {
-        let what = "result or faults differ when it is run again".to_owned();
+        let what = "result or faults differ in the replay".to_owned();
         return Err(different(what).into());
     }
     Ok(())

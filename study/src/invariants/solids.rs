@@ -1,6 +1,7 @@
-//! Bodies overlap nothing solid: neither the border, nor obstacles, nor each other.
+//! Invariant: bodies do not overlap the border, obstacles or each other.
 //!
-//! An obstacle may be put on a robot, by a fault. That robot is not moved, but it can only leave: it never gets deeper into it.
+//! A fault may put an obstacle on a robot. The robot is not moved, but it may only leave the obstacle, not get deeper
+//! into it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,22 +11,18 @@ use world_server::world::ComponentId;
 
 use super::{Rectangle, RobotState, WorldState};
 
-/// Overlaps that rounding makes, m. Bodies stop a millimeter short of contact, or half of one where they graze.
+/// Tolerance for rounding, m. Bodies stop 1 mm before contact, or half of that at a grazing angle.
 const ROUNDING_M: f32 = 1e-4;
 
-/// What is known of solids so far.
 #[derive(Clone, Debug, Default)]
 pub struct Solids {
     known: BTreeSet<ComponentId>,
-    /// How far the center of a robot, by its rank, is from the surface of an obstacle that was put on it, m; negative inside.
+    /// Distance of a robot's center, by rank, from the surface of an obstacle that was put on it, m; negative inside.
     covered: BTreeMap<(usize, ComponentId), f32>,
 }
 
 impl Solids {
-    /// Looks at them after a tick.
-    ///
-    /// # Errors
-    /// What does not hold.
+    /// Checks all bodies after a tick. The error describes the violation.
     pub fn check(&mut self, scenario: &Scenario, state: &WorldState) -> Result<(), String> {
         let radius_m = scenario.body.radius_m;
         let name = |rank: usize| scenario.robots[rank].name.as_str();
@@ -44,7 +41,7 @@ impl Solids {
                 let deep_m = radius_m - to_border_m;
                 return Err(format!("{} is {deep_m} m in the border", name(rank)));
             }
-            for rectangle in state.rectangles.iter().filter(|it| it.solid) {
+            for rectangle in state.rectangles.iter().filter(|rectangle| rectangle.solid) {
                 let way_m = distance(rectangle, at);
                 if way_m >= radius_m - ROUNDING_M {
                     continue;
@@ -54,17 +51,17 @@ impl Solids {
                 let is_new = !self.known.contains(&rectangle.id);
                 let leaves = before_m.is_some_and(|before_m| way_m >= before_m - ROUNDING_M);
                 if !is_new && !leaves {
-                    let (who, what, deep_m) = (name(rank), rectangle.id, radius_m - way_m);
+                    let (robot, obstacle, deep_m) = (name(rank), rectangle.id, radius_m - way_m);
                     return Err(match before_m {
-                        None => format!("{who} is {deep_m} m in {what}"),
-                        Some(_) => format!("{who} gets deeper into {what}, {deep_m} m"),
+                        None => format!("{robot} is {deep_m} m in {obstacle}"),
+                        Some(_) => format!("{robot} gets deeper into {obstacle}, {deep_m} m"),
                     });
                 }
-                // Rounding does not add up.
+                // Rounding errors must not accumulate.
                 covered.insert(key, before_m.map_or(way_m, |before_m| way_m.max(before_m)));
             }
         }
-        // As for all else: up to 0.1 nothing can enter.
+        // A penetrability of up to 0.1 is solid, as for other components.
         if scenario.body.robot_penetrability <= 0.1 {
             for (place, &(rank, body)) in bodies.iter().enumerate() {
                 for &(other, teammate) in &bodies[..place] {
@@ -78,12 +75,16 @@ impl Solids {
             }
         }
         self.covered = covered;
-        self.known = state.rectangles.iter().map(|it| it.id).collect();
+        self.known = state
+            .rectangles
+            .iter()
+            .map(|rectangle| rectangle.id)
+            .collect();
         Ok(())
     }
 }
 
-/// Distance of a point from a rectangle's surface, m; negative inside.
+/// Returns the distance of a point from a rectangle's surface, m; negative inside.
 pub(super) fn distance(rectangle: &Rectangle, point: Vec2) -> f32 {
     let beyond = (rectangle.min - point).max(point - rectangle.max);
     let deepest = beyond.max_element();

@@ -1,22 +1,22 @@
-//! Items that lie where robots come only when they know of nothing else.
+//! Items in places that robots reach only by a search.
 //!
-//! Robots take what lies where they look for it, and what some robot has carried before. What is strewn elsewhere they have to
-//! search for.
+//! Robots take items that lie in expected places, and items that some robot has carried before. Items elsewhere require
+//! a search.
 
 use alliance_proto::mission::promises::Promises;
 use alliance_proto::scenario::Scenario;
 
 use super::{Item, WorldState, is_delivered};
 
-/// What is known of the items so far.
+/// The state of the items between ticks.
 #[derive(Clone, Debug, Default)]
 pub struct Strewn {
-    /// By id: where the item was, and whether it has not been carried since it was put there.
+    /// By id: the last state of the item, and `true` if it has not been carried since it was put there.
     items: Vec<(Item, bool)>,
 }
 
 impl Strewn {
-    /// Looks at the items after a tick.
+    /// Updates the state after a tick.
     pub fn note(&mut self, state: &WorldState) {
         for (id, item) in state.items.iter().enumerate() {
             match self.items.get_mut(id) {
@@ -31,7 +31,7 @@ impl Strewn {
         }
     }
 
-    /// How many of them lie where nobody looks who does not search.
+    /// Returns the number of strewn items that robots find only by a search.
     #[must_use]
     pub fn off_the_ways(&self, scenario: &Scenario, promises: &Promises) -> usize {
         let mission = scenario.mission();

@@ -1,9 +1,10 @@
-//! A mission that is covered ends (ALLIANCE.md §5).
+//! Invariant: a covered mission ends (ALLIANCE.md §5).
 //!
-//! The mission is owed from the moment on at which nothing more is about to change (every fault that heals has healed, and none
-//! will come at a known time), ψ and λ are longer than a unit of work, and the mission is covered ([`super::coverage`]). It must
-//! then end within a time that is longer where robots have to search ([`super::strewn`]). If the moment passes, as when a fault strikes that has waited for an event, it is owed from the next one on.
-//! Where a robot keeps to tasks that it was given before the start, and cannot work, nothing is owed: nobody takes over.
+//! The mission becomes due when three conditions hold. No fault is about to begin or heal at a known time, ψ and λ are
+//! longer than a unit of work, and the mission is covered ([`super::coverage`]). It must then end within a bound, which
+//! is longer if robots must search ([`super::strewn`]). If a condition fails, for example through a fault that waited
+//! for an event, the mission becomes due again later. It never becomes due while a robot with a fixed assignment cannot
+//! work, because no other robot takes over its tasks.
 
 use alliance_proto::control::{FaultStatus, Phase};
 use alliance_proto::mission::promises::Promises;
@@ -15,44 +16,42 @@ use super::coverage::{is_covered, is_sound, is_within_reach};
 use super::strewn::Strewn;
 use super::{WorldState, is_delivered};
 
-/// How many times longer than by one robot alone, in an empty room, a mission may take.
+/// The bound, as a multiple of the time of one robot alone in an empty room.
 const PATIENCE: f64 = 5.0;
 
-/// Units of work that finding the locations takes, and going there.
+/// Units of work for finding the locations, including the travel.
 const SEARCH_UNITS: f64 = 8.0;
 
-/// What one robot alone needs for items that are strewn anywhere, in an empty room.
+/// The times of one robot alone for strewn items, in an empty room.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Far {
-    /// There and back, s.
+struct SearchTimes {
+    /// Travel there and back, s.
     unit_s: f64,
-    /// To search everywhere, s.
+    /// Search of the whole room, s.
     search_s: f64,
-    /// The shortest ψ or λ of whoever brings it, s.
+    /// The shortest ψ or λ of the sets that bring items, s.
     patience_s: f64,
 }
 
-/// What is known of the end so far.
 #[derive(Clone, Debug)]
 pub struct Termination {
     /// The shortest ψ or λ, s.
     patience_s: f64,
     /// The longest unit of work, s.
     unit_s: f64,
-    /// `None` where robots do not search.
-    far: Option<Far>,
-    /// How long one useless teammate, that talks, can keep a task from a robot (docs/BOUNDS.md), s.
+    /// Times for strewn items; `None` if robots do not search.
+    search: Option<SearchTimes>,
+    /// The time for which one useless teammate that sends messages can keep a task from a robot (docs/BOUNDS.md), s.
     kept_s: f64,
-    /// Robots, by rank, that keep to tasks which they were given before the start: nobody else does those.
+    /// Robots, by rank, with a fixed assignment. No other robot does their tasks.
     fixed: Vec<usize>,
-    /// Since when the mission is owed, and how long it may take.
-    owed: Option<(SimTime, f64)>,
+    /// The time since which the mission is due, and its bound, s.
+    due: Option<(SimTime, f64)>,
     strewn: Strewn,
     promises: Promises,
 }
 
 impl Termination {
-    /// Before the first tick.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
         let scenario = &setup.scenario;
@@ -99,39 +98,36 @@ impl Termination {
         let robots = setup.alliance.robots.values();
         let bringing =
             robots.flat_map(|robot| bring.clone().filter_map(|set| robot.sets.get(&set.name)));
-        let far = catalog
+        let search = catalog
             .mission
             .search_s(scenario, &slowest)
-            .map(|search_s| Far {
+            .map(|search_s| SearchTimes {
                 unit_s: there_and_back_s.into(),
                 search_s,
                 patience_s: bringing
                     .map(|set| set.before_yielding_s.min(set.before_giving_up_s))
                     .fold(f64::INFINITY, f64::min),
             });
-        let goes_by_assignment = |robot: &Robot| {
+        let has_fixed_assignment = |robot: &Robot| {
             let allocators = Registry::of_this_program().agents();
             let prepared = allocators.prepare(scenario.allocator_of(robot), setup);
-            prepared.is_ok_and(|it| it.wants_assignment())
+            prepared.is_ok_and(|allocator| allocator.wants_assignment())
         };
         let robots = scenario.robots.iter().enumerate();
-        let fixed = robots.filter(|(_, robot)| goes_by_assignment(robot));
+        let fixed = robots.filter(|(_, robot)| has_fixed_assignment(robot));
         Self {
             fixed: fixed.map(|(rank, _)| rank).collect(),
             patience_s: shortest(|set| set.before_yielding_s.min(set.before_giving_up_s)),
             unit_s,
-            far,
+            search,
             kept_s: 2.0 * rise_s + slow_s + wait_s,
-            owed: None,
+            due: None,
             strewn: Strewn::default(),
             promises: setup.catalog.mission.promises(scenario),
         }
     }
 
-    /// Looks at the mission after a tick.
-    ///
-    /// # Errors
-    /// What does not hold.
+    /// Checks the mission after a tick. The error describes the violation.
     pub fn check(&mut self, scenario: &Scenario, state: &WorldState) -> Result<(), String> {
         let left = state
             .items
@@ -141,7 +137,10 @@ impl Termination {
         self.strewn.note(state);
         let off = self.strewn.off_the_ways(scenario, &self.promises);
         let is_patient = self.patience_s > self.unit_s
-            && (off == 0 || self.far.is_some_and(|far| far.patience_s > far.unit_s));
+            && (off == 0
+                || self
+                    .search
+                    .is_some_and(|search| search.patience_s > search.unit_s));
         let is_covered = self.promises.ends
             && is_patient
             && left > 0
@@ -152,33 +151,36 @@ impl Termination {
                 .iter()
                 .all(|rank| is_sound(scenario, state, *rank));
         if !is_covered {
-            self.owed = None;
+            self.due = None;
             return Ok(());
         }
         let due_s = self.due_s(left, off, scenario, state);
-        let (since, before_s) = self.owed.unwrap_or((state.now, due_s));
+        let (since, before_s) = self.due.unwrap_or((state.now, due_s));
         let due_s = before_s.max(due_s);
-        self.owed = Some((since, due_s));
+        self.due = Some((since, due_s));
         if state.now.since(since).as_secs_f64() <= due_s {
             return Ok(());
         }
         if !is_within_reach(scenario, &self.promises, state) {
-            // What can be reached changes as items and bodies move.
-            self.owed = None;
+            // Reachability changes as items and bodies move.
+            self.due = None;
             return Ok(());
         }
+        let items = match left {
+            1 => "1 item is".to_owned(),
+            _ => format!("{left} items are"),
+        };
         Err(format!(
-            "{left} items are left, although all faults that heal have healed {since} into the run, and {due_s:.0} s should do"
+            "{items} left, although no fault has been pending since {since}; the bound is {due_s:.0} s"
         ))
     }
 
-    /// The time that a mission may take, s: five times what one robot needs for the search and the items left, some of which lie
-    /// off the ways, for which each robot searches by itself, one after the other; and, for each teammate that talks and gets
-    /// nowhere, twice as long as it can keep a task from the others.
+    /// Returns the bound for the mission, s: five times what one robot needs for the search and the remaining items,
+    /// plus twice `kept_s` for each useless teammate. For strewn items, the robots search one after another.
     fn due_s(&self, left: usize, off: usize, scenario: &Scenario, state: &WorldState) -> f64 {
         let robots = state.robots.iter().filter(|robot| robot.takes_part).count();
-        let strewn_s = match self.far {
-            Some(far) if off > 0 => far.search_s * robots as f64 + far.unit_s * off as f64,
+        let strewn_s = match self.search {
+            Some(search) if off > 0 => search.search_s * robots as f64 + search.unit_s * off as f64,
             _ => 0.0,
         };
         let alone_s = self.unit_s * (SEARCH_UNITS + left as f64) + strewn_s;
@@ -187,7 +189,7 @@ impl Termination {
     }
 }
 
-/// Robots that take part and cannot work.
+/// Returns the number of robots that take part but cannot work.
 fn useless(scenario: &Scenario, state: &WorldState) -> usize {
     let robots = state.robots.iter().enumerate();
     robots
@@ -195,7 +197,7 @@ fn useless(scenario: &Scenario, state: &WorldState) -> usize {
         .count()
 }
 
-/// Whether no fault is about to begin or to heal. What waits for an event may never come.
+/// Returns whether no fault is about to begin or heal. Faults that wait for an event do not count.
 fn is_calm(state: &WorldState) -> bool {
     let unsettled = |fault: &&FaultStatus| {
         let order = &fault.order;

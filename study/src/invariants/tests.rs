@@ -1,4 +1,4 @@
-//! Violations made by hand, each of which must be seen; and what is none.
+//! Hand-made violations that the checks must find, and states that they must accept.
 
 use alliance_proto::control::{FaultStatus, Phase};
 use alliance_proto::fault::Order;
@@ -23,21 +23,21 @@ fn setup() -> Setup {
     default_setup(1)
 }
 
-/// The default mission after its first tick.
+/// Returns the default mission after its first tick.
 fn beginning() -> WorldState {
     let mut team = Team::new(setup(), LogLevel::Off, Memory::default()).unwrap();
     team.tick().unwrap();
     WorldState::of(team.simulation())
 }
 
-/// The same a tick later.
+/// Advances the state by one tick.
 fn next(state: &mut WorldState) {
     state.tick += 1;
     state.now = SimTime(state.tick * setup().scenario.step_ms);
 }
 
-/// Looks at a good tick, and then at one that has been changed.
-fn seen(change: impl FnOnce(&mut WorldState)) -> Result<(), Violation> {
+/// Checks a good tick, and then a changed one.
+fn check_changed(change: impl FnOnce(&mut WorldState)) -> Result<(), Violation> {
     let mut invariants = Invariants::new(&setup());
     let mut state = beginning();
     invariants.check(&state).unwrap();
@@ -48,7 +48,7 @@ fn seen(change: impl FnOnce(&mut WorldState)) -> Result<(), Violation> {
 
 #[track_caller]
 fn violates(invariant: Invariant, what: &str, change: impl FnOnce(&mut WorldState)) {
-    let violation = seen(change).unwrap_err();
+    let violation = check_changed(change).unwrap_err();
     assert_eq!(violation.invariant, invariant, "{violation}");
     assert!(violation.what.contains(what), "{violation}");
     let line = violation.to_string();
@@ -59,7 +59,7 @@ fn violates(invariant: Invariant, what: &str, change: impl FnOnce(&mut WorldStat
     assert_eq!(line.lines().count(), 1);
 }
 
-/// A fault in force since long.
+/// Returns a fault that has been in force for a long time.
 fn in_force(order: &str) -> FaultStatus {
     let order: Order = serde_json::from_str(order).unwrap();
     FaultStatus {
@@ -75,17 +75,20 @@ fn in_force(order: &str) -> FaultStatus {
 
 fn set_state(world: &mut WorldState, rank: usize, set: BehaviorId, state: BehaviorState) {
     let motivations = &mut world.robots[rank].motivations;
-    let it = motivations.iter_mut().find(|it| it.set == set).unwrap();
-    (it.state, it.motivation) = (state, 100.0);
+    let entry = motivations
+        .iter_mut()
+        .find(|entry| entry.set == set)
+        .unwrap();
+    (entry.state, entry.motivation) = (state, 100.0);
 }
 
 #[test]
-fn a_tick_that_follows_is_well() {
-    assert_eq!(seen(|_| ()), Ok(()));
+fn the_next_tick_is_accepted() {
+    assert_eq!(check_changed(|_| ()), Ok(()));
 }
 
 #[test]
-fn a_whole_mission_is_well() {
+fn a_whole_mission_is_accepted() {
     let mut invariants = Invariants::new(&setup());
     let mut team = Team::new(setup(), LogLevel::Off, Memory::default()).unwrap();
     let outcome = loop {
@@ -107,7 +110,7 @@ fn a_whole_mission_is_well() {
 }
 
 #[test]
-fn figures_that_a_replay_does_not_give() {
+fn figures_that_differ_in_the_replay_are_a_violation() {
     let team = Team::new(setup(), LogLevel::Off, Memory::default()).unwrap();
     let (_, recorder) = team
         .run_for(20, alliance_proto::tick::Outcome::Interrupted, |_| ())
@@ -119,9 +122,9 @@ fn figures_that_a_replay_does_not_give() {
     assert!(replayed::check(&log).is_err());
 }
 
-/// Found by the campaign: the replay did not begin the tick in which nobody was left, so that what fell due in it was missing.
+/// Checks that the replay begins the tick in which no robot is left, because faults may be due in it.
 #[test]
-fn a_run_that_ends_for_want_of_robots_is_repeated_to_its_last_fault() {
+fn a_run_that_ends_without_robots_is_replayed_to_its_last_fault() {
     let text = "
         robots = [{ name = 'blue' }, { name = 'gold', absent = true }]
         [[faults.timeline]]
@@ -148,9 +151,9 @@ fn a_run_that_ends_for_want_of_robots_is_repeated_to_its_last_fault() {
     replayed::check(&log).unwrap();
 }
 
-/// Found by the campaign: the kill was decided on before the successor was there, and met it at the end of the tick.
+/// Checks that a kill in the tick of a restart affects the same incarnation in the replay.
 #[test]
-fn a_robot_that_is_restarted_and_killed_in_one_tick_is_so_again() {
+fn a_restart_and_a_kill_in_one_tick_are_replayed() {
     for [first, then] in [["restart", "kill"], ["kill", "restart"]] {
         let text = format!(
             "
@@ -179,17 +182,20 @@ fn a_robot_that_is_restarted_and_killed_in_one_tick_is_so_again() {
 
 #[test]
 fn ticks_that_are_left_out_or_do_not_end() {
-    let left_out = seen(|state| state.tick = 2).unwrap_err();
+    let left_out = check_changed(|state| state.tick = 2).unwrap_err();
     assert_eq!(
         left_out.to_string(),
-        "ticks go on: tick 2: tick 1 was to come"
+        "ticks go on: tick 2: tick 1 was expected"
     );
     let mut invariants = Invariants::new(&setup());
     let mut team = Team::new(setup(), LogLevel::Off, Memory::default()).unwrap();
     team.tick().unwrap();
     invariants.see(team.simulation()).unwrap();
     let stuck = invariants.see(team.simulation()).unwrap_err();
-    assert_eq!(stuck.to_string(), "ticks go on: tick 1: it does not end");
+    assert_eq!(
+        stuck.to_string(),
+        "ticks go on: tick 1: the tick does not end"
+    );
 }
 
 #[test]
@@ -244,8 +250,8 @@ fn items_that_come_go_or_are_in_two_places() {
     violates(items, "outside the border", |state| {
         state.items[0].position.y = f32::NAN
     });
-    // One that is carried is well.
-    let carried = seen(|state| {
+    // A carried item is accepted.
+    let carried = check_changed(|state| {
         state.items[3].carrier = Some(RobotId(1));
         state.robots[1].carrying = Some(ItemId(3));
     });
@@ -253,9 +259,9 @@ fn items_that_come_go_or_are_in_two_places() {
 }
 
 #[test]
-fn waste_adds_items_in_its_tick_and_not_more_than_it_says() {
+fn a_waste_fault_adds_items_only_in_its_tick_and_within_its_count() {
     let waste = |count: usize, applied: u64| {
-        seen(|state| {
+        check_changed(|state| {
             let mut fault = in_force(r#"{"fault":{"waste":{"x_m":6,"y_m":2,"items":2}}}"#);
             (fault.phase, fault.applied_ms) = (Phase::Over, Some(SimTime(applied)));
             state.faults.push(fault);
@@ -271,7 +277,7 @@ fn waste_adds_items_in_its_tick_and_not_more_than_it_says() {
 }
 
 #[test]
-fn the_deposit_keeps_what_it_gets() {
+fn delivered_items_stay_at_the_deposit() {
     let mut invariants = Invariants::new(&setup());
     let mut state = beginning();
     let before = state.items[0].position;
@@ -296,8 +302,8 @@ fn bodies_in_the_border_in_obstacles_and_in_each_other() {
         let at = state.robots[0].pose.position;
         state.robots[1].pose.position = at + Vec2::new(0.39, 0.0);
     });
-    // Neither absent bodies nor penetrable ones are in anybody's way.
-    let absent = seen(|state| {
+    // Absent bodies do not overlap others.
+    let absent = check_changed(|state| {
         let at = state.robots[0].pose.position;
         state.robots[1].pose.position = at;
         state.robots[1].present = false;
@@ -305,7 +311,7 @@ fn bodies_in_the_border_in_obstacles_and_in_each_other() {
     assert_eq!(absent, Ok(()));
 }
 
-/// An obstacle whose left side is so far to the right of gold's center.
+/// Returns an obstacle whose left side is `right_m` to the right of gold's center.
 fn obstacle(state: &WorldState, right_m: f32) -> Rectangle {
     let min = state.robots[1].pose.position + Vec2::new(right_m, -0.5);
     Rectangle {
@@ -345,14 +351,14 @@ fn an_obstacle_on_a_robot_can_only_be_left() {
             .unwrap_err()
             .ends_with(" m in obstacle-0")
     );
-    // From the beginning there is none on anybody.
+    // The robot entered the obstacle by itself.
     assert!(
         ways(&[0.3, 0.11])
             .unwrap_err()
             .ends_with(" m in obstacle-0")
     );
     // A patch is no obstacle.
-    let patch = seen(|state| {
+    let patch = check_changed(|state| {
         let mut patch = obstacle(state, 0.0);
         patch.solid = false;
         state.rectangles.push(patch);
@@ -362,7 +368,7 @@ fn an_obstacle_on_a_robot_can_only_be_left() {
 
 #[test]
 fn distances_from_a_rectangle() {
-    let it = Rectangle {
+    let rectangle = Rectangle {
         id: ComponentId::Obstacle(ObstacleId(0)),
         min: Vec2::new(1.0, 1.0),
         max: Vec2::new(3.0, 2.0),
@@ -376,13 +382,13 @@ fn distances_from_a_rectangle() {
         (2.9, 1.5, -0.1),
         (1.0, 1.0, 0.0),
     ] {
-        let found = solids::distance(&it, Vec2::new(x, y));
+        let found = solids::distance(&rectangle, Vec2::new(x, y));
         assert!((found - way_m).abs() < 1e-6, "{x} {y}: {found}");
     }
 }
 
 #[test]
-fn numbers_that_are_none_or_out_of_range() {
+fn numbers_that_are_nan_or_out_of_range() {
     let numbers = Invariant::NumbersInRange;
     let of_gold = |name: &str, change: fn(&mut RobotState)| {
         violates(numbers, name, |state| change(&mut state.robots[1]));
@@ -401,8 +407,8 @@ fn numbers_that_are_none_or_out_of_range() {
     of_gold("impatience", |gold| {
         gold.motivations[1].impatience = f64::INFINITY
     });
-    // One that is nowhere is out of the room, or overlaps: whichever is seen first.
-    assert!(seen(|state| state.robots[1].pose.position.x = f32::NAN).is_err());
+    // A NaN position violates several invariants. Any of the checks may report it.
+    assert!(check_changed(|state| state.robots[1].pose.position.x = f32::NAN).is_err());
 }
 
 #[test]
@@ -417,7 +423,8 @@ fn two_active_sets() {
     );
 }
 
-/// How many ticks gold and green may go on with a task before that is seen, under a preset, from a state that is changed.
+/// Returns the number of ticks for which gold and green may execute one task before a violation, under a preset and
+/// with a changed state.
 fn together(preset: Preset, change: impl Fn(&mut WorldState)) -> Option<u64> {
     let scenario = Scenario {
         alliance: alliance_proto::scenario::AllianceSection {
@@ -447,7 +454,7 @@ fn two_robots_on_an_exclusive_task() {
     // A heartbeat every second, and ψ = 240 s, at 20 ticks/s.
     assert_eq!(together(Preset::Team, |_| ()), Some(24));
     assert_eq!(together(Preset::Par98, |_| ()), Some(4824));
-    // Not both of them, not the same task.
+    // Only one robot is active, or the tasks differ.
     assert_eq!(
         together(Preset::Team, |state| set_state(
             state,
@@ -462,7 +469,7 @@ fn two_robots_on_an_exclusive_task() {
         set_state(state, 1, BOTTOM, BehaviorState::Active);
     };
     assert_eq!(together(Preset::Team, other_task), None);
-    // Now and then one lets go.
+    // One robot leaves the task from time to time.
     let in_turn = |state: &mut WorldState| {
         if state.tick.is_multiple_of(20) {
             set_state(state, 1, TOP, BehaviorState::Hibernating);
@@ -472,7 +479,7 @@ fn two_robots_on_an_exclusive_task() {
 }
 
 #[test]
-fn who_has_waited_another_out_is_left_to_psi() {
+fn after_a_full_wait_psi_resolves_the_conflict() {
     // ψ + τ = 245 s.
     let waits = |ticks: u64| {
         together(Preset::Team, move |state: &mut WorldState| {
@@ -486,8 +493,8 @@ fn who_has_waited_another_out_is_left_to_psi() {
 }
 
 #[test]
-fn who_does_not_hear_is_excused_and_the_bound_begins_when_it_does() {
-    let hears = |order: &str| {
+fn the_bound_begins_when_both_robots_receive_each_other() {
+    let ticks_under = |order: &str| {
         let fault = in_force(order);
         together(Preset::Team, |state| state.faults = vec![fault.clone()])
     };
@@ -502,7 +509,7 @@ fn who_does_not_hear_is_excused_and_the_bound_begins_when_it_does() {
         r#"{"fault":{"range":{"range_m":0.5}}}"#,
         r#"{"fault":{"radio":"poor-radio"}}"#,
     ] {
-        assert_eq!(hears(order), None, "{order}");
+        assert_eq!(ticks_under(order), None, "{order}");
     }
     for order in [
         r#"{"fault":{"deaf":"blue"}}"#,
@@ -512,7 +519,7 @@ fn who_does_not_hear_is_excused_and_the_bound_begins_when_it_does() {
         r#"{"fault":{"range":{"range_m":9}}}"#,
         r#"{"fault":{"babble":"gold"}}"#,
     ] {
-        assert_eq!(hears(order), Some(24), "{order}");
+        assert_eq!(ticks_under(order), Some(24), "{order}");
     }
     let heals = together(Preset::Team, |state| {
         let mut fault = in_force(r#"{"fault":{"deaf":"gold"},"for_s":5}"#);
@@ -526,13 +533,13 @@ fn who_does_not_hear_is_excused_and_the_bound_begins_when_it_does() {
     assert_eq!(silent, None);
 }
 
-/// After which simulated time a mission that goes nowhere is seen, s.
-fn owed(change: impl Fn(&mut WorldState)) -> Option<u64> {
-    owed_by(Scenario::DEFAULT_ALLOCATOR, change)
+/// Returns the simulated time after which a mission without progress is a violation, s.
+fn due_after(change: impl Fn(&mut WorldState)) -> Option<u64> {
+    due_after_with(Scenario::DEFAULT_ALLOCATOR, change)
 }
 
-/// The same of a team with that allocator.
-fn owed_by(allocator: &str, change: impl Fn(&mut WorldState)) -> Option<u64> {
+/// Returns the same for a team with that allocator.
+fn due_after_with(allocator: &str, change: impl Fn(&mut WorldState)) -> Option<u64> {
     let mut setup = setup();
     setup.scenario.allocator = Some(allocator.to_owned());
     let mut termination = Termination::new(&setup);
@@ -549,11 +556,11 @@ fn owed_by(allocator: &str, change: impl Fn(&mut WorldState)) -> Option<u64> {
 
 #[test]
 fn a_covered_mission_that_does_not_end() {
-    let due_s = owed(|_| ()).unwrap();
-    // Five times 24 items and the search, of about 26 s each.
+    let due_s = due_after(|_| ()).unwrap();
+    // Five times 24 items and the search, about 26 s each.
     assert!((4000..4400).contains(&due_s), "{due_s}");
-    let with = |order: &str| owed(|state| state.faults = vec![in_force(order)]);
-    // Faults that leave a robot that can do everything.
+    let with = |order: &str| due_after(|state| state.faults = vec![in_force(order)]);
+    // These faults leave a robot that can do everything.
     for order in [
         r#"{"fault":{"deaf":"gold"}}"#,
         r#"{"fault":{"drop":{"p":0.5}}}"#,
@@ -562,9 +569,9 @@ fn a_covered_mission_that_does_not_end() {
     ] {
         assert_eq!(with(order), Some(due_s), "{order}");
     }
-    // One that talks and does nothing costs time.
+    // A robot that sends messages and does nothing costs time.
     assert!(with(r#"{"fault":{"power":"gold"}}"#) > Some(due_s + 400));
-    // More is to come or to heal, or somebody lies for good.
+    // A fault is about to begin or heal, or a robot permanently sends false information.
     for order in [
         r#"{"fault":{"mute":"gold"},"for_s":9}"#,
         r#"{"fault":{"babble":"gold"}}"#,
@@ -573,13 +580,13 @@ fn a_covered_mission_that_does_not_end() {
     ] {
         assert_eq!(with(order), None, "{order}");
     }
-    let recurs = owed(|state| {
+    let recurs = due_after(|state| {
         let mut fault = in_force(r#"{"fault":{"mute":"gold"},"every_s":20,"for_s":9}"#);
         fault.phase = Phase::Armed;
         state.faults = vec![fault];
     });
     assert_eq!(recurs, None);
-    let healed = owed(|state| {
+    let healed = due_after(|state| {
         let mut fault = in_force(r#"{"fault":{"mute":"gold"},"for_s":100}"#);
         if state.now >= SimTime(100_000) {
             fault.phase = Phase::Over;
@@ -589,44 +596,44 @@ fn a_covered_mission_that_does_not_end() {
     assert_eq!(healed, Some(due_s + 100));
 }
 
-/// What was given to a robot before the start is nobody's after its death; all other rules take over.
+/// Static assignment has no takeover after a death; other allocators have.
 #[test]
-fn where_nobody_takes_over_nothing_is_owed() {
+fn without_takeovers_a_mission_is_not_due() {
     let gold_is_dead = |state: &mut WorldState| state.robots[1].takes_part = false;
-    let due_s = owed(|_| ());
-    assert_eq!(owed_by("static", |_| ()), due_s);
-    assert_eq!(owed_by("static", gold_is_dead), None);
-    assert_eq!(owed_by("first-come", gold_is_dead), due_s);
+    let due_s = due_after(|_| ());
+    assert_eq!(due_after_with("static", |_| ()), due_s);
+    assert_eq!(due_after_with("static", gold_is_dead), None);
+    assert_eq!(due_after_with("first-come", gold_is_dead), due_s);
 }
 
 #[test]
-fn a_mission_that_nobody_covers_may_go_on() {
-    let nobody = |state: &mut WorldState| {
+fn a_mission_without_coverage_may_continue() {
+    let no_robot = |state: &mut WorldState| {
         for robot in &mut state.robots {
             robot.takes_part = false;
         }
     };
-    assert_eq!(owed(nobody), None);
+    assert_eq!(due_after(no_robot), None);
     // A dead robot holds an item.
     let held = |state: &mut WorldState| {
         state.items[3].carrier = Some(RobotId(1));
         state.robots[1].takes_part = false;
     };
-    assert_eq!(owed(held), None);
-    // All is done.
+    assert_eq!(due_after(held), None);
+    // All items are delivered.
     let done = |state: &mut WorldState| {
         for item in &mut state.items {
             item.position = Vec2::new(9.6, 4.5);
         }
     };
-    assert_eq!(owed(done), None);
+    assert_eq!(due_after(done), None);
 }
 
 #[test]
-fn waste_that_is_strewn_far_off_is_owed_later() {
-    let due_s = owed(|_| ());
+fn strewn_waste_extends_the_bound() {
+    let due_s = due_after(|_| ());
     let moved = |to: Vec2| {
-        owed(|state| {
+        due_after(|state| {
             if state.now > SimTime(0) {
                 state.items[3].position = to;
             }
@@ -635,11 +642,12 @@ fn waste_that_is_strewn_far_off_is_owed_later() {
     // Top is at (4, 6), the deposit at (9.6, 4.5).
     assert_eq!(moved(Vec2::new(4.0, 6.7)), due_s);
     assert_eq!(moved(Vec2::new(7.0, 5.4)), due_s);
-    // Five times three minutes and ten rows of 12 m, for each of three robots, and from corner to corner and back.
+    // Five times the search (three minutes and ten rows of 12 m) for each of three robots, and the path from corner to
+    // corner and back.
     let far_s = moved(Vec2::new(4.0, 7.5)).unwrap() - due_s.unwrap();
     assert!((7000..7400).contains(&far_s), "{far_s}");
     let added = |at_s: u64| {
-        owed(|state| {
+        due_after(|state| {
             if state.now == SimTime(1000 * at_s) {
                 let mut item = state.items[0];
                 item.position = Vec2::new(11.5, 0.5);
@@ -647,13 +655,13 @@ fn waste_that_is_strewn_far_off_is_owed_later() {
             }
         })
     };
-    // Also in the first tick.
+    // The first tick counts, too.
     let searched_s = due_s.unwrap() + far_s;
     for at_s in [0, 1, 100] {
         assert!(added(at_s).unwrap() >= searched_s, "{at_s}");
     }
-    // Whoever has carried it knows where it has fallen.
-    let carried = owed(|state| {
+    // The position of an item that was carried is known.
+    let carried = due_after(|state| {
         let item = &mut state.items[3];
         item.carrier = (state.now == SimTime(1000)).then_some(RobotId(1));
         if state.now > SimTime(1000) {
@@ -664,9 +672,9 @@ fn waste_that_is_strewn_far_off_is_owed_later() {
 }
 
 #[test]
-fn a_way_that_is_blocked() {
+fn a_blocked_path_excuses_the_mission() {
     let wall = |gap_m: f32| {
-        owed(|state| {
+        due_after(|state| {
             state.rectangles = vec![Rectangle {
                 id: ComponentId::Obstacle(ObstacleId(0)),
                 min: Vec2::new(6.5, 0.0),
@@ -677,8 +685,8 @@ fn a_way_that_is_blocked() {
     };
     assert!(wall(1.0).is_some());
     assert_eq!(wall(0.5), None);
-    // A dead body in the gap.
-    let plugged = owed(|state| {
+    // A dead body blocks the gap.
+    let plugged = due_after(|state| {
         state.rectangles = vec![Rectangle {
             id: ComponentId::Obstacle(ObstacleId(0)),
             min: Vec2::new(6.5, 0.0),
@@ -692,7 +700,7 @@ fn a_way_that_is_blocked() {
 }
 
 #[test]
-fn patience_that_is_shorter_than_a_unit_of_work_excuses() {
+fn patience_shorter_than_a_unit_of_work_excuses_the_mission() {
     let mut scenario = default_scenario();
     scenario.alliance.defaults.before_yielding_s = Some(10.0);
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
@@ -704,15 +712,18 @@ fn patience_that_is_shorter_than_a_unit_of_work_excuses() {
     }
 }
 
-/// Motivations as they come from agents.
+/// Compares the state with the run. The motivations come from the agents.
 #[test]
-fn a_scene_has_what_the_run_says() {
+fn a_world_state_matches_the_run() {
     let state = beginning();
     assert_eq!((state.tick, state.now), (0, SimTime(0)));
     assert_eq!((state.robots.len(), state.items.len()), (3, 24));
     let sets = |rank: usize| -> Vec<BehaviorId> {
         let motivations: &[Motivation] = &state.robots[rank].motivations;
-        motivations.iter().map(|it| it.set).collect()
+        motivations
+            .iter()
+            .map(|motivation| motivation.set)
+            .collect()
     };
     assert_eq!(sets(0), [0, 1, 2, 3, 4].map(BehaviorId));
     assert_eq!(sets(1), [1, 2, 3, 4].map(BehaviorId));
@@ -724,10 +735,9 @@ fn a_scene_has_what_the_run_says() {
     );
 }
 
-/// Two robots, one of which hears nothing, and waste in a corner where neither has anything to do, from the first tick on or
-/// later.
+/// Two robots, one of them deaf, find waste in a corner where they have no other task, from the first tick on or later.
 #[test]
-fn waste_that_is_strewn_far_off_is_found() {
+fn strewn_waste_is_found() {
     for (seed, at_s) in [(1, 0), (2, 60)] {
         let text = format!(
             "name = 'strewn'\nstep_ms = 100\nroom = {{ width_m = 15.0, height_m = 9.0 }}\n\

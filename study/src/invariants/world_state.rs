@@ -1,4 +1,4 @@
-//! A run as it is after a tick.
+//! The state of a run after a tick.
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::ids::{ItemId, RobotId, Tick};
@@ -12,72 +12,60 @@ use world_server::barrier::Presence;
 use world_server::simulation::Simulation;
 use world_server::world::{Component, ComponentId, Shape};
 
-/// What there is to look at.
+/// The state that the invariants check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorldState {
     /// The tick that has ended.
     pub tick: Tick,
-    /// Its simulated time.
     pub now: SimTime,
-    /// By rank.
     pub robots: Vec<RobotState>,
-    /// By id.
     pub items: Vec<Item>,
-    /// All rectangles on the floor.
     pub rectangles: Vec<Rectangle>,
-    /// All faults of the run so far.
     pub faults: Vec<FaultStatus>,
 }
 
-/// A robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotState {
-    /// Whether it has a body in the world.
+    /// `true` if the robot has a body in the world.
     pub present: bool,
-    /// Whether its agent takes part.
+    /// `true` if the robot's agent takes part.
     pub takes_part: bool,
-    /// Where its body is.
     pub pose: Pose,
-    /// How fast it moved, m/s.
     pub speed_m_s: f32,
-    /// Energy left, J; `None` where energy is not simulated.
+    /// Energy left, J; `None` if energy is not simulated.
     pub energy_j: Option<f32>,
-    /// What its gripper holds.
     pub carrying: Option<ItemId>,
-    /// As last reported.
+    /// The motivations as last reported.
     pub motivations: Vec<Motivation>,
 }
 
-/// An item.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Item {
-    /// Where it lies; while it is carried, where it was picked up, m.
+    /// The position, m; for a carried item, the position where it was picked up.
     pub position: Vec2,
-    /// Who carries it.
     pub carrier: Option<RobotId>,
 }
 
-/// A rectangle on the floor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectangle {
-    /// What tells it from others; never given twice.
+    /// A unique id, never reused.
     pub id: ComponentId,
     /// Lower left corner, m.
     pub min: Vec2,
     /// Upper right corner, m.
     pub max: Vec2,
-    /// Whether nothing can enter it.
+    /// `true` if bodies cannot enter.
     pub solid: bool,
 }
 
 impl WorldState {
-    /// What the last tick has left.
+    /// Reads the state after the last tick.
     #[must_use]
     pub fn of(simulation: &Simulation) -> Self {
         let (world, barrier) = (simulation.world(), simulation.barrier());
         let tick = simulation.tick().saturating_sub(1);
-        let mut seen = View::default();
-        world.mission().show(world, &mut seen);
+        let mut view = View::default();
+        world.mission().show(world, &mut view);
         let robots = barrier.robots().map(|robot| RobotState {
             present: world.is_present(robot),
             takes_part: barrier.presence(robot) == Presence::Present,
@@ -87,7 +75,7 @@ impl WorldState {
             carrying: world.mission().load(robot),
             motivations: simulation.motivations(robot).to_vec(),
         });
-        let items = seen.items.iter().map(|item| Item {
+        let items = view.items.iter().map(|item| Item {
             position: item.position,
             carrier: item.carrier,
         });
@@ -102,7 +90,7 @@ impl WorldState {
     }
 }
 
-/// Whether the item lies where it is to be brought.
+/// Returns whether an item lies at one of its goals.
 #[must_use]
 pub fn is_delivered(promises: &Promises, item: &Item) -> bool {
     let mut goals = promises.goals.iter();

@@ -1,4 +1,4 @@
-//! Random fault plans: orders of every kind of fault, for a scenario's timeline.
+//! Random fault plans: orders of every kind of fault for a scenario's timeline.
 
 use alliance_proto::fault::{
     Chance, Delay, Fault, FaultRange, Happening, Link, Loss, MissionFault, MoveRobot, Order,
@@ -13,28 +13,26 @@ use world_server::faults::campaign::{random_actuator_fault, random_sensor_fault}
 
 use super::Between;
 
-/// Longest time from the moment that a fault takes effect until it heals, s.
+/// Longest duration of a fault, s.
 const LONGEST_S: f64 = 60.0;
-/// Shortest, s.
+/// Shortest duration of a fault, s.
 const SHORTEST_S: f64 = 0.5;
 /// Share of faults that wait for an event.
 const BY_EVENT: f64 = 0.1;
-/// Share of those that time triggers that come before the first tick.
+/// Share of timed faults that start before the first tick.
 const AT_ONCE: f64 = 0.05;
-/// Share of faults that come again and again.
+/// Share of timed faults that recur.
 const PERIODIC: f64 = 0.02;
-/// Share of faults that never heal, of those that do not come again.
+/// Share of faults that never heal, of those that do not recur.
 const FOR_GOOD: f64 = 0.12;
 
-/// How much goes wrong.
+/// The number and the time limit of random faults.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RandomFaults {
-    /// The fewest orders.
     pub min: u32,
-    /// The most.
     pub max: u32,
-    /// Until then, in s of simulated time, everything has begun that time triggers, and has healed if it ever does.
+    /// The time by which all timed faults have begun, and have healed if they heal, s of simulated time.
     pub until_s: f64,
 }
 
@@ -47,10 +45,10 @@ impl RandomFaults {
     }
 }
 
-/// Draws a fault of one kind; `None` if the mission has nobody whom it could befall.
+/// A function that draws a fault of one kind. It returns `None` if the mission has no possible target.
 type Draw = fn(&mut Dice<'_>) -> Option<Fault>;
 
-/// All kinds that there are, each as likely.
+/// All kinds of faults, with equal probability.
 const DRAWS: [Draw; 26] = [
     |dice| Some(Fault::Kill(dice.robot().name)),
     |dice| Some(Fault::Terminate(dice.robot().name)),
@@ -112,8 +110,8 @@ const DRAWS: [Draw; 26] = [
             penetrability: dice.any(&[0.0, 0.0, 0.0, 0.3, 2.0]),
         }))
     },
-    |dice| dice.own_fault().map(Fault::Mission),
-    |dice| dice.own_fault().map(Fault::Mission),
+    |dice| dice.mission_fault().map(Fault::Mission),
+    |dice| dice.mission_fault().map(Fault::Mission),
     |dice| {
         let (x_m, y_m) = dice.place();
         Some(Fault::MoveRobot(MoveRobot {
@@ -126,15 +124,15 @@ const DRAWS: [Draw; 26] = [
     |dice| dice.worse_skill().map(Fault::Skill),
 ];
 
-/// So many of them are for missions without skills, too.
+/// The number of kinds for missions without skills.
 const WITHOUT_SKILLS: usize = DRAWS.len() - 1;
 
-/// The number that a place reads as, to two decimals; never beyond the border.
+/// Rounds a position down to two decimals, so that it never lies beyond the border.
 fn written(place_m: f32) -> f64 {
     (f64::from(place_m) * 100.0).floor() / 100.0
 }
 
-/// A random timeline for that scenario, by time; what waits for an event comes last.
+/// Draws a random timeline, sorted by time. Orders that wait for an event come last.
 #[must_use]
 pub fn timeline(faults: &RandomFaults, scenario: &Scenario, rng: &mut ChaCha8Rng) -> Vec<Order> {
     let count = faults.between().draw(rng);
@@ -154,7 +152,7 @@ pub fn timeline(faults: &RandomFaults, scenario: &Scenario, rng: &mut ChaCha8Rng
     orders
 }
 
-/// The mission's draws.
+/// The random draws for one mission.
 struct Dice<'a> {
     rng: &'a mut ChaCha8Rng,
     scenario: &'a Scenario,
@@ -188,7 +186,6 @@ impl Dice<'_> {
         order
     }
 
-    /// Something that happens sooner or later.
     fn event(&mut self) -> When {
         let robot = self.robot().name;
         let verbs: Vec<&str> = Happening::verbs(self.scenario.mission()).collect();
@@ -203,11 +200,11 @@ impl Dice<'_> {
         when
     }
 
-    /// Name of a behavior set that this robot has; of any, where none is meant.
+    /// Draws the name of a behavior set of `robot`, or of any robot.
     fn set_of(&mut self, robot: Option<&str>) -> Option<String> {
         let catalog = Catalog::of(self.scenario);
         let mut robots = self.scenario.robots.iter();
-        let sets: Vec<BehaviorId> = match robots.find(|it| robot == Some(&it.name)) {
+        let sets: Vec<BehaviorId> = match robots.find(|spec| robot == Some(&spec.name)) {
             Some(robot) => catalog.behaviors_of(robot).collect(),
             None => (0..catalog.sets.len() as u16).map(BehaviorId).collect(),
         };
@@ -220,19 +217,24 @@ impl Dice<'_> {
     }
 
     fn absent_robot(&mut self) -> Option<String> {
-        let absent: Vec<&Robot> = self.scenario.robots.iter().filter(|it| it.absent).collect();
+        let absent: Vec<&Robot> = self
+            .scenario
+            .robots
+            .iter()
+            .filter(|robot| robot.absent)
+            .collect();
         let place = (!absent.is_empty()).then(|| self.rng.random_range(0..absent.len()));
         place.map(|place| absent[place].name.clone())
     }
 
     fn link(&mut self) -> Link {
-        let (from, to) = (self.who(), self.who());
-        // A robot does not hear itself.
+        let (from, to) = (self.endpoint(), self.endpoint());
+        // A robot does not receive its own messages.
         let to = if to == from { Who::All } else { to };
         Link { from, to }
     }
 
-    fn who(&mut self) -> Who {
+    fn endpoint(&mut self) -> Who {
         let robot = self.robot().name;
         if self.rng.random_bool(0.5) {
             Who::All
@@ -247,7 +249,7 @@ impl Dice<'_> {
         Chance { from, to, p }
     }
 
-    /// Everybody in one of two groups, or in none.
+    /// Draws a partition: each robot is in one of two groups or in none.
     fn partition(&mut self) -> Option<Partition> {
         let mut groups = [Vec::new(), Vec::new(), Vec::new()];
         for robot in &self.scenario.robots {
@@ -262,7 +264,7 @@ impl Dice<'_> {
         })
     }
 
-    /// A place within the border, m.
+    /// Draws a place within the border, m.
     fn place(&mut self) -> (f32, f32) {
         let room = self.scenario.room;
         let mut along = |size_m: f32| self.between(0.0, f64::from(size_m)) as f32;
@@ -270,7 +272,7 @@ impl Dice<'_> {
         (x_m.min(room.width_m), y_m.min(room.height_m))
     }
 
-    /// A robot gets worse at something that it can do, if it can do anything.
+    /// Draws a fault that reduces a skill of a robot, if the robot has any.
     fn worse_skill(&mut self) -> Option<SkillFault> {
         let robot = self.robot();
         let mut skills = self.scenario.mission().skills(self.scenario);
@@ -282,8 +284,8 @@ impl Dice<'_> {
         })
     }
 
-    /// A fault of the mission's own, if it has any.
-    fn own_fault(&mut self) -> Option<MissionFault> {
+    /// Draws one of the mission's own faults, if there are any.
+    fn mission_fault(&mut self) -> Option<MissionFault> {
         let mission = self.scenario.mission();
         let specs = mission.faults();
         let spec = (!specs.is_empty()).then(|| self.any(specs))?;
@@ -294,9 +296,9 @@ impl Dice<'_> {
                 FaultRange::X => written(x_m),
                 FaultRange::Y => written(y_m),
                 FaultRange::Within(from, to) => self.between(from, to),
-                // One of them, or the first that there is not.
+                // An existing item, or the first id that does not exist.
                 FaultRange::Item => self.rng.random_range(0..=items).into(),
-                // A few.
+                // At most two more than the minimum.
                 FaultRange::Whole(from, to) => {
                     let most = to.min(from.saturating_add(2));
                     self.rng.random_range(from..=most).into()
@@ -311,7 +313,7 @@ impl Dice<'_> {
         })
     }
 
-    /// A place within the border, half of the time one where robots look for items, m.
+    /// Draws a place within the border, m. Half of the draws give a place where robots look for items.
     fn place_of_interest(&mut self) -> (f32, f32) {
         const TRIES: usize = 30;
         let anywhere = self.place();
@@ -332,7 +334,7 @@ impl Dice<'_> {
         all[self.rng.random_range(0..all.len())].clone()
     }
 
-    /// To two decimals: people read them.
+    /// Draws a number, rounded to two decimals for readability.
     fn between(&mut self, from: f64, to: f64) -> f64 {
         let value = if from < to {
             self.rng.random_range(from..to)
@@ -387,11 +389,11 @@ mod tests {
         let orders = orders(240.0);
         let whens = || orders.iter().filter_map(|order| order.when.as_ref());
         for verb in Happening::verbs(default_scenario().mission()) {
-            let of_it = || whens().filter(|when| when.what == verb);
-            assert!(of_it().any(|when| when.robot.is_some() && when.subject.is_none()));
-            assert!(of_it().any(|when| when.robot.is_none()));
-            let about_a_set = of_it().any(When::is_about_a_set);
-            assert_eq!(of_it().any(|when| when.subject.is_some()), about_a_set);
+            let with_verb = || whens().filter(|when| when.what == verb);
+            assert!(with_verb().any(|when| when.robot.is_some() && when.subject.is_none()));
+            assert!(with_verb().any(|when| when.robot.is_none()));
+            let about_a_set = with_verb().any(When::is_about_a_set);
+            assert_eq!(with_verb().any(|when| when.subject.is_some()), about_a_set);
         }
         assert!(orders.iter().any(|order| order.at_s == Some(0.0)));
         let room = default_scenario().room;
@@ -420,16 +422,17 @@ mod tests {
     }
 
     #[test]
-    fn some_wait_some_come_again_and_some_stay() {
+    fn shares_of_waiting_recurring_and_permanent_faults() {
         let orders = orders(240.0);
         let share = |which: fn(&Order) -> bool| {
             orders.iter().filter(|order| which(order)).count() as f64 / orders.len() as f64
         };
         let near = |share: f64, wanted: f64| assert!((share - wanted).abs() < 0.03, "{share}");
-        near(share(|it| it.when.is_some()), BY_EVENT);
-        near(share(|it| it.every_s.is_some()), PERIODIC);
-        let stays =
-            |it: &Order| it.when.is_none() && it.for_s.is_none() && !it.fault.is_momentary();
+        near(share(|order| order.when.is_some()), BY_EVENT);
+        near(share(|order| order.every_s.is_some()), PERIODIC);
+        let stays = |order: &Order| {
+            order.when.is_none() && order.for_s.is_none() && !order.fault.is_momentary()
+        };
         near(share(stays), FOR_GOOD * 20.0 / 25.0);
     }
 }

@@ -1,9 +1,9 @@
-//! Random missions: room, team, what there is to do and what goes wrong, each a function of a seed.
+//! Random missions: room, team, tasks and faults, each a function of a seed.
 //!
 //! - [`room`]: obstacles with corridors between them. [`mod@team`]: robots. [`faults`]: a timeline with faults of every kind.
 //!
-//! What is drawn is written into a scenario, so that a run of it needs no more draws, and who looks for the reason of a failure
-//! can leave out what does not matter.
+//! The drawn values are written into a scenario, so that its run needs no further draws. To find the cause of a
+//! failure, users can remove parts of that scenario.
 
 pub mod faults;
 pub mod room;
@@ -22,50 +22,46 @@ use faults::{RandomFaults, timeline};
 use room::obstacles;
 use team::team;
 
-/// Most obstacles and faults of a mission, and most robots.
+/// Maximum number of obstacles, faults and robots of a mission.
 const MOST: u32 = 100;
 
-/// Shortest and longest side of a room, m: robots start side by side.
+/// Shortest and longest side of a room, m. Robots start side by side.
 const LEAST_M: f32 = 6.0;
 const MOST_M: f32 = 100.0;
 
-/// What of a mission is drawn; the rest is the scenario's.
+/// The parts of a mission that are drawn; the rest comes from the scenario.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RandomMission {
-    /// How wide and how high the room is.
+    /// The range of the room's width and height.
     pub room: Option<Sides>,
-    /// How many obstacles; fewer where the room has no place for them.
+    /// The range of the number of obstacles; fewer if the room has no space.
     pub obstacles: Option<Between>,
-    /// How many robots.
+    /// The range of the number of robots.
     pub robots: Option<Between>,
-    /// Name of the mission that draws what there is to do.
+    /// Name of the mission whose tasks are drawn.
     pub mission: Option<String>,
-    /// What goes wrong.
+    /// The range of the random faults.
     pub faults: Option<RandomFaults>,
 }
 
-/// A whole number from `min` to `max`, each as likely.
+/// A range of whole numbers with equal probability.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Between {
-    /// The least.
     pub min: u32,
-    /// The most.
     pub max: u32,
 }
 
-/// Lengths in m, from `min` to `max`.
+/// A range of lengths, m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sides {
-    /// The least.
     pub min: f32,
-    /// The most.
     pub max: f32,
 }
 
-/// What is drawn, by its own random stream: so none shifts another's random numbers.
+/// The random streams. Each drawn part has its own stream, so that a change of one part does not shift the others.
 #[derive(Clone, Copy)]
 enum Stream {
     Robots = 1,
@@ -75,10 +71,13 @@ enum Stream {
     Mission = 5,
 }
 
-/// What a mission of this program draws.
+/// Returns the draw function of a mission that this program contains.
 fn draw_of(name: &str) -> Option<Draw> {
     let missions = Registry::of_this_program().vocabulary().missions;
-    missions.iter().find(|it| it.name() == name)?.random()
+    missions
+        .iter()
+        .find(|mission| mission.name() == name)?
+        .random()
 }
 
 impl Between {
@@ -88,14 +87,14 @@ impl Between {
 }
 
 impl Sides {
-    /// To two decimals: people read them.
+    /// Draws a length, rounded to two decimals for readability.
     fn draw(self, rng: &mut ChaCha8Rng) -> f32 {
         (rng.random_range(self.min..=self.max) * 100.0).round() / 100.0
     }
 }
 
 impl RandomMission {
-    /// The first thing that is wrong with it: which key, what, and what would be right.
+    /// Returns the first invalid value: its key, the problem and the remedy.
     #[must_use]
     pub fn mistake(&self) -> Option<(&'static str, String, String)> {
         let faults = self.faults.as_ref().map(|faults| faults.between());
@@ -126,8 +125,8 @@ impl RandomMission {
             && draw_of(name).is_none()
         {
             let missions = Registry::of_this_program().vocabulary().missions;
-            let drawn = missions.iter().filter(|it| it.random().is_some());
-            let what = format!("no mission '{name}' draws anything");
+            let drawn = missions.iter().filter(|mission| mission.random().is_some());
+            let what = format!("mission '{name}' does not support random generation");
             let remedy = instead(name, drawn.map(Mission::name));
             return Some(("mission", what, remedy));
         }
@@ -144,7 +143,7 @@ impl RandomMission {
             })
     }
 
-    /// The scenario with what that seed gives.
+    /// Returns the scenario with the values that `seed` gives.
     #[must_use]
     pub fn draw(&self, mut scenario: Scenario, seed: u64) -> Scenario {
         let stream = |stream: Stream| {
@@ -228,7 +227,7 @@ mod tests {
             for order in &scenario.faults.timeline {
                 kinds.insert(order.fault.name().to_owned());
             }
-            // Also by its text, which is what a failed run leaves.
+            // The text form must work too, because a failed run leaves it behind.
             let text = scenario.to_toml().unwrap();
             assert_eq!(
                 Scenario::parse("mission.toml", &text, &Registry::built_in().vocabulary()).unwrap(),
@@ -243,11 +242,12 @@ mod tests {
         assert_eq!(kinds.len(), 25);
     }
 
-    /// Each mission that draws: all seeds can be read, also by their text, and resolved, and they differ.
+    /// Checks each mission with a draw function: all seeds give distinct scenarios that survive the text form and
+    /// resolve.
     #[test]
-    fn every_mission_draws_what_can_be_run() {
+    fn every_drawn_mission_can_be_run() {
         let missions = Registry::of_this_program().vocabulary().missions;
-        let drawing = missions.iter().filter(|it| it.random().is_some());
+        let drawing = missions.iter().filter(|mission| mission.random().is_some());
         let names: Vec<&str> = drawing.map(Mission::name).collect();
         assert!(names.contains(&"service"));
         for name in names {
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_drawn_shifts_nothing_else() {
+    fn a_drawn_part_does_not_shift_the_others() {
         let all = mission().draw(default_scenario(), 7);
         let alone = RandomMission {
             room: mission().room,
@@ -295,23 +295,23 @@ mod tests {
             mission.mistake().unwrap().0
         };
         assert_eq!(
-            wrong(|it| it.robots = Some(Between { min: 0, max: 3 })),
+            wrong(|mission| mission.robots = Some(Between { min: 0, max: 3 })),
             "robots"
         );
         assert_eq!(
-            wrong(|it| it.obstacles = Some(Between { min: 4, max: 3 })),
+            wrong(|mission| mission.obstacles = Some(Between { min: 4, max: 3 })),
             "obstacles"
         );
         assert_eq!(
-            wrong(|it| it.obstacles = Some(Between { min: 0, max: 101 })),
+            wrong(|mission| mission.obstacles = Some(Between { min: 0, max: 101 })),
             "obstacles"
         );
         assert_eq!(
-            wrong(|it| it.room = Some(Sides { min: 1.0, max: 9.0 })),
+            wrong(|mission| mission.room = Some(Sides { min: 1.0, max: 9.0 })),
             "room"
         );
         assert_eq!(
-            wrong(|it| it.room = Some(Sides {
+            wrong(|mission| mission.room = Some(Sides {
                 min: 9.0,
                 max: f32::NAN
             })),
@@ -323,7 +323,10 @@ mod tests {
             let (key, what, remedy) = mission.mistake().unwrap();
             assert_eq!(
                 (key, what),
-                ("mission", format!("no mission '{name}' draws anything"))
+                (
+                    "mission",
+                    format!("mission '{name}' does not support random generation")
+                )
             );
             assert!(remedy.contains("service"), "{remedy}");
         }

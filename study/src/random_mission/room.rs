@@ -1,23 +1,24 @@
-//! Random rooms: disjoint obstacles with corridors that a robot can pass.
+//! Random rooms with disjoint obstacles and corridors that a robot can pass.
 
 use alliance_proto::scenario::{Obstacle, Scenario};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Least way between two obstacles, and between an obstacle and a wall that it does not touch, in robot radii: 2.5 diameters.
+/// Minimum width of a corridor between obstacles, or between an obstacle and a wall that it does not touch, in robot
+/// radii.
 const CORRIDOR_RADII: f32 = 5.0;
-/// Least extent of an obstacle, m.
+/// Minimum side of an obstacle, m.
 const SMALL_M: f32 = 0.3;
-/// Greatest extent of an obstacle, m.
+/// Maximum side of an obstacle, m.
 const LARGE_M: f32 = 2.5;
-/// Places tried for one obstacle.
+/// Number of attempts to place one obstacle.
 const TRIES: usize = 200;
 
-/// A rectangle: x and y of the lower left corner, then of the upper right one, m.
+/// A rectangle, m: x and y of the lower left corner, then of the upper right one.
 type Rectangle = [f32; 4];
 
-/// So many obstacles of 0.3 to 2.5 m at random places in the scenario's room, or as many as find one. One in four stands at a
-/// wall; all others keep a corridor from the walls, and all keep it from each other. What the mission keeps free they leave free.
+/// Places up to `count` obstacles of 0.3 to 2.5 m at random. One in four touches a wall. The others keep a corridor to
+/// the walls, and all obstacles keep one between each other. Areas that the mission reserves remain free.
 #[must_use]
 pub fn obstacles(scenario: &Scenario, count: u32, rng: &mut ChaCha8Rng) -> Vec<Obstacle> {
     let room = scenario.room;
@@ -64,14 +65,14 @@ pub fn obstacles(scenario: &Scenario, count: u32, rng: &mut ChaCha8Rng) -> Vec<O
         .collect()
 }
 
-/// What the mission keeps free.
+/// Returns the areas that the mission reserves.
 fn kept_free(scenario: &Scenario) -> Vec<Rectangle> {
     let kept = scenario.mission().kept_free(scenario).into_iter();
     kept.map(|[low, high]| [low.x, low.y, high.x, high.y])
         .collect()
 }
 
-/// Way between two rectangles, m; negative where they overlap.
+/// Returns the distance between two rectangles, m; negative if they overlap.
 fn gap(a: &Rectangle, b: &Rectangle) -> f32 {
     let x = (a[0] - b[2]).max(b[0] - a[2]);
     let y = (a[1] - b[3]).max(b[1] - a[3]);
@@ -104,7 +105,14 @@ mod tests {
             };
             let placed: Vec<Rectangle> = obstacles(&scenario, 8, &mut rng)
                 .iter()
-                .map(|it| [it.x_m, it.y_m, it.x_m + it.width_m, it.y_m + it.height_m])
+                .map(|obstacle| {
+                    [
+                        obstacle.x_m,
+                        obstacle.y_m,
+                        obstacle.x_m + obstacle.width_m,
+                        obstacle.y_m + obstacle.height_m,
+                    ]
+                })
                 .collect();
             assert!(placed.is_empty() || room.width_m.min(room.height_m) > 2.6);
             for (place, a) in placed.iter().enumerate() {

@@ -1,10 +1,11 @@
-//! Random teams.
+//! Random teams of robots.
 
 use alliance_proto::scenario::Robot;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// So many robots, `r1`, `r2`, …; each may have a side sensor. Where some may be absent at first, the first one never is.
+/// Draws a team of `count` robots, `r1`, `r2`, …, each with or without a side sensor. If robots may be absent at the
+/// start, the first one never is.
 #[must_use]
 pub fn team(count: u32, may_be_absent: bool, rng: &mut ChaCha8Rng) -> Vec<Robot> {
     let robots = (1..=count).map(|number| {

@@ -22,26 +22,26 @@ use super::pdf;
 use crate::diff::compare;
 use crate::retrace::retrace;
 
-/// A figure is so many times as wide as its letters are high, at least: with less room names and axes would leave none for the rest.
+/// The minimum ratio of figure width to font size. A narrower figure has no room beside names and axes.
 const LEAST_LETTERS: f64 = 33.0;
 
-/// Show what happened in a run: a page with figures and metrics, for any browser, and the figures as SVG files.
+/// Show what happened in a run: a page with figures and metrics, and the figures as SVG files.
 #[derive(Args, Clone, Debug)]
 pub struct ReportCommand {
     /// Folder of the run
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Folder of another run, to show both side by side, with what differs first
+    /// Folder of another run, to show both runs side by side with their first difference
     #[arg(value_name = "OTHER")]
     other: Option<PathBuf>,
-    /// Where to write report.html and the figures [default: DIR/report; of two runs OTHER/report-of-two]
+    /// Output folder for report.html and the figures [default: DIR/report; for two runs OTHER/report-of-two]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     #[command(flatten)]
     look: Look,
 }
 
-/// What of a run is shown, and how large.
+/// Options for the content and the size of figures.
 #[derive(Args, Clone, Debug, Default)]
 pub struct Look {
     /// Figures begin at this simulated time, such as 60s, 1.5s or 2min [default: the start]
@@ -53,30 +53,28 @@ pub struct Look {
     /// Width of the figures, px [default: 960]
     #[arg(long, value_name = "PX")]
     pub width: Option<f64>,
-    /// Size of the lettering, px; lines and marks go with it [default: 12]
+    /// Font size, px; lines and marks scale with it [default: 12]
     #[arg(long, value_name = "PX")]
     pub font_size: Option<f64>,
-    /// Only these figures, by the names of their files without ending
+    /// Only these figures, by file name without extension
     #[arg(long, value_name = "FIGURE,…", value_delimiter = ',')]
     pub only: Vec<String>,
-    /// The room at these simulated times, a figure for each
+    /// Additional figures of the room at these simulated times
     #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = seconds)]
     pub snapshot: Vec<f64>,
-    /// Each figure as PDF, too, beside its SVG
+    /// Also write each figure as PDF
     #[arg(long)]
     pub pdf: bool,
 }
 
 impl Look {
-    /// # Errors
-    /// One line, when nothing can look like this.
+    /// Checks that figures of this size and format can be made.
     fn check(&self) -> anyhow::Result<()> {
         self.sheet()?;
         if self.pdf { pdf::is_there() } else { Ok(()) }
     }
 
-    /// # Errors
-    /// One line, when there would be no room for the figure in it.
+    /// Returns the sheet for the chosen width and font size.
     fn sheet(&self) -> anyhow::Result<Sheet> {
         let width = self.width.unwrap_or(WIDTH_PX);
         let font = self.font_size.unwrap_or(TEXT_PX);
@@ -85,14 +83,14 @@ impl Look {
         }
         let least = (font * LEAST_LETTERS).ceil();
         if !(least..=10_000.0).contains(&width) {
-            bail!("--width {width}: must be from {least}, with lettering of {font} px, to 10000");
+            bail!("--width {width}: must be from {least} (at font size {font} px) to 10000");
         }
         Ok(Sheet::new(width, font))
     }
 }
 
 impl ReportCommand {
-    /// Exit status 0, or 2 for a folder of which no report can be made, or options that ask for what is not there.
+    /// Writes the report. Returns exit status 0, or 2 if the folder or the options are invalid.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let (folder, name) = match &self.other {
@@ -120,7 +118,6 @@ impl ReportCommand {
     }
 }
 
-/// A run, and what is made of it.
 struct Shown {
     log: RunLog,
     rooms: Vec<Room>,
@@ -130,10 +127,10 @@ struct Shown {
 
 impl Shown {
     fn of(folder: &Path, look: &Look, notes: &mut Vec<String>) -> anyhow::Result<Self> {
-        // The error says why by itself: its source would say it twice.
+        // The source of this error repeats its text, so only the text is kept.
         let logged = RunLog::open(folder, &Registry::of_this_program().vocabulary())
-            .map_err(|error| anyhow!("{} is not the folder of a run: {error}", folder.display()))?;
-        let (log, rooms) = see(logged, &look.snapshot, notes)?;
+            .map_err(|error| anyhow!("{} is not a run folder: {error}", folder.display()))?;
+        let (log, rooms) = full_log(logged, &look.snapshot, notes)?;
         let history = History::read(&log).map_err(|error| anyhow!("{error}"))?;
         let metrics = Metrics::of(&history, &log.run);
         Ok(Self {
@@ -144,7 +141,7 @@ impl Shown {
         })
     }
 
-    /// Its part of a page, with axes as long as those of a run that ended then.
+    /// Returns the page part of this run, with axes that reach to `end`.
     fn part(&mut self, folder: &Path, look: &Look, end: SimTime) -> anyhow::Result<Part<'_>> {
         let wanted = Wanted {
             sheet: look.sheet()?,
@@ -164,10 +161,10 @@ impl Shown {
     }
 }
 
-/// Makes the report, and says what whoever reads it should know.
+/// Writes the report of a run and returns notes for the reader.
 ///
 /// # Errors
-/// When there is no run, or none that could be shown, or not what was asked for, or the files cannot be written.
+/// Returns an error when the folder contains no readable run, the options do not fit, or a file cannot be written.
 pub fn report(folder: &Path, out: &Path, look: &Look) -> anyhow::Result<Vec<String>> {
     look.check()?;
     let mut notes = Vec::new();
@@ -175,16 +172,13 @@ pub fn report(folder: &Path, out: &Path, look: &Look) -> anyhow::Result<Vec<Stri
     let end = shown.history.end;
     let part = shown.part(folder, look, end)?;
     let (text, left_out) = page(&part);
-    tell_left_out(left_out, &mut notes);
+    note_left_out(left_out, &mut notes);
     write_figures(out, &part.figures, look.pdf)?;
     write(&out.join("report.html"), text.as_bytes())?;
     Ok(notes)
 }
 
-/// Makes a report of two runs, side by side, and says what whoever reads it should know.
-///
-/// # Errors
-/// As [`report`].
+/// Writes a report of two runs side by side and returns notes for the reader.
 fn report_of_two(folders: [&PathBuf; 2], out: &Path, look: &Look) -> anyhow::Result<Vec<String>> {
     look.check()?;
     let mut notes = Vec::new();
@@ -198,7 +192,7 @@ fn report_of_two(folders: [&PathBuf; 2], out: &Path, look: &Look) -> anyhow::Res
     ];
     let names = folders.map(|folder| folder.display().to_string());
     let (text, left_out) = page_of_two(&names, &parts, &difference.to_string());
-    tell_left_out(left_out, &mut notes);
+    note_left_out(left_out, &mut notes);
     for (part, side) in parts.iter().zip(SIDES) {
         write_figures(&out.join(side), &part.figures, look.pdf)?;
     }
@@ -206,16 +200,20 @@ fn report_of_two(folders: [&PathBuf; 2], out: &Path, look: &Look) -> anyhow::Res
     Ok(notes)
 }
 
-fn tell_left_out(figures: usize, notes: &mut Vec<String>) {
+fn note_left_out(figures: usize, notes: &mut Vec<String>) {
     if figures > 0 {
+        let subject = match figures {
+            1 => "1 figure is".to_owned(),
+            _ => format!("{figures} figures are"),
+        };
         notes.push(format!(
-            "{figures} figures are in their own files only, for the page would be too large"
+            "{subject} only in separate files because the page would be too large"
         ));
     }
 }
 
-/// The full log of a run, and the room at those times, s. Where either is not in the log, the run is run again.
-fn see(
+/// Returns the full log of a run, and the room at `times`, s. Replays the run if its log does not contain them.
+fn full_log(
     logged: RunLog,
     times: &[f64],
     notes: &mut Vec<String>,
@@ -238,21 +236,21 @@ fn see(
         }
     })?;
     if let Some(at) = wanted.iter().find(|at| **at > end) {
-        bail!("--snapshot {}: the run was over at {end}", at.as_secs_f64());
+        bail!("--snapshot {}: the run ended at {end}", at.as_secs_f64());
     }
     notes.extend(again.differs);
     if level == LogLevel::Full {
         return Ok((logged, rooms));
     }
     notes.push(format!(
-        "logged with --log {}, so the run was run again for this",
+        "the run was logged with --log {}, so it was replayed for this report",
         level.as_str()
     ));
     Ok((again.log, rooms))
 }
 
 fn write_figures(out: &Path, figures: &[Figure], with_pdf: bool) -> anyhow::Result<()> {
-    fs::create_dir_all(out).with_context(|| format!("cannot make {}", out.display()))?;
+    fs::create_dir_all(out).with_context(|| format!("cannot create {}", out.display()))?;
     for Figure { name, svg, .. } in figures {
         write(&out.join(format!("{name}.svg")), svg.as_bytes())?;
         if with_pdf {
@@ -296,7 +294,7 @@ mod tests {
         "task-3-report-progress.svg",
     ];
 
-    /// A folder with the log of the default mission's first 80 s.
+    /// Returns a folder with the log of the first 80 s of the default mission.
     fn run(log: LogLevel) -> TempDir {
         run_of("alliance", log)
     }
@@ -371,9 +369,9 @@ mod tests {
         }
     }
 
-    /// As one is that an older program wrote: whole, and no table of this program.
+    /// Reads a complete table with the columns of an older version.
     #[test]
-    fn a_table_with_other_columns_is_told_in_one_line() {
+    fn a_table_with_other_columns_is_refused_in_one_line() {
         let old = "t_ms,robot,task,utility,holder,state\n0,blue,find-locations,0.5,,hibernating\n";
         let tables = [(Table::Allocation, old.as_bytes().to_vec())];
         let run = RunFile {
@@ -387,7 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_run_or_no_full_log_is_refused_in_one_line() {
+    fn a_folder_without_a_run_is_refused_in_one_line() {
         let refusal = |folder: &Path| {
             let error = report(folder, &folder.join("report"), &Look::default()).unwrap_err();
             assert!(!folder.join("report").exists());
@@ -398,13 +396,13 @@ mod tests {
         assert_eq!(
             refusal(nothing.path()),
             format!(
-                "{name} is not the folder of a run: cannot read {name}/run.json: No such file or directory (os error 2)"
+                "{name} is not a run folder: cannot read {name}/run.json: No such file or directory (os error 2)"
             )
         );
     }
 
     #[test]
-    fn what_was_not_logged_is_run_again() {
+    fn a_run_without_a_full_log_is_replayed() {
         let [full, off] = [LogLevel::Full, LogLevel::Off].map(|level| {
             let folder = run(level);
             let out = folder.path().join("report");
@@ -414,7 +412,7 @@ mod tests {
             (notes, gantt)
         });
         assert_eq!(full.0, [""; 0]);
-        let note = "logged with --log off, so the run was run again for this";
+        let note = "the run was logged with --log off, so it was replayed for this report";
         assert_eq!(off.0, [note]);
         assert_eq!(full.1, off.1);
     }
@@ -431,12 +429,12 @@ mod tests {
         let figures = FILES.into_iter().filter(|file| file.ends_with(".svg"));
         assert_eq!(files(&out.join("a")), figures.collect::<Vec<_>>());
         let page = fs::read_to_string(out.join("report.html")).unwrap();
-        // What they were given comes first, then the first tick that differs.
-        let said = page.find("scenario: allocator: ").unwrap();
-        assert!(said < page.find("differs first in tick").unwrap());
-        assert!(said < page.find("id=\"a-gantt\"").unwrap());
+        // The setup difference comes first, then the first tick that differs.
+        let cause = page.find("scenario: allocator: ").unwrap();
+        assert!(cause < page.find("differs first in tick").unwrap());
+        assert!(cause < page.find("id=\"a-gantt\"").unwrap());
         assert!(page.find("id=\"a-gantt\"") < page.find("id=\"b-gantt\""));
-        for same in ["stalls or losses", "version"] {
+        for same in ["unscripted stalls or losses", "version"] {
             assert!(
                 !page.contains(&format!("<tr class=\"differs\"><td>{same}")),
                 "{same}"
@@ -449,7 +447,7 @@ mod tests {
                 "{other}"
             );
         }
-        // Of both the same time is in the same place.
+        // Equal times have equal positions in both figures.
         for side in SIDES {
             let gantt = fs::read_to_string(out.join(side).join("gantt.svg")).unwrap();
             assert!(gantt.contains(">\n80\n</text>"), "{side}");
@@ -462,7 +460,7 @@ mod tests {
         );
     }
 
-    fn seen(folder: &TempDir, look: &Look) -> Result<Vec<String>, String> {
+    fn report_files(folder: &TempDir, look: &Look) -> Result<Vec<String>, String> {
         let out = TempDir::new().unwrap();
         match report(folder.path(), out.path(), look) {
             Ok(_) => Ok(files(out.path())),
@@ -508,45 +506,45 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_is_told_in_one_line() {
+    fn an_impossible_option_is_refused_in_one_line() {
         let folder = run(LogLevel::Full);
-        let asked = |change: &dyn Fn(&mut Look)| {
+        let refusal = |change: &dyn Fn(&mut Look)| {
             let mut look = Look::default();
             change(&mut look);
-            seen(&folder, &look).unwrap_err()
+            report_files(&folder, &look).unwrap_err()
         };
-        let none = asked(&|look| look.only = vec!["gant".to_owned()]);
+        let none = refusal(&|look| look.only = vec!["gant".to_owned()]);
         let start =
             "--only: there is no figure 'gant'; did you mean 'gantt'? (there are gantt, map, ";
         assert!(none.starts_with(start), "{none}");
         let cases = [
             (
-                asked(&|look| look.from = Some(80.0)),
-                "--from 80: the run was over at 80 s",
+                refusal(&|look| look.from = Some(80.0)),
+                "--from 80: the run ended at 80 s",
             ),
             (
-                asked(&|look| (look.from, look.to) = (Some(50.0), Some(40.0))),
+                refusal(&|look| (look.from, look.to) = (Some(50.0), Some(40.0))),
                 "--to 40: must be later than --from, 50 s",
             ),
             (
-                asked(&|look| look.snapshot = vec![80.05]),
-                "--snapshot 80.05: the run was over at 80.000 s",
+                refusal(&|look| look.snapshot = vec![80.05]),
+                "--snapshot 80.05: the run ended at 80.000 s",
             ),
             (
-                asked(&|look| look.width = Some(300.0)),
-                "--width 300: must be from 396, with lettering of 12 px, to 10000",
+                refusal(&|look| look.width = Some(300.0)),
+                "--width 300: must be from 396 (at font size 12 px) to 10000",
             ),
             (
-                asked(&|look| look.width = Some(f64::NAN)),
-                "--width NaN: must be from 396, with lettering of 12 px, to 10000",
+                refusal(&|look| look.width = Some(f64::NAN)),
+                "--width NaN: must be from 396 (at font size 12 px) to 10000",
             ),
             (
-                asked(&|look| look.font_size = Some(2.0)),
+                refusal(&|look| look.font_size = Some(2.0)),
                 "--font-size 2: must be from 4 to 72",
             ),
         ];
-        for (told, expected) in cases {
-            assert_eq!(told, expected);
+        for (error, expected) in cases {
+            assert_eq!(error, expected);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! How the team met the deaths and stops of its robots, and who took over from whom.
+//! Losses of robots: detection by teammates, takeovers, and the outcome for their tasks.
 
 use alliance_proto::ids::TaskId;
 use alliance_proto::time::SimTime;
@@ -7,118 +7,93 @@ use super::history::{History, SetHistory};
 use super::spans::Span;
 use super::stints::{Stint, StintEnd};
 
-/// How a robot was lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loss {
-    /// Its process died.
     Died,
-    /// Its process was stopped, or fell silent otherwise.
+    /// The process was stopped or did not respond.
     Stopped,
 }
 
-/// A robot was lost to the team.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
-    /// When.
     pub at: SimTime,
-    /// Rank of the robot.
     pub robot: usize,
-    /// How.
     pub loss: Loss,
-    /// When it took part again.
+    /// The time when the robot took part again.
     pub back: Option<SimTime>,
-    /// The task that it was executing, and what became of it.
+    /// The task that the robot was executing, and its outcome.
     pub orphan: Option<Orphan>,
 }
 
 /// A task whose robot was lost.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Orphan {
-    /// The task.
     pub task: TaskId,
-    /// The first teammate that no longer reckoned with the robot, before that was back.
+    /// The first teammate that stopped counting on the robot, before its return.
     pub detection: Option<Detection>,
-    /// Who went on with it.
+    /// The continuation of the task.
     pub aftermath: Aftermath,
 }
 
-/// A teammate no longer reckons with a robot on its task.
+/// The detection of a loss by a teammate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Detection {
-    /// When.
     pub at: SimTime,
-    /// Rank of the teammate.
     pub by: usize,
-    /// By what.
     pub sign: Sign,
 }
 
-/// What tells that a teammate no longer reckons with a robot.
+/// The sign by which the log shows that a teammate no longer counts on a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Sign {
-    /// Its τ has passed since it last heard the robot claim the task.
+    /// The teammate's τ has passed since it last received the robot's claim of the task.
     Silence,
-    /// Its rate of impatience for the task rose to δ_fast.
+    /// The teammate's impatience rate for the task rose to δ_fast.
     Impatience,
-    /// It activated a behavior set for the task.
+    /// The teammate activated a behavior set for the task.
     Activation,
 }
 
-/// What became of a task whose robot was lost.
+/// The outcome for a task whose robot was lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aftermath {
-    /// This teammate was executing it all along.
-    Covered {
-        /// Its rank.
-        by: usize,
-    },
-    /// This teammate was the next to activate it.
-    TakenOver {
-        /// When.
-        at: SimTime,
-        /// Its rank.
-        by: usize,
-    },
-    /// The robot itself came back before anybody else had activated it.
-    Resumed {
-        /// When.
-        at: SimTime,
-    },
-    /// Nobody has executed it since.
+    /// A teammate was already executing the task at the loss.
+    Covered { by: usize },
+    /// A teammate activated the task next.
+    TakenOver { at: SimTime, by: usize },
+    /// The robot itself returned before any teammate activated the task.
+    Resumed { at: SimTime },
+    /// No robot has executed the task since.
     Nobody,
 }
 
-/// A robot activated an exclusive task that another one had not finished.
+/// The activation of an exclusive task that another robot had not finished.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Takeover {
-    /// When.
     pub at: SimTime,
-    /// The task.
     pub task: TaskId,
-    /// Rank of the robot that was the last to activate it before.
+    /// Rank of the last robot that had activated the task.
     pub from: usize,
-    /// Rank of the robot that took over.
     pub by: usize,
-    /// Since when the task had not progressed: the death or stop of the robot before; otherwise the latest effect of that
-    /// one's stint, or its activation if there was none.
+    /// The time of the last progress: the loss of the previous robot; otherwise the latest effect of its stint, or its
+    /// activation.
     pub stood_since: SimTime,
-    /// What had become of the robot before.
+    /// The state of the previous robot.
     pub cause: Cause,
 }
 
-/// Why a robot could take over.
+/// The reason why a takeover was possible.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// The one before was lost.
     Lost(Loss),
-    /// The one before had left the task for this reason, as events.csv has it.
+    /// The previous robot left the task for this reason, as in events.csv.
     Left(String),
-    /// The one before was still at it.
     StillActive,
 }
 
 impl Failure {
-    /// Whether it ended the stint, whose last step counts in the tick of the loss or not any more.
+    /// Returns whether this loss ended the stint. The last step of the stint may or may not count in the tick of the
+    /// loss.
     fn ended(&self, stint: &Stint, step: SimTime) -> bool {
         stint.robot == self.robot
             && matches!(stint.end, StintEnd::Absent | StintEnd::Ongoing)
@@ -127,14 +102,14 @@ impl Failure {
 }
 
 impl Takeover {
-    /// How long the task had stood still.
+    /// Returns the time without progress before the takeover.
     #[must_use]
     pub fn latency(&self) -> SimTime {
         self.at.since(self.stood_since)
     }
 }
 
-/// All losses of robots, in order.
+/// Returns all losses of robots in order of time.
 #[must_use]
 pub fn failures(history: &History, stints: &[Stint]) -> Vec<Failure> {
     let losses = history.events.iter().filter_map(|event| {
@@ -190,11 +165,11 @@ fn detection(history: &History, failure: &Failure, task: TaskId) -> Option<Detec
         .min_by_key(|detection| (detection.at, detection.sign, detection.by))
 }
 
-/// The tick in which the τ of `by` has passed since it last heard the lost robot claim the set's task; `None` if that was so
-/// before the loss already, or if it did not take part then.
+/// Returns the tick in which the τ of `by` passes after the last received claim of the lost robot. Returns `None` if τ
+/// passed before the loss, or if `by` was absent.
 fn silence(history: &History, by: usize, set: &SetHistory, failure: &Failure) -> Option<SimTime> {
     let teammate = &history.robots[by];
-    // What the robot said in its last step is heard in the next one.
+    // The broadcast of the last step arrives in the next step.
     let last = teammate.heard.iter().rev().find(|claim| {
         claim.sender == failure.robot
             && claim.task == set.task
@@ -224,8 +199,8 @@ fn aftermath(stints: &[Stint], failure: &Failure, task: TaskId) -> Aftermath {
     }
 }
 
-/// All takeovers, in order. Who activates a task at the same time as another, or gives in to another's claim, takes nothing
-/// over; nor does who takes up what the one before had left as not applicable.
+/// Returns all takeovers in order of time. Simultaneous activations, activations that yield to another claim, and tasks
+/// left as not applicable do not count.
 #[must_use]
 pub fn takeovers(history: &History, stints: &[Stint], failures: &[Failure]) -> Vec<Takeover> {
     let mut takeovers: Vec<Takeover> = history
@@ -246,7 +221,7 @@ pub fn takeovers(history: &History, stints: &[Stint], failures: &[Failure]) -> V
     takeovers
 }
 
-/// Whether the robot claimed the task at the same time as another, or unheard, and left it to that one.
+/// Returns whether the robot activated the task while another robot had it, and then left it to that robot.
 fn gave_in(stint: &Stint, stints: &[Stint]) -> bool {
     let at = stint.span.from;
     let claimed = |other: &Stint| {
@@ -265,7 +240,7 @@ fn takeover(
     failures: &[Failure],
 ) -> Option<Takeover> {
     let at = after.span.from;
-    // Who comes back and goes on has not activated anything.
+    // A robot that returns and continues has not activated anything.
     let returns = !history.robots[after.robot]
         .present
         .contains(at - history.step);

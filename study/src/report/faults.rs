@@ -1,35 +1,30 @@
-//! What went wrong, and when it was right again, as events.csv has it.
+//! Faults and recoveries in events.csv.
 
 use alliance_proto::log::EventRow;
 use alliance_proto::time::SimTime;
 
 use super::spans::Span;
 
-/// An event to be marked in the figures.
+/// An event that the report lists as a fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
-    /// When.
     pub at: SimTime,
-    /// In a few words.
     pub label: String,
-    /// More about it, if the log says more.
+    /// The detail from the log; may be empty.
     pub detail: String,
-    /// Which side of a fault it is.
     pub phase: Phase,
 }
 
-/// Which side of a fault an event is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
-    /// From now on something is wrong.
     Begin,
-    /// From now on it is not any more, or not yet.
+    /// The end of the fault, or its announcement before the start.
     End,
-    /// One of possibly very many moments in which it had an effect.
+    /// One effect of the fault; a fault can have thousands.
     Hit,
 }
 
-/// All of them, in order. That robots join at the start is none.
+/// Returns all faults in order of time. Joins at the start do not count.
 #[must_use]
 pub fn faults(events: &[EventRow]) -> Vec<Fault> {
     events.iter().filter_map(fault).collect()
@@ -56,49 +51,47 @@ fn fault(event: &EventRow) -> Option<Fault> {
     })
 }
 
-/// A time in which something was wrong; an empty one is the moment in which something was done.
+/// The period of a fault; empty for a momentary fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FaultSpan {
-    /// When.
     pub span: Span,
-    /// What, in a few words.
     pub label: String,
 }
 
-/// The faults of a run that lasted until `end`, by their beginning. Deaths and stops that no fault asked for are among them;
-/// several of the same words and the same time are one.
+/// Returns the faults of a run that lasted until `end`, by start time. Deaths and stops without a scripted fault count
+/// too. Faults with equal labels and times are merged.
 #[must_use]
 pub fn fault_spans(events: &[EventRow], end: SimTime) -> Vec<FaultSpan> {
-    // Each with the event's subject or robot, by which its end finds it.
+    // Each entry has the event's subject or robot, by which the end event finds it.
     let mut all: Vec<(&str, FaultSpan)> = Vec::new();
     let mut open: Vec<usize> = Vec::new();
     for event in events {
         let at = event.t_ms;
-        let asked = |words: &[&str]| {
+        let scripted = |words: &[&str]| {
             let mut same = events.iter().filter(|other| other.t_ms == at);
             same.any(|other| {
-                let (kind, whom) = other.detail.split_once(' ').unwrap_or_default();
-                other.kind == "applied" && words.contains(&kind) && whom == event.robot
+                let (kind, target) = other.detail.split_once(' ').unwrap_or_default();
+                other.kind == "applied" && words.contains(&kind) && target == event.robot
             })
         };
         let begun = match event.kind.as_str() {
-            "applied" => Some((event.subject.as_str(), in_words(&event.detail))),
-            "gone" if !asked(&["kill", "terminate", "remove", "restart"]) => {
+            "applied" => Some((event.subject.as_str(), short_label(&event.detail))),
+            "gone" if !scripted(&["kill", "terminate", "remove", "restart"]) => {
                 Some((event.robot.as_str(), format!("{} died", event.robot)))
             }
-            "stalled" if !asked(&["pause"]) => {
+            "stalled" if !scripted(&["pause"]) => {
                 Some((event.robot.as_str(), format!("{} stopped", event.robot)))
             }
             _ => None,
         };
-        let whose = match event.kind.as_str() {
+        let ended = match event.kind.as_str() {
             "healed" => event.subject.as_str(),
             "joined" | "back" => event.robot.as_str(),
             _ => "",
         };
         open.retain(|place| {
             let (owner, fault) = &mut all[*place];
-            let ends = *owner == whose;
+            let ends = *owner == ended;
             if ends {
                 fault.span.to = at;
             }
@@ -133,9 +126,9 @@ pub fn fault_spans(events: &[EventRow], end: SimTime) -> Vec<FaultSpan> {
     named.collect()
 }
 
-/// A fault as the log has it, for a figure: `drop --from green --to all --p 0.3` is `drop green→all 0.3`. Where something lies
-/// the map shows.
-fn in_words(detail: &str) -> String {
+/// Shortens a logged fault for a figure: `drop --from green --to all --p 0.3` becomes `drop green→all 0.3`. Places are
+/// left out because the map shows them.
+fn short_label(detail: &str) -> String {
     let words: Vec<&str> = detail.split(' ').collect();
     let kind = words[0];
     if kind == "obstacle" || !alliance_proto::fault::Fault::COMMON.contains(&kind) {
@@ -145,16 +138,16 @@ fn in_words(detail: &str) -> String {
         let place = words.iter().position(|word| *word == name)?;
         words.get(place + 1).copied()
     };
-    let mut said = vec![kind.to_owned()];
+    let mut parts = vec![kind.to_owned()];
     if let (Some(from), Some(to)) = (option("--from"), option("--to")) {
-        said.push(format!("{from}→{to}"));
+        parts.push(format!("{from}→{to}"));
     }
     let rest = words[1..].iter().enumerate().filter(|(place, word)| {
         let of_link = matches!(words[*place], "--from" | "--to");
         !word.starts_with("--") && !of_link
     });
-    said.extend(rest.map(|(_, word)| (*word).to_owned()));
-    said.join(" ")
+    parts.extend(rest.map(|(_, word)| (*word).to_owned()));
+    parts.join(" ")
 }
 
 #[cfg(test)]
@@ -173,25 +166,25 @@ mod tests {
     }
 
     #[test]
-    fn spans_with_words() {
-        let told = |t_ms, kind, robot, subject, detail: &str| EventRow {
+    fn fault_spans_have_short_labels() {
+        let event_with_detail = |t_ms, kind, robot, subject, detail: &str| EventRow {
             detail: detail.to_owned(),
             ..event(t_ms, kind, robot, subject)
         };
         let drop = "drop --from green --to all --p 0.3";
         let events = [
             event(0, "joined", "blue", ""),
-            told(0, "armed", "", "f1", "kill gold"),
-            told(100, "gone", "gold", "", "incarnation 1"),
-            told(100, "applied", "gold", "f1", "kill gold"),
-            told(150, "applied", "", "f2", "obstacle 0 6.55 0.05 1"),
-            told(150, "applied", "", "f3", "obstacle 0.62 6.55 0.2 1"),
-            told(200, "applied", "", "f4", drop),
+            event_with_detail(0, "armed", "", "f1", "kill gold"),
+            event_with_detail(100, "gone", "gold", "", "incarnation 1"),
+            event_with_detail(100, "applied", "gold", "f1", "kill gold"),
+            event_with_detail(150, "applied", "", "f2", "obstacle 0 6.55 0.05 1"),
+            event_with_detail(150, "applied", "", "f3", "obstacle 0.62 6.55 0.2 1"),
+            event_with_detail(200, "applied", "", "f4", drop),
             event(220, "hit", "gold", "f4"),
-            told(250, "joined", "gold", "", "incarnation 2"),
-            told(250, "healed", "gold", "f1", "kill gold"),
-            told(300, "applied", "", "f5", "waste 1 1 --items 1"),
-            told(350, "healed", "", "f4", drop),
+            event_with_detail(250, "joined", "gold", "", "incarnation 2"),
+            event_with_detail(250, "healed", "gold", "f1", "kill gold"),
+            event_with_detail(300, "applied", "", "f5", "waste 1 1 --items 1"),
+            event_with_detail(350, "healed", "", "f4", drop),
             event(400, "gone", "blue", ""),
             event(450, "stalled", "green", ""),
             event(500, "back", "green", ""),
@@ -213,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_by_kind() {
+    fn events_become_faults_by_kind() {
         let events = [
             event(0, "joined", "blue", ""),
             event(50, "activated", "blue", "move-spill(top)"),

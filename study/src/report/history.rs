@@ -1,4 +1,4 @@
-//! What a full log says, sorted by robot and behavior set: the rows of all ticks become spans, moments and levels.
+//! The contents of a full log, sorted by robot and behavior set into spans, times and levels.
 
 use std::sync::Arc;
 
@@ -16,128 +16,107 @@ use world_server::simulation::Simulation;
 
 use super::spans::{Span, Spans};
 
-/// A run, up to the last tick that is whole in its log.
+/// A run, up to the last complete tick of its log.
 #[derive(Clone, Debug)]
 pub struct History {
-    /// Scenario and parameters.
     pub setup: Setup,
-    /// Its tasks and behavior sets.
     pub catalog: Arc<Catalog>,
-    /// Length of a step.
     pub step: SimTime,
-    /// End of the last tick; 0 without any.
+    /// The end of the last tick; 0 if there is none.
     pub end: SimTime,
-    /// By rank.
+    /// The robots' log data, by rank.
     pub robots: Vec<RobotHistory>,
-    /// The rows of events.csv.
     pub events: Vec<EventRow>,
-    /// The rows of mission.csv.
     pub mission: Vec<MissionRow>,
-    /// What there was to see of the mission at the start.
+    /// The visible marks of the mission at the start.
     pub marks: Vec<Mark>,
-    /// The items as they lay at the start.
+    /// The items at their start positions.
     pub items: Vec<ItemView>,
-    /// Rectangles that lay on the floor: the scenario's, and those that faults put there at some time.
+    /// The scenario's obstacles, and the obstacles that faults added.
     pub obstacles: Vec<Obstacle>,
 }
 
-/// One robot.
 #[derive(Clone, Debug)]
 pub struct RobotHistory {
-    /// Its name.
     pub name: String,
-    /// The ticks in which it took part: neither dead nor stopped.
+    /// The ticks in which the robot was neither dead nor stopped.
     pub present: Spans,
-    /// Its behavior sets, in the catalog's order.
+    /// The behavior sets, in catalog order.
     pub sets: Vec<SetHistory>,
-    /// What the levels of its behavior sets are.
+    /// The meaning of the behavior sets' levels.
     pub measure: Measure,
-    /// Claims of teammates to execute a task, in the order in which it heard them.
+    /// Task claims from teammates, in order of receipt.
     pub heard: Vec<Claim>,
-    /// Where it was at the start of each tick.
+    /// The position at the start of each tick.
     pub track: Vec<Place>,
-    /// As `heard`, with what teammates said that waited for the task: that resets a motivation under some presets.
+    /// The claims in `heard`, plus messages of teammates that wait for a task. Under some presets, these messages also
+    /// reset motivations.
     may_reset: Vec<Claim>,
 }
 
-/// One behavior set of one robot. A tick counts from its start to the start of the next one.
+/// The log data of one behavior set of one robot. Each tick lasts until the start of the next one.
 #[derive(Clone, Debug)]
 pub struct SetHistory {
-    /// Its name.
     pub name: String,
-    /// Its task.
     pub task: TaskId,
-    /// Its parameters.
     pub params: BehaviorParams,
-    /// Motivation at the end of each step in which the robot took part; utility at the end of each step in which it was applicable.
+    /// The motivation at the end of each step in which the robot took part, or the utility at the end of each step in
+    /// which the set was applicable.
     pub levels: Vec<(SimTime, f64)>,
-    /// sensory_feedback = 1.
+    /// The times with sensory_feedback = 1.
     pub applicable: Spans,
-    /// State active.
     pub active: Spans,
-    /// State waiting.
     pub waiting: Spans,
-    /// Steps in which impatience_reset = 0 took away motivation.
+    /// Steps in which impatience_reset = 0 reduced the motivation.
     pub resets: Vec<Reset>,
-    /// Steps in which the rate of impatience rose to δ_fast.
+    /// Steps in which the impatience rate rose to δ_fast.
     pub hurries: Vec<SimTime>,
-    /// Rate of impatience in the latest step, motivation/s.
+    /// The impatience rate in the latest step, motivation/s.
     impatience: f64,
 }
 
-/// "I execute that task", or "I have done it": what comm_received counts under every preset.
+/// A message that the sender executes or has done a task. comm_received counts it under every preset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Claim {
-    /// When it was heard.
+    /// The time of receipt.
     pub at: SimTime,
-    /// Rank of the sender.
     pub sender: usize,
-    /// The task.
     pub task: TaskId,
 }
 
-/// A step in which the message of a teammate took away motivation.
+/// A step in which a teammate's message reduced the motivation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reset {
-    /// When.
     pub at: SimTime,
-    /// Ranks of those whose claims came in this step: as a rule one. Of several, those that had not claimed the task before, if
-    /// there are any.
+    /// Ranks of the senders of claims in this step, usually one. New claimants take precedence over earlier ones.
     pub by: Vec<usize>,
 }
 
-/// Where a robot was, and whether it carried something.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// Center of the body, m.
     pub position: (f64, f64),
-    /// Whether the gripper held an item.
+    /// `true` if the gripper held an item.
     pub carrying: bool,
-    /// Energy left, J; `None` where it is not simulated.
+    /// Energy left, J; `None` if energy is not simulated.
     pub energy_j: Option<f64>,
 }
 
-/// A log that does not belong to its run.json, or cannot be read.
+/// An error for a log that does not belong to its run.json or cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum HistoryError {
-    /// See [`ReadError`].
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// A row that names something of another run.
-    #[error("{table} has a row about '{name}', which run.json does not know")]
-    Unknown {
-        /// Where.
-        table: &'static str,
-        /// Robot, behavior set or task.
-        name: String,
-    },
+    /// A row with a name that is not in run.json.
+    #[error("{table} has a row about '{name}', which is not in run.json")]
+    Unknown { table: &'static str, name: String },
 }
 
 impl History {
-    /// Reads all tables.
+    /// Reads all tables of a log.
     ///
     /// # Errors
-    /// For rows that are malformed or of another run.
+    /// Returns an error for malformed rows and for rows of another run.
     pub fn read(log: &RunLog) -> Result<Self, HistoryError> {
         let setup = &log.run.setup;
         let step = SimTime(setup.scenario.step_ms);
@@ -155,13 +134,13 @@ impl History {
             history.add_message(&row?)?;
         }
         for robot in &mut history.robots {
-            robot.tell_resets();
+            robot.find_reset_senders();
         }
         for row in log.each_row::<PoseRow>() {
             history.add_pose(&row?)?;
         }
         history.mission = log.rows()?;
-        // What a mission is that this program does not know nobody can see.
+        // The marks of an unknown mission are not available.
         if let Ok(mission) = Registry::of_this_program().worlds().of(&setup.scenario) {
             let start = Simulation::new(setup.clone(), mission, false).view();
             (history.marks, history.items) = (start.marks, start.items);
@@ -179,7 +158,7 @@ impl History {
         Ok(history)
     }
 
-    /// A run of that length of which nothing is known yet.
+    /// Creates an empty history of a run that ends at `end`.
     #[must_use]
     pub fn new(setup: Setup, end: SimTime) -> Self {
         let catalog = Arc::clone(&setup.catalog);
@@ -218,10 +197,7 @@ impl History {
         }
     }
 
-    /// Adds a row of motivations.csv; they come in the order of the file.
-    ///
-    /// # Errors
-    /// [`HistoryError::Unknown`].
+    /// Adds a row of motivations.csv. Rows must come in file order.
     pub fn add_motivation(&mut self, row: &MotivationRow) -> Result<(), HistoryError> {
         const TABLE: &str = "motivations.csv";
         let tick = self.tick(row.t_ms);
@@ -237,13 +213,14 @@ impl History {
         Ok(())
     }
 
-    /// Robots without motivations have allocators of another kind: the events tell when they took part.
+    /// Reconstructs the presence of robots without motivations from the events. Such robots have another kind of
+    /// allocator.
     fn find_other_allocators(&mut self) {
         let others = self.robots.iter_mut();
         for robot in others.filter(|robot| robot.present.iter().next().is_none()) {
             robot.measure = Measure::Utility;
             let mut since = None;
-            for event in self.events.iter().filter(|it| it.robot == robot.name) {
+            for event in self.events.iter().filter(|row| row.robot == robot.name) {
                 match event.kind.as_str() {
                     "joined" | "back" => since = Some(event.t_ms),
                     "gone" | "stalled" => {
@@ -261,10 +238,7 @@ impl History {
         }
     }
 
-    /// Adds a row of allocation.csv; they come in the order of the file.
-    ///
-    /// # Errors
-    /// [`HistoryError::Unknown`].
+    /// Adds a row of allocation.csv. Rows must come in file order.
     pub fn add_utility(&mut self, row: &AllocationRow) -> Result<(), HistoryError> {
         const TABLE: &str = "allocation.csv";
         let tick = self.tick(row.t_ms);
@@ -278,7 +252,7 @@ impl History {
         Ok(())
     }
 
-    /// The row of mission.csv with its columns; empty before the first.
+    /// Returns the latest row of mission.csv with its columns; empty before the first row.
     #[must_use]
     pub fn latest(&self) -> Vec<ColumnValue> {
         let row = self.mission.last();
@@ -288,24 +262,20 @@ impl History {
             .collect()
     }
 
-    /// The columns of mission.csv.
     #[must_use]
     pub fn columns(&self) -> &'static [Column] {
         self.catalog.mission.terms().columns
     }
 
-    /// Adds a row of messages.csv; they come in the order of the file.
-    ///
-    /// # Errors
-    /// [`HistoryError::Unknown`].
+    /// Adds a row of messages.csv. Rows must come in file order.
     pub fn add_message(&mut self, row: &MessageRow) -> Result<(), HistoryError> {
         const TABLE: &str = "messages.csv";
-        let heard = matches!(row.fate.as_str(), "heard" | "delayed");
-        // A bulletin with a task counts as a message about it.
+        let received = matches!(row.fate.as_str(), "heard" | "delayed");
+        // A bulletin that names a task counts as a claim of that task.
         let bulletins = self.catalog.mission.terms().bulletins;
-        let is_told = bulletins.contains(&row.kind.as_str()) && !row.task.is_empty();
-        let claims = row.state == "executing" || is_told;
-        if !heard || !(claims || row.state == "waiting") {
+        let names_task = bulletins.contains(&row.kind.as_str()) && !row.task.is_empty();
+        let claims = row.state == "executing" || names_task;
+        if !received || !(claims || row.state == "waiting") {
             return Ok(());
         }
         let sender = self.known_rank(TABLE, &row.sender)?;
@@ -326,15 +296,12 @@ impl History {
         Ok(())
     }
 
-    /// Adds a row of poses.csv; they come in the order of the file.
-    ///
-    /// # Errors
-    /// [`HistoryError::Unknown`].
+    /// Adds a row of poses.csv. Rows must come in file order.
     pub fn add_pose(&mut self, row: &PoseRow) -> Result<(), HistoryError> {
         let rank = self.known_rank("poses.csv", &row.robot)?;
         let tick = self.tick(row.t_ms);
         let robot = &mut self.robots[rank];
-        // Of the others motivations.csv says it.
+        // For robots with motivations, motivations.csv contains this.
         if robot.measure == Measure::Utility {
             let active = robot.sets.iter_mut();
             for set in active.filter(|set| set.name == row.behavior_set) {
@@ -349,24 +316,22 @@ impl History {
         Ok(())
     }
 
-    /// Rank of the robot of that name.
     #[must_use]
     pub fn rank(&self, robot: &str) -> Option<usize> {
         self.setup.roster.robot_named(robot).map(RobotId::index)
     }
 
-    /// The task of that name.
     #[must_use]
     pub fn task_named(&self, name: &str) -> Option<TaskId> {
         self.catalog.task_named(name)
     }
 
-    /// All tasks, in the catalog's order.
+    /// Returns all tasks in catalog order.
     pub fn tasks(&self) -> impl Iterator<Item = TaskId> + use<> {
         (0..self.catalog.tasks.len() as u16).map(TaskId)
     }
 
-    /// Each behavior set of each robot that performs the task, with the robot's rank.
+    /// Returns each behavior set of each robot for the task, with the robot's rank.
     pub fn behaviors_for(&self, task: TaskId) -> impl Iterator<Item = (usize, &SetHistory)> {
         self.robots
             .iter()
@@ -377,7 +342,7 @@ impl History {
             })
     }
 
-    /// The time in which that robot took no part: dead, stopped, or not there yet.
+    /// Returns the time in which a robot was dead, stopped or not yet present.
     #[must_use]
     pub fn absent(&self, rank: usize) -> Spans {
         let all = Span {
@@ -387,7 +352,6 @@ impl History {
         Spans::from_iter([all]).without(&self.robots[rank].present)
     }
 
-    /// The events of that kind.
     pub fn events_of<'h>(&'h self, kind: &'h str) -> impl Iterator<Item = &'h EventRow> {
         self.events.iter().filter(move |event| event.kind == kind)
     }
@@ -412,8 +376,7 @@ fn unknown(table: &'static str, name: &str) -> HistoryError {
 }
 
 impl RobotHistory {
-    /// Finds out by whom its motivations were reset.
-    fn tell_resets(&mut self) {
+    fn find_reset_senders(&mut self) {
         let claims = &self.may_reset;
         for set in &mut self.sets {
             let task = set.task;
@@ -439,7 +402,7 @@ impl RobotHistory {
         }
     }
 
-    /// The time in which one of its behavior sets was active.
+    /// Returns the time in which any of the robot's behavior sets was active.
     #[must_use]
     pub fn active(&self) -> Spans {
         Spans::in_at_least(1, self.sets.iter().map(|set| &set.active))
@@ -451,7 +414,7 @@ impl SetHistory {
         Self {
             name,
             task,
-            // Nobody is taken to have become impatient in the first step.
+            // Impatience counts as fast before the first step, so that the first step is not a rise.
             impatience: params.fast_impatience,
             params,
             levels: Vec::new(),

@@ -1,23 +1,22 @@
-//! When and how a run was made, as far as its folder says so.
+//! Date and command of a run, from its folder.
 
 use std::path::Path;
 use std::time::{Duration, UNIX_EPOCH};
 
 use super::figures::Wanted;
 
-/// What no repetition of the run would give again, and what of it is shown.
+/// Facts that a replay does not reproduce, and the shown part of the run.
 #[derive(Clone, Debug, Default)]
 pub struct Made {
-    /// When it started, UTC.
+    /// The start time, UTC.
     pub date: Option<String>,
-    /// The command by which it was started.
     pub command: Option<String>,
-    /// The part of the run that the figures show, in words, if it is a part.
+    /// The part of the run that the figures show, in words; `None` for the whole run.
     pub window: Option<String>,
 }
 
 impl Made {
-    /// Reads host.json, which a killed run lacks.
+    /// Reads host.json. A killed run has no such file.
     #[must_use]
     pub fn of(folder: &Path, wanted: &Wanted) -> Self {
         let text = std::fs::read(folder.join("host.json")).unwrap_or_default();
@@ -29,7 +28,7 @@ impl Made {
         let parts = [part("from", wanted.from_s), part("to", wanted.to_s)];
         let parts: Vec<String> = parts.into_iter().flatten().collect();
         Self {
-            date: started.map(|it| humantime::format_rfc3339_seconds(it).to_string()),
+            date: started.map(|time| humantime::format_rfc3339_seconds(time).to_string()),
             command: host["command"].as_str().map(str::to_owned),
             window: (!parts.is_empty()).then(|| parts.join(" ")),
         }

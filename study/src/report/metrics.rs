@@ -1,4 +1,4 @@
-//! The figures of a report. Each says in its documentation what exactly is counted; the page repeats it.
+//! The metrics of a report. `page` contains their definitions.
 
 use alliance_proto::ids::TaskId;
 use alliance_proto::log::{RobotFigures, RunFile, RunOutcome};
@@ -11,94 +11,80 @@ use super::history::History;
 use super::spans::Spans;
 use super::stints::{Stint, stints};
 
-/// What a report tells in numbers.
 #[derive(Clone, Debug)]
 pub struct Metrics {
-    /// Simulated time from the start to the end of the last tick, if the mission was complete then.
+    /// The simulated time to the end of the last tick; `None` if the mission was not complete.
     pub makespan: Option<SimTime>,
-    /// By rank.
     pub robots: Vec<RobotMetrics>,
-    /// By place in the catalog.
+    /// Metrics by catalog index.
     pub tasks: Vec<TaskMetrics>,
-    /// What happens again and again: one for each column with a time.
+    /// Recurring events, one entry for each time column.
     pub recurring: Vec<Recurring>,
-    /// Deaths and stops.
     pub failures: Vec<Failure>,
-    /// Tasks that went from one robot to another.
     pub takeovers: Vec<Takeover>,
-    /// All stints.
     pub stints: Vec<Stint>,
 }
 
-/// One robot's figures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RobotMetrics {
-    /// The time in which it took part: neither dead nor stopped.
+    /// The time in which the robot was neither dead nor stopped.
     pub present: SimTime,
-    /// The part of it in which none of its behavior sets was active.
+    /// The part of `present` without an active behavior set.
     pub idle: SimTime,
-    /// How often one became active.
     pub activations: u32,
-    /// What it sent; `None` while run.json has no result, for the log lists broadcasts by receiver.
+    /// The sent messages; `None` until run.json has a result, because the log lists broadcasts only by receiver.
     pub sent: Option<Sent>,
 }
 
-/// What a robot sent: each broadcast once, however many teammates heard it.
+/// The broadcasts of a robot. Each broadcast counts once, independent of its receivers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sent {
-    /// Broadcasts.
     pub messages: u64,
-    /// Their payloads as published: encoded and sealed, without what zenoh and TCP add.
+    /// The published payload bytes: encoded and sealed, without the overhead of zenoh and TCP.
     pub bytes: u64,
 }
 
-/// One task's figures.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TaskMetrics {
-    /// The time in which a behavior set for it was applicable in a robot that took part.
+    /// The time in which a behavior set for the task was applicable in a present robot.
     pub applicable: Spans,
-    /// The part of it in which nobody was productive on it: none was in a stint that has still an effect to come.
+    /// The part of `applicable` without a productive robot: no stint has a later effect.
     pub orphan: Spans,
-    /// The part of it in which nobody even executed it.
+    /// The part of `applicable` in which no robot executed the task.
     pub unattended: Spans,
-    /// The time in which two or more robots executed it; `None` where more than one may.
+    /// The time in which two or more robots executed the task; `None` if it is not exclusive.
     pub duplicate: Option<Spans>,
 }
 
-/// An event that recurs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Recurring {
-    /// Kind of the events.
     pub event: &'static str,
-    /// Wanted time from one to the next, if the mission wants one.
+    /// The wanted period; `None` if the mission has none.
     pub period: Option<SimTime>,
-    /// The events, in order.
     pub moments: Vec<Moment>,
-    /// How much longer than the period the latest one, or the start, lay back when the log ended.
+    /// The excess over the period at the end of the log, counted from the latest event or the start.
     pub overdue: SimTime,
 }
 
-/// One of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Moment {
-    /// When.
     pub at: SimTime,
-    /// Rank of the robot; `None` for a name that run.json does not know.
+    /// Rank of the robot; `None` if run.json has no such name.
     pub by: Option<usize>,
-    /// Time since the one before, or since the start.
+    /// The time since the previous event, or since the start.
     pub interval: SimTime,
-    /// How much of that was more than the wanted period.
+    /// The excess of the interval over the wanted period.
     pub late: SimTime,
 }
 
 impl RobotMetrics {
-    /// Share of its time in which no behavior set was active, 0 to 1; 0 if it never took part.
+    /// Returns the share of the time present without an active behavior set, 0 to 1; 0 if the robot never took part.
     #[must_use]
     pub fn idle_share(&self) -> f64 {
         rate(self.idle.as_secs_f64(), self.present)
     }
 
-    /// Activations per minute in which it took part.
+    /// Returns the number of activations per minute present.
     #[must_use]
     pub fn activations_per_min(&self) -> f64 {
         60.0 * rate(f64::from(self.activations), self.present)
@@ -106,7 +92,7 @@ impl RobotMetrics {
 }
 
 impl Sent {
-    /// Broadcasts and bytes per second of that time.
+    /// Returns broadcasts and bytes per second of `time`.
     #[must_use]
     pub fn per_s(&self, time: SimTime) -> (f64, f64) {
         (
@@ -124,7 +110,7 @@ fn rate(amount: f64, time: SimTime) -> f64 {
 }
 
 impl Metrics {
-    /// Computes all of them; `run` gives the outcome and what each robot sent.
+    /// Computes all metrics. `run` provides the outcome and the sent messages.
     #[must_use]
     pub fn of(history: &History, run: &RunFile) -> Self {
         let stints = stints(history);
@@ -196,7 +182,8 @@ fn recurring(history: &History) -> Vec<Recurring> {
         .map(|(event, name)| {
             let period = mission.period_s(scenario, name);
             let period = period.map(SimTime::from_secs_f64);
-            let late = |interval: SimTime| period.map_or(SimTime::ZERO, |it| interval.since(it));
+            let late =
+                |interval: SimTime| period.map_or(SimTime::ZERO, |wanted| interval.since(wanted));
             let mut before = SimTime::ZERO;
             let moments = history
                 .events_of(event)

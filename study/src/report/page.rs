@@ -1,4 +1,4 @@
-//! The page of a report: one file that needs no other.
+//! The page of a report, as one file that needs no other.
 
 use alliance_proto::log::{RunFile, RunOutcome};
 use alliance_proto::mission::Value;
@@ -14,20 +14,18 @@ use super::made::Made;
 use super::metrics::{Metrics, Recurring};
 use crate::page_head::head;
 
-/// Of this program.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Figures that would make the page larger than this are left to their own files.
+/// The maximum size of inline figures. The page only links to further figures.
 const INLINE_BYTES: usize = 6 * 1024 * 1024;
 
-/// Rows of the table of faults; a lossy link hits thousands of times.
+/// The maximum number of rows in the fault table. A lossy link can cause thousands of events.
 const FAULT_ROWS: usize = 200;
 
-/// What each figure counts, in a sentence.
 const DEFINITIONS: [(&str, &str); 12] = [
     (
         "makespan",
-        "Simulated time from the start to the end of the tick in which the mission was complete; none, if it was not.",
+        "Simulated time from the start to the end of the tick in which the mission was complete; none if it was not completed.",
     ),
     (
         "present",
@@ -35,7 +33,7 @@ const DEFINITIONS: [(&str, &str); 12] = [
     ),
     (
         "idle share",
-        "Part of the time present in which none of the robot's behavior sets was active; waiting is idle.",
+        "Part of the time present in which none of the robot's behavior sets was active; waiting counts as idle.",
     ),
     (
         "activations per minute",
@@ -43,8 +41,8 @@ const DEFINITIONS: [(&str, &str); 12] = [
     ),
     (
         "messages and bytes per second",
-        "Broadcasts that the robot published, each once however many heard it, and their payloads (encoded and sealed, without \
-         what zenoh and TCP add), per second present. Taken from run.json, so unknown for a run that was killed.",
+        "Broadcasts of the robot, each counted once, and their payloads (encoded and sealed, without the overhead of zenoh \
+         and TCP), per second present. Taken from run.json; unknown for a killed run.",
     ),
     (
         "applicable",
@@ -52,9 +50,9 @@ const DEFINITIONS: [(&str, &str); 12] = [
     ),
     (
         "orphan",
-        "Part of the time applicable in which nobody was productive. A robot is productive from its activation for the task to \
-         the last effect of that stint: an event that changed a column of mission.csv, or progress that the robot noted. What \
-         comes after the last effect, and a stint without any, is not productive, however busy the robot looked.",
+        "Part of the time applicable in which no robot was productive. A robot is productive from its activation for the task to \
+         the last effect of that stint: an event that changed a column of mission.csv, or progress that the robot noted. The time \
+         after the last effect, and a stint without effects, are not productive.",
     ),
     (
         "unattended",
@@ -66,42 +64,36 @@ const DEFINITIONS: [(&str, &str); 12] = [
     ),
     (
         "detection latency",
-        "From the death or stop of a robot that was executing a task to the first moment at which a teammate that can do the \
-         task no longer reckoned with it: the teammate's ceased-after time (τ) since it last heard the robot claim the task has \
-         passed, or its impatience rate for the task rose to fast, or it activated the task. Only moments before the robot was \
-         back count.",
+        "From the death or stop of a robot that was executing a task to the first sign that a teammate has detected it: the \
+         teammate's ceased-after time (τ) has passed since it last received the robot's claim of the task, its impatience rate \
+         for the task rose to fast, or it activated the task. Only signs before the robot's return count.",
     ),
     (
         "takeover latency",
-        "From the moment since which an exclusive task stood still to its activation by another robot than the one that was \
-         last on it. It stands still since that one's death or stop; if it lives, since the last effect of its stint, or since \
-         its activation if there was none. Taking up a task that was left as not applicable is no takeover.",
+        "From the last progress on an exclusive task to its activation by another robot. The last progress is the death or stop \
+         of the previous robot; if that robot lives, the last effect of its stint, or its activation if there was none. Taking up \
+         a task that was left as not applicable is no takeover.",
     ),
     (
         "lateness",
-        "How much longer than the wanted period something that recurs came after the one before it, or after the start; what \
-         came in time counts as 0.",
+        "How much longer than the wanted period an interval between recurring events was; the first interval starts with the \
+         run. An event in time counts as 0.",
     ),
 ];
 
-/// What a page shows of a run.
+/// The data that a page shows of one run.
 pub struct Part<'r> {
-    /// What it was and what came of it.
     pub run: &'r RunFile,
-    /// Its log.
     pub history: &'r History,
-    /// What was computed from it.
     pub metrics: &'r Metrics,
-    /// Its figures, in the order of the page.
     pub figures: Vec<Figure>,
-    /// When and how it was made.
     pub made: Made,
 }
 
-/// Puts figures into a page, as long as there is room.
+/// The inline figures of a page, up to a size limit.
 pub(super) struct Frames {
     room: usize,
-    /// How many had none.
+    /// The number of figures without room.
     pub left_out: usize,
 }
 
@@ -113,7 +105,8 @@ impl Frames {
         }
     }
 
-    /// The figure, with its caption; `folder` is where its file lies from the page, with a slash, or nothing.
+    /// Returns the markup of a figure with its caption. `folder` is the path from the page to its file, empty or with a
+    /// trailing slash.
     pub fn put(&mut self, figure: &Figure, folder: &str) -> Markup {
         let Figure { name, svg, caption } = figure;
         let id = format!("{folder}{name}").replace('/', "-");
@@ -129,7 +122,7 @@ impl Frames {
     }
 }
 
-/// The page, and how many figures had no room in it.
+/// Returns the page and the number of figures left out.
 #[must_use]
 pub fn page(part: &Part<'_>) -> (String, usize) {
     let Part {
@@ -144,7 +137,7 @@ pub fn page(part: &Part<'_>) -> (String, usize) {
         .iter()
         .map(|figure| frames.put(figure, ""))
         .collect();
-    // Who did what comes before all tables: it explains the run.
+    // The Gantt figure comes before all tables because it explains the run.
     let (first, rest) = shown.split_at(shown.len().min(1));
     let scenario = &run.setup.scenario;
     let title = format!("{}, seed {}", scenario.name, run.setup.seed);
@@ -155,7 +148,7 @@ pub fn page(part: &Part<'_>) -> (String, usize) {
             body {
                 h1 { (title) }
                 p { (scenario.description) }
-                @if let Some(window) = &made.window { p.note { "Figures show the run " (window) ", tables all of it." } }
+                @if let Some(window) = &made.window { p.note { "Figures show the run " (window) "; tables show the whole run." } }
                 @for figure in first { (figure) }
                 table { tbody {
                     @for (name, value) in facts(part) { tr { td { (name) } td.text { (value) } } }
@@ -170,7 +163,7 @@ pub fn page(part: &Part<'_>) -> (String, usize) {
                 }
                 h2 { "Figures" }
                 @for figure in rest { (figure) }
-                h2 { "What is counted" }
+                h2 { "Definitions" }
                 (definitions())
             }
         }
@@ -178,7 +171,6 @@ pub fn page(part: &Part<'_>) -> (String, usize) {
     (text.into_string(), frames.left_out)
 }
 
-/// What each figure counts.
 pub(super) fn definitions() -> Markup {
     html! {
         dl {
@@ -190,7 +182,6 @@ pub(super) fn definitions() -> Markup {
     }
 }
 
-/// The tables of a run, with their titles.
 pub(super) fn tables(part: &Part<'_>) -> [(&'static str, Markup); 6] {
     let Part {
         run,
@@ -202,13 +193,13 @@ pub(super) fn tables(part: &Part<'_>) -> [(&'static str, Markup); 6] {
         ("Robots", robots(history, metrics)),
         ("Tasks", tasks(history, metrics)),
         ("Mission", mission(run)),
-        ("Losses of robots", losses(history, metrics)),
+        ("Lost robots", losses(history, metrics)),
         ("Takeovers", takeovers(history, metrics)),
         ("Faults", fault_table(&faults(&history.events))),
     ]
 }
 
-/// What a run was and what came of it, in lines.
+/// Returns setup and result of a run as named values.
 pub(super) fn facts(part: &Part<'_>) -> Vec<(String, Markup)> {
     let Part {
         run,
@@ -220,12 +211,12 @@ pub(super) fn facts(part: &Part<'_>) -> Vec<(String, Markup)> {
     let outcome = match run.outcome {
         RunOutcome::Ended(outcome) => outcome.as_str().to_owned(),
         RunOutcome::Running => format!(
-            "not ended: the world was killed, or is still running; the log is whole up to {}",
+            "not ended: the world process was killed or is still running; the log is complete up to {}",
             seconds(history.end)
         ),
     };
     let so_far = match history.latest().as_slice() {
-        [] => "none in the log".to_owned(),
+        [] => "not in the log".to_owned(),
         row => in_short(row),
     };
     let detection = metrics.failures.iter().filter_map(|failure| {
@@ -256,7 +247,11 @@ pub(super) fn facts(part: &Part<'_>) -> Vec<(String, Markup)> {
     add("outcome", html! { (outcome) });
     add("makespan", html! { (makespan) });
     add("progress", html! { (so_far) });
-    for recurring in metrics.recurring.iter().filter(|it| it.period.is_some()) {
+    for recurring in metrics
+        .recurring
+        .iter()
+        .filter(|event| event.period.is_some())
+    {
         let late = summary(recurring.moments.iter().map(|moment| moment.late));
         add(
             &format!("lateness of '{}'", recurring.event),
@@ -270,7 +265,7 @@ pub(super) fn facts(part: &Part<'_>) -> Vec<(String, Markup)> {
     );
     add("takeover latency, other", html! { (latencies(&live)) });
     add(
-        "stalls or losses that nobody asked for",
+        "unscripted stalls or losses",
         html! { @if run.unscripted { "yes" } @else { "none" } },
     );
     add("hash", html! { (run.hash.as_deref().unwrap_or("none")) });
@@ -283,7 +278,7 @@ pub(super) fn facts(part: &Part<'_>) -> Vec<(String, Markup)> {
     }
     add(
         "version",
-        html! { "alliance " (run.version) @if run.version != VERSION { "; this page: " (VERSION) } },
+        html! { "alliance " (run.version) @if run.version != VERSION { "; page written by " (VERSION) } },
     );
     facts
 }
@@ -344,25 +339,25 @@ fn tasks(history: &History, metrics: &Metrics) -> Markup {
     }
 }
 
-/// What the mission tells of the run and of each robot, as run.json has it.
+/// Returns the mission's figures of the run and of each robot, from run.json.
 fn mission(run: &RunFile) -> Markup {
     let figures = run.result.mission.iter();
     let figures: Vec<String> = figures.map(|(name, value)| told(name, value)).collect();
     let robots = &run.result.robots;
-    let own = robots.values().next().map(|robot| robot.mission.iter());
-    let own: Vec<&str> = own.into_iter().flatten().map(|(name, _)| name).collect();
+    let names = robots.values().next().map(|robot| robot.mission.iter());
+    let names: Vec<&str> = names.into_iter().flatten().map(|(name, _)| name).collect();
     html! {
         p.note {
-            @if figures.is_empty() { "Nothing is told of the run." } @else { (figures.join(", ")) "." }
+            @if figures.is_empty() { "The mission has no figures for this run." } @else { (figures.join(", ")) "." }
         }
-        @if !own.is_empty() {
+        @if !names.is_empty() {
             table {
-                thead { tr { th { "robot" } @for name in &own { th { (label(name)) } } } }
+                thead { tr { th { "robot" } @for name in &names { th { (label(name)) } } } }
                 tbody {
                     @for (robot, figures) in robots {
                         tr {
                             td { (robot) }
-                            @for name in &own { td { (number(figures.mission.get(name))) } }
+                            @for name in &names { td { (number(figures.mission.get(name))) } }
                         }
                     }
                 }
@@ -386,11 +381,11 @@ fn moments(history: &History, recurring: &Recurring) -> Markup {
             p.note {
                 "Wanted period: " (format!("{period_s} s")) ". "
                 @if recurring.overdue > SimTime::ZERO {
-                    "When the log ended, the next one was overdue by " (seconds(recurring.overdue)) "."
+                    "At the end of the log, the next event was overdue by " (seconds(recurring.overdue)) "."
                 }
             }
         }
-        @if recurring.moments.is_empty() { p.note { "There was none." } } @else {
+        @if recurring.moments.is_empty() { p.note { "The log has no such event." } } @else {
             table {
                 thead { tr {
                     th { "at" } th { "by" } th { "after" }
@@ -421,8 +416,8 @@ fn losses(history: &History, metrics: &Metrics) -> Markup {
     html! {
         table {
             thead { tr {
-                th { "at" } th.text { "robot" } th.text { "back" } th.text { "its task" } th.text { "detected after" }
-                th.text { "then" }
+                th { "at" } th.text { "robot" } th.text { "back" } th.text { "task" } th.text { "detected after" }
+                th.text { "outcome" }
             } }
             tbody {
                 @for failure in &metrics.failures {
@@ -455,7 +450,7 @@ fn losses(history: &History, metrics: &Metrics) -> Markup {
 
 fn takeovers(history: &History, metrics: &Metrics) -> Markup {
     if metrics.takeovers.is_empty() {
-        return html! { p.note { "No task went from one robot to another before it was done." } };
+        return html! { p.note { "No unfinished task went from one robot to another." } };
     }
     html! {
         table {
@@ -487,7 +482,7 @@ fn takeovers(history: &History, metrics: &Metrics) -> Markup {
 
 fn fault_table(faults: &[Fault]) -> Markup {
     if faults.is_empty() {
-        return html! { p.note { "None in the log." } };
+        return html! { p.note { "The log has no faults." } };
     }
     let hits = faults
         .iter()
@@ -496,10 +491,10 @@ fn fault_table(faults: &[Fault]) -> Markup {
     let named = || faults.iter().filter(|fault| fault.phase != Phase::Hit);
     let hidden = named().count().saturating_sub(FAULT_ROWS);
     html! {
-        @if hits > 0 { p.note { "Not listed: " (hits) " single effects, such as messages lost." } }
-        @if hidden > 0 { p.note { "Not listed: " (hidden) " more after these." } }
+        @if hits > 0 { p.note { "Single effects not listed, such as lost messages: " (hits) "." } }
+        @if hidden > 0 { p.note { "Later faults not listed: " (hidden) "." } }
         table {
-            thead { tr { th { "at" } th.text { "what" } th.text { "more" } } }
+            thead { tr { th { "at" } th.text { "fault" } th.text { "detail" } } }
             tbody {
                 @for fault in named().take(FAULT_ROWS) {
                     tr {
@@ -534,7 +529,7 @@ fn sign(sign: Sign) -> &'static str {
 
 fn aftermath(history: &History, lost: SimTime, aftermath: Aftermath) -> String {
     match aftermath {
-        Aftermath::Covered { by } => format!("{} was on it, too", name(history, by)),
+        Aftermath::Covered { by } => format!("{} was also executing it", name(history, by)),
         Aftermath::TakenOver { at, by } => {
             format!(
                 "{} took over after {}",
@@ -542,8 +537,8 @@ fn aftermath(history: &History, lost: SimTime, aftermath: Aftermath) -> String {
                 seconds(at.since(lost))
             )
         }
-        Aftermath::Resumed { at } => format!("went on itself after {}", seconds(at.since(lost))),
-        Aftermath::Nobody => "nobody took over".to_owned(),
+        Aftermath::Resumed { at } => format!("resumed by itself after {}", seconds(at.since(lost))),
+        Aftermath::Nobody => "no takeover".to_owned(),
     }
 }
 
@@ -551,11 +546,11 @@ fn seconds(time: SimTime) -> String {
     format!("{:.2} s", time.as_secs_f64())
 }
 
-/// Mean and largest of some times.
+/// Returns mean and maximum of some times, in words.
 fn summary(times: impl Iterator<Item = SimTime>) -> String {
     let times: Vec<SimTime> = times.collect();
     let Some(most) = times.iter().max() else {
-        return "none to count".to_owned();
+        return "none".to_owned();
     };
     let total: f64 = times.iter().map(|time| time.as_secs_f64()).sum();
     let count = times.len();

@@ -1,14 +1,14 @@
-//! The page of two runs: what differs first, and all of both side by side.
+//! The page of two runs: the first difference, then both runs side by side.
 
 use maud::{DOCTYPE, Markup, html};
 
 use super::page::{Frames, Part, definitions, facts, tables};
 use crate::page_head::head;
 
-/// Folders of the figures beside the page.
+/// The folders of both runs' figures, relative to the page.
 pub const SIDES: [&str; 2] = ["a", "b"];
 
-/// Two columns, or one below the other where there is no room for both.
+/// The style for two columns, which are stacked on narrow screens.
 const STYLE: &str = "
 body { max-width: 126rem }
 .two { display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 0 2rem; align-items: start }
@@ -17,7 +17,7 @@ tr.differs td { font-weight: bold }
 @media (max-width: 50rem) { .two { grid-template-columns: minmax(0, 1fr) } }
 ";
 
-/// The page, and how many figures had no room in it; `difference` says in words what differs first.
+/// Returns the page and the number of figures left out. `difference` describes the first difference.
 #[must_use]
 pub fn page_of_two(
     names: &[String; 2],
@@ -33,7 +33,7 @@ pub fn page_of_two(
                 let mut figures = parts[side].figures.iter();
                 match figures.find(|figure| figure.name == name) {
                     Some(figure) => frames.put(figure, &format!("{}/", SIDES[side])),
-                    None => html! { p.note { "There is no " (name) " of this run." } },
+                    None => html! { p.note { "This run has no figure " (name) "." } },
                 }
             });
             beside(&left, &right)
@@ -49,7 +49,7 @@ pub fn page_of_two(
             body {
                 h1 { "Two runs" }
                 p { @for line in difference.lines() { (line) br; } }
-                @if let Some(window) = &a.made.window { p.note { "Figures show the runs " (window) ", tables all of them." } }
+                @if let Some(window) = &a.made.window { p.note { "Figures show the runs " (window) "; tables show the whole runs." } }
                 (beside(&left, &right))
                 @for pair in first { (pair) }
                 (both(a, b))
@@ -59,7 +59,7 @@ pub fn page_of_two(
                 }
                 h2 { "Figures" }
                 @for pair in rest { (pair) }
-                h2 { "What is counted" }
+                h2 { "Definitions" }
                 (definitions())
             }
         }
@@ -71,7 +71,7 @@ fn beside(left: &Markup, right: &Markup) -> Markup {
     html! { div.two { div { (left) } div { (right) } } }
 }
 
-/// Names of the figures of either run, in the order of the first one's page.
+/// Returns the names of the figures of either run, in the order of the first page.
 fn figure_names<'p>(parts: &'p [Part<'_>; 2]) -> Vec<&'p str> {
     let mut names: Vec<&str> = Vec::new();
     for figure in parts.iter().flat_map(|part| &part.figures) {
@@ -82,7 +82,7 @@ fn figure_names<'p>(parts: &'p [Part<'_>; 2]) -> Vec<&'p str> {
     names
 }
 
-/// What both were and what came of them; what is not the same stands out.
+/// Returns the facts of both runs. Differing values are highlighted.
 fn both(a: &Part<'_>, b: &Part<'_>) -> Markup {
     let (of_a, of_b) = (facts(a), facts(b));
     let value = |facts: &[(String, Markup)], name: &str| {

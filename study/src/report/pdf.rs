@@ -1,28 +1,19 @@
-//! A figure as PDF, with its fonts in it, so that it looks the same wherever it is opened.
+//! Conversion of figures to PDF with embedded fonts, so that they look the same everywhere.
 
 use crate::optional;
 
-/// Whether this program can make PDF files.
-///
-/// # Errors
-/// How to get one that can.
+/// Checks that this program can write PDF files.
 pub fn is_there() -> anyhow::Result<()> {
     optional::check("pdf", cfg!(feature = "pdf"))
 }
 
-/// An SVG as PDF of the same size.
-///
-/// # Errors
-/// When this program is built without the feature, or the converter does not know what is in the SVG.
+/// Returns an error, because this program has no PDF support.
 #[cfg(not(feature = "pdf"))]
 pub fn of(_svg: &str) -> anyhow::Result<Vec<u8>> {
     is_there().map(|()| Vec::new())
 }
 
-/// An SVG as PDF of the same size.
-///
-/// # Errors
-/// When the converter does not know what is in the SVG.
+/// Converts an SVG to a PDF of the same size.
 #[cfg(feature = "pdf")]
 pub fn of(svg: &str) -> anyhow::Result<Vec<u8>> {
     use svg2pdf::usvg::{Options, Tree, fontdb::Database};
@@ -37,7 +28,7 @@ pub fn of(svg: &str) -> anyhow::Result<Vec<u8>> {
         ..Options::default()
     };
     let tree = Tree::from_str(svg, &options)?;
-    // SVG has 96 px to the inch.
+    // An inch has 96 SVG px.
     let page = svg2pdf::PageOptions { dpi: 96.0 };
     svg2pdf::to_pdf(&tree, svg2pdf::ConversionOptions::default(), page)
         .map_err(|error| anyhow::anyhow!("{error}"))
@@ -49,7 +40,7 @@ mod tests {
     use crate::report::figures::canvas::{Lettering, svg};
 
     #[test]
-    fn a_page_as_large_as_the_figure_with_its_fonts_in_it() {
+    fn a_pdf_page_has_the_size_and_the_fonts_of_the_figure() {
         let figure = svg("title", 100.0, |area| {
             Lettering::default().write(area, "green→all, θ = 1 × δ", (10.0, 20.0))?;
             let bold = Lettering {
@@ -61,7 +52,7 @@ mod tests {
         let pdf = of(&figure.unwrap()).unwrap();
         assert!(pdf.starts_with(b"%PDF-"));
         let text = String::from_utf8_lossy(&pdf);
-        // 960 px are ten inches, and an inch has 72 points.
+        // 960 px are 10 inches of 72 points.
         assert!(text.contains("/MediaBox [0 0 720 75]"), "{text}");
         for font in ["DejaVuSans", "DejaVuSans-Bold"] {
             assert!(text.contains(font), "{font}");

@@ -1,30 +1,28 @@
-//! Sets of stretches of simulated time.
+//! Sets of intervals of simulated time.
 
 use alliance_proto::time::SimTime;
 
-/// The time from `from` up to, but not including, `to`.
+/// The half-open interval from `from` up to, but not including, `to`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Span {
-    /// Its beginning.
     pub from: SimTime,
-    /// Its end.
     pub to: SimTime,
 }
 
 impl Span {
-    /// How long it is.
     #[must_use]
     pub fn length(self) -> SimTime {
         self.to.since(self.from)
     }
 }
 
-/// Spans in order that neither overlap nor touch.
+/// Ordered spans that neither overlap nor touch.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Spans(Vec<Span>);
 
 impl Spans {
-    /// Adds a span that begins no earlier than any before it; one that overlaps or touches the last makes that longer.
+    /// Adds a span that starts no earlier than any existing one. A span that overlaps or touches the last one extends
+    /// it.
     pub fn push(&mut self, span: Span) {
         match self.0.last_mut() {
             Some(last) if span.from <= last.to => last.to = last.to.max(span.to),
@@ -33,38 +31,36 @@ impl Spans {
         }
     }
 
-    /// All spans, in order.
     pub fn iter(&self) -> impl DoubleEndedIterator<Item = Span> + '_ {
         self.0.iter().copied()
     }
 
-    /// Length of all together.
     #[must_use]
     pub fn total(&self) -> SimTime {
         self.iter()
             .fold(SimTime::ZERO, |sum, span| sum + span.length())
     }
 
-    /// Whether that moment lies in one of them.
+    /// Returns whether a time lies in one of the spans.
     #[must_use]
     pub fn contains(&self, at: SimTime) -> bool {
         let after = self.0.partition_point(|span| span.to <= at);
         self.0.get(after).is_some_and(|span| span.from <= at)
     }
 
-    /// The time that lies in at least `least` of the sets, `least` > 0.
+    /// Returns the time that lies in at least `least` of the sets. `least` must be positive.
     #[must_use]
     pub fn in_at_least<'s>(least: usize, sets: impl IntoIterator<Item = &'s Spans>) -> Spans {
-        // Ends before beginnings: spans that touch do not overlap.
-        let mut turns: Vec<(SimTime, bool)> = sets
+        // Ends come before starts: spans that touch do not overlap.
+        let mut edges: Vec<(SimTime, bool)> = sets
             .into_iter()
             .flat_map(Spans::iter)
             .flat_map(|span| [(span.from, true), (span.to, false)])
             .collect();
-        turns.sort_unstable();
+        edges.sort_unstable();
         let mut found = Spans::default();
         let (mut open, mut from) = (0, SimTime::ZERO);
-        for (at, begins) in turns {
+        for (at, begins) in edges {
             if begins {
                 open += 1;
                 if open == least {
@@ -80,7 +76,7 @@ impl Spans {
         found
     }
 
-    /// The time of these that does not lie in `others`.
+    /// Returns the time of these spans that does not lie in `others`.
     #[must_use]
     pub fn without(&self, others: &Spans) -> Spans {
         let mut left = Spans::default();

@@ -1,4 +1,4 @@
-//! Who worked on what, from when to when, to what effect, and why no longer.
+//! Stints: the time that a robot works on a task, with its effects and the reason for its end.
 
 use alliance_proto::ids::TaskId;
 use alliance_proto::time::SimTime;
@@ -6,37 +6,32 @@ use alliance_proto::time::SimTime;
 use super::history::History;
 use super::spans::Span;
 
-/// A robot's uninterrupted time on a task: one of its behavior sets for it is active.
+/// An unbroken time in which one of a robot's behavior sets for a task is active.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stint {
-    /// Rank of the robot.
     pub robot: usize,
-    /// What it worked on.
     pub task: TaskId,
-    /// From activation to the end.
+    /// The time from activation to the end.
     pub span: Span,
-    /// Its effects on the world, in order: each end of a step with an event that changed a column of mission.csv, each moment at
-    /// which the robot noted progress on the task, and each of an event that the mission calls an effect.
+    /// The effects on the world, in order: ends of steps with an event that changed a column of mission.csv, notes of
+    /// progress on the task, and events that the mission declares as effects.
     pub effects: Vec<SimTime>,
-    /// Whether all of it is an effect ([`Terms::continuous`](alliance_proto::mission::Terms)).
+    /// `true` if the whole stint is an effect ([`Terms::continuous`](alliance_proto::mission::Terms)).
     pub continuous: bool,
-    /// Why it ended.
     pub end: StintEnd,
 }
 
-/// Why a stint ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum StintEnd {
-    /// The log ends first.
+    /// The log ended before the stint.
     Ongoing,
-    /// The set left the state active for this reason, as events.csv has it.
+    /// The set left the active state for this reason, as in events.csv.
     Left(String),
-    /// The robot died or was stopped.
     Absent,
 }
 
 impl Stint {
-    /// The part that came to something: from activation to the latest effect.
+    /// Returns the productive part: from activation to the latest effect.
     #[must_use]
     pub fn productive(&self) -> Span {
         Span {
@@ -45,7 +40,7 @@ impl Stint {
         }
     }
 
-    /// The latest effect up to that moment; the activation, if there was none.
+    /// Returns the time of the latest effect up to `at`, or the activation if there is none.
     #[must_use]
     pub fn idle_since(&self, at: SimTime) -> SimTime {
         if self.continuous {
@@ -56,7 +51,7 @@ impl Stint {
     }
 }
 
-/// All stints, by beginning and then rank.
+/// Returns all stints, sorted by start and then rank.
 #[must_use]
 pub fn stints(history: &History) -> Vec<Stint> {
     let continuous = history.catalog.mission.terms().continuous;
@@ -97,9 +92,9 @@ fn effects(history: &History, rank: usize, task: TaskId, span: Span) -> Vec<SimT
         }
         let at = match event.kind.as_str() {
             "progress" if event.detail == task => event.t_ms,
-            // Its end is the effect, and the robot finds that out in the same step.
+            // The end of the set is the effect, and the robot notices it in the same step.
             kind if terms.effects.contains(&kind) => event.t_ms,
-            // The robot itself finds out one step later, and after the mission's last one never.
+            // The robot notices it one step later, and never after the mission's last step.
             kind if is_effect(kind) => event.t_ms + history.step,
             _ => return None,
         };

@@ -1,4 +1,4 @@
-//! Hand-made logs and what is computed from them. Steps take half a second; times here are in seconds.
+//! Metrics of hand-made logs. Steps take 0.5 s; times are in seconds.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -48,7 +48,7 @@ fn spans<const N: usize>(spans: [(f64, f64); N]) -> Spans {
     spans.into_iter().map(span).collect()
 }
 
-/// A log in the making.
+/// A log under construction.
 struct Made {
     history: History,
     figures: Figures,
@@ -56,7 +56,7 @@ struct Made {
 }
 
 impl Made {
-    /// The default team with τ = 5 s, and nothing in its log yet.
+    /// Creates a log of the default team with τ = 5 s and no rows.
     fn run(seconds: f64) -> Self {
         Self::with(seconds, |_| {})
     }
@@ -75,8 +75,8 @@ impl Made {
         }
     }
 
-    /// The robot takes part in all ticks from one moment to the other. Both spills' tasks are applicable; the named set is
-    /// active, if any. All impatience is fast.
+    /// Adds rows for a robot in all ticks of an interval. Both spills' tasks are applicable, the set `active` is
+    /// active, and all impatience is fast.
     fn during(&mut self, robot: &str, from: f64, to: f64, active: Option<&str>) {
         self.rows(robot, from, to, |row| {
             if Some(row.behavior_set.as_str()) == active {
@@ -125,7 +125,7 @@ impl Made {
         });
     }
 
-    /// The receiver hears the sender say that it executes the task.
+    /// Adds a receipt: the receiver learns that the sender executes the task.
     fn claim(&mut self, seconds: f64, receiver: &str, sender: &str, task: &str) {
         self.message(seconds, receiver, sender, task, "executing", "heard");
     }
@@ -177,8 +177,8 @@ impl Made {
     }
 }
 
-/// Gold is on the upper spill from 10 s, delivers an item in the step before 20 s, and dies at 30 s. Blue takes over at 45 s,
-/// delivers before 55 s, and goes on to the end at 60 s.
+/// Gold executes the upper spill's task from 10 s, delivers in the step before 20 s and dies at 30 s. Blue takes over
+/// at 45 s, delivers before 55 s and continues to 60 s.
 fn death() -> Made {
     let mut made = Made::run(60.0);
     made.during("gold", 0.0, 10.0, None);
@@ -187,13 +187,13 @@ fn death() -> Made {
     made.during("blue", 45.0, 60.0, Some(TOP));
     made.during("green", 0.0, 60.0, None);
     for second in 10..30 {
-        let heard = f64::from(second) + 0.5;
-        made.claim(heard, "blue", "gold", TOP);
-        // Gold's last word is lost on green.
+        let received = f64::from(second) + 0.5;
+        made.claim(received, "blue", "gold", TOP);
+        // Green does not receive gold's last message.
         let fate = if second == 29 { "lost" } else { "heard" };
-        made.message(heard, "green", "gold", TOP, "executing", fate);
-        // The other task is none of its business.
-        made.claim(heard + 0.5, "green", "blue", BOTTOM);
+        made.message(received, "green", "gold", TOP, "executing", fate);
+        // Claims of another task do not matter.
+        made.claim(received + 0.5, "green", "blue", BOTTOM);
     }
     made.event(10.0, "activated", "gold", [TOP, "threshold", TOP]);
     made.event(19.5, "delivered", "gold", ["item-1", "", ""]);
@@ -218,7 +218,7 @@ fn a_death_its_detection_and_its_takeover() {
             back: None,
             orphan: Some(Orphan {
                 task,
-                // Last heard at 28.5 s, and τ = 5 s.
+                // Last received at 28.5 s, and τ = 5 s.
                 detection: Some(Detection {
                     at: at(33.5),
                     by: GREEN,
@@ -244,7 +244,7 @@ fn a_death_its_detection_and_its_takeover() {
 }
 
 #[test]
-fn a_task_is_an_orphan_unless_somebody_is_productive_on_it() {
+fn a_task_is_orphaned_unless_a_robot_is_productive_on_it() {
     let made = death();
     let metrics = made.metrics();
     let top = &metrics.tasks[made.task(TOP).index()];
@@ -256,7 +256,7 @@ fn a_task_is_an_orphan_unless_somebody_is_productive_on_it() {
     let bottom = &metrics.tasks[made.task(BOTTOM).index()];
     assert_eq!(bottom.orphan, spans([(0.0, 60.0)]));
     assert_eq!(bottom.unattended, bottom.orphan);
-    // Never applicable to anybody.
+    // Never applicable to any robot.
     let report = &metrics.tasks[made.task(REPORT).index()];
     let none = Spans::default();
     assert_eq!((&report.applicable, &report.orphan), (&none, &none));
@@ -278,7 +278,7 @@ fn stints_with_their_effects_and_ends() {
     );
 }
 
-/// Gold is stopped at 30 s, in the middle of its work, and goes on at `back`.
+/// Gold is stopped at 30 s during its stint and continues at `back`.
 fn stop(back: f64) -> Made {
     let mut made = Made::run(60.0);
     made.during("blue", 0.0, 60.0, None);
@@ -310,7 +310,7 @@ fn a_stopped_robot_that_comes_back() {
 }
 
 #[test]
-fn whoever_stands_in_for_a_stopped_robot_takes_over_and_gives_back() {
+fn a_stand_in_for_a_stopped_robot_takes_over_and_gives_back() {
     let mut made = Made::run(60.0);
     made.during("blue", 10.0, 30.0, Some(TOP));
     made.during("blue", 50.0, 60.0, Some(TOP));
@@ -332,7 +332,7 @@ fn whoever_stands_in_for_a_stopped_robot_takes_over_and_gives_back() {
 
 #[test]
 fn a_claim_that_is_withdrawn_takes_nothing_over() {
-    // Gold claims what blue has, and gives in; then blue yields to green.
+    // Gold claims blue's task and yields; later blue yields to green.
     let mut made = Made::run(60.0);
     made.during("blue", 10.0, 40.0, Some(TOP));
     made.during("gold", 0.0, 20.0, None);
@@ -350,7 +350,7 @@ fn a_claim_that_is_withdrawn_takes_nothing_over() {
 }
 
 #[test]
-fn whoever_is_lost_without_a_task_leaves_no_orphan() {
+fn a_robot_lost_without_a_task_leaves_no_orphan() {
     let mut made = Made::run(20.0);
     made.during("blue", 0.0, 20.0, None);
     made.during("gold", 0.0, 10.0, None);
@@ -360,7 +360,7 @@ fn whoever_is_lost_without_a_task_leaves_no_orphan() {
 
 #[test]
 fn impatience_and_activation_are_signs_too() {
-    // Blue's patience ends at 32 s, before the silence is long enough.
+    // Blue's impatience rises at 32 s, before τ has passed.
     let mut made = Made::run(60.0);
     made.rows("blue", 0.0, 32.0, |row| row.impatience = 0.1);
     made.during("blue", 32.0, 60.0, None);
@@ -376,14 +376,14 @@ fn impatience_and_activation_are_signs_too() {
     };
     assert_eq!(detection(&made), Some((at(32.0), Sign::Impatience)));
 
-    // Green has never heard of gold, and its turn was due anyway.
+    // Green has received nothing from gold, and its own turn was due.
     made.during("green", 0.0, 31.0, None);
     made.during("green", 31.0, 60.0, Some(TOP));
     assert_eq!(detection(&made), Some((at(31.0), Sign::Activation)));
 }
 
 #[test]
-fn a_task_that_a_teammate_shares_is_covered_and_one_that_nobody_takes_is_not() {
+fn a_shared_task_is_covered_and_an_abandoned_one_is_not() {
     let mut made = Made::run(60.0);
     made.during("gold", 10.0, 30.0, Some(TOP));
     made.event(30.0, "gone", "gold", ["", "", ""]);
@@ -393,7 +393,8 @@ fn a_task_that_a_teammate_shares_is_covered_and_one_that_nobody_takes_is_not() {
     assert_eq!(aftermath(&made), Aftermath::Covered { by: BLUE });
 }
 
-/// Blue has the upper spill from 10 s, last delivers before 30 s, and leaves at 50 s for that reason; gold activates it at 52 s.
+/// Blue executes the upper spill's task from 10 s, delivers last before 30 s and leaves at 50 s for `reason`. Gold
+/// activates it at 52 s.
 fn handover(reason: &str) -> Made {
     let mut made = Made::run(60.0);
     made.during("blue", 0.0, 10.0, None);
@@ -425,7 +426,7 @@ fn a_handover_counts_from_the_latest_effect() {
     assert_eq!(handover("not-applicable").metrics().takeovers, []);
 }
 
-/// Two robots on one task from 15 to 20 s.
+/// Two robots execute one task from 15 to 20 s.
 fn both(max_robots: u32) -> Made {
     let mut made = Made::with(30.0, |scenario| {
         let section = TaskSection {
@@ -444,14 +445,14 @@ fn both(max_robots: u32) -> Made {
 }
 
 #[test]
-fn two_on_an_exclusive_task_are_one_too_many() {
+fn two_robots_on_an_exclusive_task_count_as_duplicate() {
     let made = both(1);
     let metrics = made.metrics();
     let top = &metrics.tasks[made.task(TOP).index()];
     assert_eq!(top.duplicate, Some(spans([(15.0, 20.0)])));
     let takeover = &metrics.takeovers[0];
     assert_eq!(takeover.cause, Cause::StillActive);
-    // Of blue's two deliveries only the first was before gold came.
+    // Only blue's first delivery came before gold's activation.
     assert_eq!(takeover.latency(), at(3.0));
 
     let made = both(2);
@@ -483,7 +484,7 @@ fn shares_and_rates_count_the_time_in_which_a_robot_took_part() {
     assert_eq!(metrics.robots[GREEN].idle_share(), 1.0);
     assert_eq!(metrics.makespan, Some(at(60.0)));
 
-    // What a run that was killed has sent nobody has written down.
+    // A killed run has no record of its sent messages.
     made.outcome = RunOutcome::Running;
     let metrics = made.metrics();
     assert_eq!((metrics.robots[GOLD].sent, metrics.makespan), (None, None));
@@ -515,12 +516,12 @@ fn lateness_of_reports() {
             made(400.0, GREEN, 200.0, 80.0),
         ]
     );
-    // The next one was due at 520 s.
+    // The next report was due at 520 s.
     assert_eq!(reports.overdue, at(80.0));
 }
 
 #[test]
-fn resets_are_those_that_took_something_away() {
+fn only_reductions_of_motivation_count_as_resets() {
     let mut made = Made::run(10.0);
     made.rows("blue", 0.0, 1.0, |row| row.motivation = 5.0);
     for (from, level) in [(1.0, 0.0), (1.5, 0.0)] {
@@ -537,7 +538,7 @@ fn resets_are_those_that_took_something_away() {
     }
 }
 
-/// The history of a run within this process, and what its run.json says.
+/// Runs a setup in this process and returns its history and run.json.
 pub fn run_of(setup: Setup) -> (History, RunFile) {
     let team = Team::new(setup, LogLevel::Full, Memory::default()).unwrap();
     let (_, recorder) = team.run().unwrap();
@@ -546,13 +547,13 @@ pub fn run_of(setup: Setup) -> (History, RunFile) {
     (History::read(&log).unwrap(), log.run)
 }
 
-/// The history of a run within this process.
+/// Runs a setup in this process and returns its history.
 pub fn history_of(setup: Setup) -> History {
     run_of(setup).0
 }
 
 #[test]
-fn whoever_resets_a_motivation_is_told() {
+fn each_reset_names_its_sender() {
     let text = include_str!("../../../missions/src/waste/scenarios/thesis-no-interruption.toml");
     let scenario = Scenario::parse(
         "thesis-no-interruption",
@@ -561,15 +562,15 @@ fn whoever_resets_a_motivation_is_told() {
     )
     .unwrap();
     let history = history_of(Setup::resolve(scenario, 1, None).unwrap().setup);
-    let mut told = 0;
+    let mut count = 0;
     for (rank, robot) in history.robots.iter().enumerate() {
         for reset in robot.sets.iter().flat_map(|set| &set.resets) {
             assert!(!reset.by.is_empty(), "{} at {}", robot.name, reset.at);
             assert!(!reset.by.contains(&rank), "{} at {}", robot.name, reset.at);
-            told += 1;
+            count += 1;
         }
     }
-    assert!(told > 10, "{told} resets");
+    assert!(count > 10, "{count} resets");
 }
 
 #[test]
@@ -615,7 +616,7 @@ fn rows_of_another_run_are_refused() {
     let error = history.add_motivation(&row).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "motivations.csv has a row about 'red', which run.json does not know"
+        "motivations.csv has a row about 'red', which is not in run.json"
     );
     let row = AllocationRow {
         t_ms: SimTime(0),
@@ -629,11 +630,11 @@ fn rows_of_another_run_are_refused() {
     let error = history.add_utility(&row).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "allocation.csv has a row about 'sing', which run.json does not know"
+        "allocation.csv has a row about 'sing', which is not in run.json"
     );
 }
 
-/// Blue finds the locations in two ways, which are not worth the same.
+/// Blue has two behavior sets that find the locations, with different utilities.
 #[test]
 fn each_behavior_set_has_its_own_utilities() {
     let mut history = Made::run(10.0).history;
@@ -662,9 +663,9 @@ fn each_behavior_set_has_its_own_utilities() {
     assert_eq!(levels("find-locations-wander"), wander);
 }
 
-/// A mission that this program has never heard of has a map, figures and tables.
+/// Reports a mission that this program does not contain, with a map, figures and tables.
 #[test]
-fn the_report_of_a_foreign_mission_shows_its_marks_columns_and_events() {
+fn the_report_of_an_external_mission_shows_its_marks_columns_and_events() {
     let mut run = visit::run_file();
     run.result.mission.add("places_visited", 3_u32);
     let tables = [(Table::Mission, visit::TABLE.as_bytes().to_vec())];
@@ -684,11 +685,17 @@ fn the_report_of_a_foreign_mission_shows_its_marks_columns_and_events() {
         panic!("{:?}", metrics.recurring)
     };
     assert_eq!((visits.event, visits.moments.len()), ("visited", 2));
-    // After 15 s the next one is due.
+    // The next visit is due after 15 s.
     assert_eq!(visits.overdue, at(25.0));
 
     let figures = figures(&made.history, &metrics, &Wanted::default()).unwrap();
-    let svg = |name: &str| &figures.iter().find(|it| it.name == name).expect(name).svg;
+    let svg = |name: &str| {
+        &figures
+            .iter()
+            .find(|figure| figure.name == name)
+            .expect(name)
+            .svg
+    };
     for label in ["place", "home", "box", "rope"] {
         assert!(svg("map").contains(&format!("{label}\n")), "{label}");
     }
@@ -746,7 +753,7 @@ fn utilities_are_drawn_where_there_are_no_motivations() {
         let active = robot.active();
         assert!(active.total() > at(30.0), "{}: {active:?}", robot.name);
     }
-    // Who is active is told by the events, too.
+    // The events show the same activations.
     let set = |robot: &str, name: &str| {
         let robot = &history.robots[history.rank(robot).unwrap()];
         robot.sets.iter().find(|set| set.name == name).unwrap()
@@ -759,12 +766,15 @@ fn utilities_are_drawn_where_there_are_no_motivations() {
     }
     let metrics = Metrics::of(&history, &run);
     let figures = figures(&history, &metrics, &Wanted::default()).unwrap();
-    let blue = figures.iter().find(|it| it.name == "robot-blue").unwrap();
+    let blue = figures
+        .iter()
+        .find(|figure| figure.name == "robot-blue")
+        .unwrap();
     assert!(blue.caption.starts_with("Utility of"), "{}", blue.caption);
     assert!(blue.svg.contains("utility u") && !blue.svg.contains("threshold"));
 }
 
-/// The history of a shipped scenario's run up to its limit.
+/// Runs a shipped scenario up to `limit_s` and returns its metrics.
 fn shipped(scenario: &str, limit_s: f64) -> Metrics {
     let vocabulary = Registry::built_in().vocabulary();
     let text = vocabulary.builtin(scenario).unwrap().text;
@@ -779,10 +789,13 @@ fn shipped(scenario: &str, limit_s: f64) -> Metrics {
 }
 
 #[test]
-fn a_stroke_is_an_effect_and_watching_is_one_all_the_time() {
+fn a_push_stroke_is_an_effect_and_observation_is_a_continuous_one() {
     let push = shipped("parker-box", 30.0);
     assert!(push.stints.len() > 8, "{:?}", push.stints);
-    let ended = push.stints.iter().filter(|it| it.end != StintEnd::Ongoing);
+    let ended = push
+        .stints
+        .iter()
+        .filter(|stint| stint.end != StintEnd::Ongoing);
     for stint in ended {
         assert_eq!(stint.effects, [stint.span.to], "{stint:?}");
     }

@@ -1,27 +1,27 @@
-//! Fewer points for the same line.
+//! Line simplification for figures.
 
 use std::ops::Range;
 
-/// Leaves out points of a line through `points` that nobody could see at that resolution; x must not decrease. Spikes
-/// stay: of all points within one `width` of x, the first, the last, the lowest and the highest are kept, and of these only
-/// those go that lie less than `height` off the straight line between their neighbors that stay.
+/// Removes points of a line that are invisible at a resolution of `width` by `height`; x must not decrease. Spikes
+/// remain: each column of `width` keeps its first, last, lowest and highest point. Of these, points within `height` of
+/// the straight line between their remaining neighbors are removed.
 #[must_use]
 pub fn thin(points: &[(f64, f64)], width: f64, height: f64) -> Vec<(f64, f64)> {
     straighten(&columns(points, width), height, off)
 }
 
-/// Leaves out points of a way that lie less than `distance` off the straight lines between those that stay.
+/// Removes points of a path that lie within `distance` of the straight lines between the remaining points.
 #[must_use]
 pub fn thin_way(points: &[(f64, f64)], distance: f64) -> Vec<(f64, f64)> {
     straighten(points, distance, beside)
 }
 
-/// The part of a line whose x lies in a window; x must not decrease. Where the line crosses an edge, there is a point.
+/// Returns the part of a line with x in a window, with a point at each crossed edge; x must not decrease.
 #[must_use]
 pub fn within(points: &[(f64, f64)], window: &Range<f64>) -> Vec<(f64, f64)> {
     let mut part = Vec::new();
     for (place, &(x, y)) in points.iter().enumerate() {
-        if let Some(&(before, from)) = place.checked_sub(1).and_then(|it| points.get(it)) {
+        if let Some(&(before, from)) = place.checked_sub(1).and_then(|index| points.get(index)) {
             let crossed = [window.start, window.end].into_iter();
             part.extend(
                 crossed
@@ -55,7 +55,8 @@ fn columns(points: &[(f64, f64)], width: f64) -> Vec<(f64, f64)> {
 
 type Point = (f64, f64);
 
-/// Douglas and Peucker's line simplification; `distance` is that of its first point from the line between the others.
+/// Simplifies a line (Douglas and Peucker). `distance` is the distance of the first point from the line between the
+/// others.
 fn straighten(
     points: &[Point],
     least: f64,
@@ -84,17 +85,17 @@ fn straighten(
     kept.map(|(point, _)| *point).collect()
 }
 
-/// How far a point lies above or below the line from a to b.
+/// Returns the vertical distance of a point from the line between a and b.
 fn off((x, y): Point, a: Point, b: Point) -> f64 {
     if a.0 == b.0 {
-        // An upright line: a point between its ends lies on it.
+        // A vertical line: a point between its ends lies on it.
         return (y - y.clamp(a.1.min(b.1), a.1.max(b.1))).abs();
     }
     let share = (x - a.0) / (b.0 - a.0);
     (y - (a.1 + share * (b.1 - a.1))).abs()
 }
 
-/// How far a point lies from the nearest place between a and b.
+/// Returns the distance of a point from the segment between a and b.
 fn beside((x, y): Point, a: Point, b: Point) -> f64 {
     let (width, height) = (b.0 - a.0, b.1 - a.1);
     let square = width * width + height * height;
@@ -113,7 +114,7 @@ mod tests {
 
     #[test]
     fn a_saw_keeps_its_teeth_and_nothing_else() {
-        // Up from 0 to 9 and back to 0 at once, three times.
+        // Three times up from 0 to 9 and back to 0.
         let saw: Vec<(f64, f64)> = (0..30).map(|x| (f64::from(x), f64::from(x % 10))).collect();
         let teeth = [0, 9, 10, 19, 20, 29].map(|x| (f64::from(x), f64::from(x % 10)));
         assert_eq!(thin(&saw, 0.5, 0.1), teeth);
@@ -146,7 +147,7 @@ mod tests {
         way.extend((1..=5).map(|y| (0.0, f64::from(y))));
         let corners = [(0.0, 0.0), (10.0, 0.0), (0.0, 0.001), (0.0, 5.0)];
         assert_eq!(thin_way(&way, 0.01), corners);
-        // A robot that stands still.
+        // A robot that does not move.
         assert_eq!(thin_way(&[(1.0, 1.0); 100], 0.01), [(1.0, 1.0); 2]);
     }
 

@@ -20,13 +20,13 @@ use crate::sweep::folder::put;
 use crate::sweep::progress::Progress;
 use crate::sweep::workers::work;
 
-/// The files of the study.
 const TRIALS: &str = "trials.csv";
 const TABLES: &str = "tables.md";
 const FIGURE: &str = "strategies.svg";
 
-/// Compare L-ALLIANCE's strategies I to IV with the optimum: one-shot tasks without travel, all known beforehand
-/// (docs/allocators/l-alliance.md)
+/// Compare L-ALLIANCE's strategies I to IV with the optimum
+///
+/// The study uses one-shot tasks without travel whose times are known beforehand (docs/allocators/l-alliance.md).
 #[derive(Args, Clone, Debug)]
 pub struct StrategiesCommand {
     /// Instances of each size and spread
@@ -39,19 +39,19 @@ pub struct StrategiesCommand {
         default_value = "sweeps/lalliance-strategies"
     )]
     out: PathBuf,
-    /// Runs side by side [default: one per core]
+    /// Number of concurrent runs [default: one per core]
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
 }
 
 impl StrategiesCommand {
-    /// Exit status 0 when all is done, 1 when it was interrupted, 3 when a run failed or nothing can be written.
+    /// Runs the command. Exit status: 0 done, 1 interrupted, 3 a failed run or an unwritable file.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         match self.all() {
             Ok(true) => ExitCode::SUCCESS,
             Ok(false) => {
-                tell!("interrupted: nothing is written");
+                tell!("interrupted: no results are written");
                 ExitCode::from(1)
             }
             Err(error) => {
@@ -61,7 +61,7 @@ impl StrategiesCommand {
         }
     }
 
-    /// Whether all was done.
+    /// Runs the study and writes its files. Returns `false` after an interruption.
     fn all(&self) -> anyhow::Result<bool> {
         let folder = &self.out;
         fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
@@ -86,7 +86,7 @@ impl StrategiesCommand {
         let jobs = jobs.unwrap_or(NonZeroUsize::MIN);
         let mut progress = Progress::new(0, runs.len());
         progress.say(&format!(
-            "lalliance-strategies: {} runs; {jobs} side by side",
+            "lalliance-strategies: {} runs; {jobs} at a time",
             runs.len()
         ));
         let mut done: BTreeMap<usize, Trial> = BTreeMap::new();

@@ -1,8 +1,8 @@
-//! All trials of the study: conditions, rules and seeds.
+//! The trials of the study: conditions, rules and seeds.
 
 use std::fmt;
 
-/// Number of robots, of tasks, and of robots that can do each task.
+/// The numbers of robots, of tasks, and of robots that can do each task.
 const SIZES: [(usize, usize, usize); 8] = [
     (2, 4, 2),
     (3, 6, 1),
@@ -14,43 +14,37 @@ const SIZES: [(usize, usize, usize); 8] = [
     (5, 10, 3),
 ];
 
-/// h: a robot takes up to 1 + h times as long as the fastest that there can be, and draws up to 1 + h W.
+/// h: a robot takes up to 1 + h times as long as the fastest possible robot, and draws up to 1 + h W.
 pub const SPREADS: [f64; 3] = [0.5, 1.0, 2.0];
 
-/// What robots have before them.
+/// A team with its tasks, and a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Condition {
-    /// Number of robots.
     pub robots: usize,
-    /// Number of tasks.
     pub tasks: usize,
-    /// How many robots can do each task.
+    /// The number of robots that can do each task.
     pub coverage: usize,
-    /// h.
+    /// h, the spread of times and powers.
     pub spread: f64,
-    /// What goes wrong.
     pub mishap: Mishap,
 }
 
-/// What goes wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mishap {
-    /// Nothing.
     None,
     /// The first robot is killed at 60 s.
     Dies,
-    /// The first robot takes three times as long as all believe.
+    /// The first robot takes three times as long as its teammates expect.
     Slow,
 }
 
-/// How robots choose.
+/// The rule by which robots choose tasks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rule {
-    /// Its name in tables.
     pub name: &'static str,
     strategy: &'static str,
     ordering: &'static str,
-    /// Shortest and longest delay, s, and boredom after, s.
+    /// The shortest and longest delay, and the boredom time, s.
     delays_s: Option<(f64, f64, f64)>,
 }
 
@@ -63,7 +57,7 @@ const fn rule(name: &'static str, strategy: &'static str, ordering: &'static str
     }
 }
 
-/// All of them: the strategies with their orderings, and IV once more with shorter delays.
+/// The strategies with their orderings, and strategy IV again with shorter delays.
 pub const RULES: [Rule; 11] = [
     rule("I longest", "I", "longest-first"),
     rule("I shortest", "I", "shortest-first"),
@@ -82,7 +76,7 @@ pub const RULES: [Rule; 11] = [
 ];
 
 impl Rule {
-    /// Its lines in `[allocators.l-alliance]`.
+    /// Returns the rule's lines of `[allocators.l-alliance]`.
     pub(super) fn parameters(&self) -> String {
         let mut text = format!(
             "strategy = '{}'\nordering = '{}'\n",
@@ -99,7 +93,6 @@ impl Rule {
 }
 
 impl Mishap {
-    /// Its name in tables.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -127,7 +120,7 @@ impl fmt::Display for Condition {
     }
 }
 
-/// Every size with every spread, and two with a mishap.
+/// Returns every size with every spread, and two conditions with a fault.
 #[must_use]
 pub fn conditions() -> Vec<Condition> {
     let sizes = SIZES.iter().flat_map(|&(robots, tasks, coverage)| {

@@ -1,4 +1,4 @@
-//! Time and energy of each rule, by the optimum.
+//! The figure of the study: time and energy of each rule relative to the optimum.
 
 use plotters::style::RGBColor;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -18,24 +18,21 @@ const PLOT_PX: f64 = 230.0;
 const GAP_PX: f64 = 14.0;
 const LABELS_PX: f64 = 24.0;
 
-/// What is above stands at the edge.
+/// The upper end of the y axis; larger values are drawn at the edge.
 const HIGHEST: f64 = 2.5;
-/// The ends, too, are seen.
+/// The lower end of the y axis, which keeps marks at 1 visible.
 const LOWEST: f64 = 0.92;
 
-/// What was published of strategy IV: on average less than that.
+/// The published upper bound of strategy IV's average.
 const PUBLISHED: f64 = 1.2;
 
-/// By spread.
+/// The marks of the spreads.
 const MARKS: [Mark; 3] = [Mark::Square, Mark::Diamond, Mark::Triangle];
 
-/// Half the room that the marks of a rule take up, in rules.
+/// Half the width that the marks of a rule occupy, relative to the distance of two rules.
 const HALF: f64 = 0.3;
 
-/// A mark for each condition without mishaps, and a bar at their mean, by rule: the time above, the energy below.
-///
-/// # Errors
-/// When it cannot be drawn.
+/// Draws one mark per condition without faults and a bar at their mean, by rule: time above, energy below.
 pub fn draw(study: &Study) -> anyhow::Result<String> {
     let panels: [(&str, Measure); 2] = [
         ("time / least time", |cell| cell.time),
@@ -43,7 +40,7 @@ pub fn draw(study: &Study) -> anyhow::Result<String> {
     ];
     let height_px = LEGEND_PX + 2.0 * PLOT_PX + GAP_PX + LABELS_PX;
     svg(
-        "Strategies of L-ALLIANCE by the optimum",
+        "Strategies of L-ALLIANCE relative to the optimum",
         height_px,
         |area| {
             legend(area)?;
@@ -79,7 +76,7 @@ fn legend(area: &Area<'_>) -> Drawn {
         left_px += letters.width_px(&text) + 44.0;
     }
     let text = format!(
-        "a mark for each size, at the edge if above {HIGHEST}; bar: mean; broken: {PUBLISHED}, published of IV"
+        "one mark per size, at the edge if above {HIGHEST}; bar: mean; broken line: {PUBLISHED}, published for IV"
     );
     letters.write(area, &text, (left_px, LEGEND_PX / 2.0))
 }

@@ -10,35 +10,36 @@ use rand_chacha::rand_core::SeedableRng;
 
 use super::design::{Condition, Mishap, Rule};
 
-/// With spread 0 a task takes a time from here to there, s.
+/// The shortest and longest time of a task with spread 0, s.
 const LEAST_S: f64 = 40.0;
 const MOST_S: f64 = 160.0;
 
-/// No run is longer, s: the optimum of the longest instance is below 1,500.
+/// The limit of a run, s. It exceeds the longest optimum.
 const LIMIT_S: u32 = 3600;
 
-/// The longest step that there is.
+/// The longest valid step, ms.
 const STEP_MS: u32 = 500;
 
-/// At θ a robot activates at once. It hears of whom stepped before it in the same step, so that no two take up a task together, and of
-/// idle and leaving teammates, so that all know who is present and what is free.
+/// The ALLIANCE settings. Robots step in order and receive the messages of robots that stepped before in the same tick, so two
+/// robots never start the same task together. Idle and leaving robots report it, so all robots have current data on teammates
+/// and free tasks.
 const ACTIVATION: &str = "[alliance]\npreset = 'par98'\n[alliance.switches]\n\
     step_order = 'in-order'\nidle_heartbeat = true\nrelease_message = true\n";
 
-/// A little more than what is needed to be done after so many steps, whatever is rounded.
+/// A factor that compensates rounding, so that work ends in the planned number of steps.
 const A_LITTLE_MORE: f64 = 1.0 + 1e-9;
 
-/// Who can do what, how fast and at which power.
+/// The times and powers of a team.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instance {
-    /// By robot and task: how long it works on it, whole s; `None`: it cannot.
+    /// The working times by robot and task, whole s; `None` if the robot cannot do the task.
     pub times_s: Vec<Vec<Option<u32>>>,
-    /// What each robot draws while it works, W.
+    /// The power of each robot while it works, W.
     pub powers_w: Vec<f64>,
 }
 
 impl Instance {
-    /// One of a condition: the same seed gives the same tasks, robots and draws whatever the spread is.
+    /// Draws an instance of a condition. The same seed gives the same tasks, robots and draws for every spread.
     #[must_use]
     pub fn draw(condition: &Condition, seed: u64) -> Self {
         let Condition {
@@ -56,7 +57,7 @@ impl Instance {
         for _ in 0..tasks {
             let base_s = LEAST_S + (MOST_S - LEAST_S) * rng.random::<f64>();
             let factors: Vec<f64> = (0..robots).map(|_| factor(&mut rng)).collect();
-            // The first `coverage` of a random order can do it.
+            // The first `coverage` robots of a random order can do the task.
             let mut order: Vec<usize> = (0..robots).collect();
             for place in 0..coverage {
                 let other = rng.random_range(place as u64..robots as u64);
@@ -70,8 +71,8 @@ impl Instance {
         Self { times_s, powers_w }
     }
 
-    /// Its mission, a scenario file: each task a kind of work with one point, which is lost when it is left. A robot that can do
-    /// nothing takes no part.
+    /// Returns the mission as a scenario file. Each task is a kind of work with one point, and interrupted work is lost. Robots
+    /// that can do no task are omitted.
     #[must_use]
     pub fn scenario(&self, rule: &Rule, mishap: Mishap) -> String {
         let mut text = format!(
@@ -79,7 +80,6 @@ impl Instance {
              [allocators.l-alliance]\n{}\n[service]\ntasks = 'kinds'\nreach_m = 1000\n",
             rule.parameters()
         );
-        // Writing to a string cannot fail.
         for task in 0..self.tasks() {
             let work_s = self.fastest_s(task);
             let _ = write!(
@@ -115,7 +115,7 @@ impl Instance {
         text
     }
 
-    /// What all robots know beforehand: how long each of them takes for each task.
+    /// Returns the task times that all robots have beforehand.
     #[must_use]
     pub fn profile(&self) -> Profile {
         let times = |task: usize| {
@@ -131,8 +131,8 @@ impl Instance {
             .collect::<BTreeMap<_, _>>()
         };
         let known_to = |times_s: &Vec<Option<u32>>| -> RobotTimes {
-            let own = (0..self.tasks()).filter(|&task| times_s[task].is_some());
-            own.map(|task| (format!("serve(t{task})"), times(task)))
+            let able = (0..self.tasks()).filter(|&task| times_s[task].is_some());
+            able.map(|task| (format!("serve(t{task})"), times(task)))
                 .collect()
         };
         let robots = (0..).zip(&self.times_s);
@@ -143,13 +143,11 @@ impl Instance {
         }
     }
 
-    /// Number of tasks.
     #[must_use]
     pub fn tasks(&self) -> usize {
         self.times_s.first().map_or(0, Vec::len)
     }
 
-    /// The least time that a robot takes for a task, s.
     fn fastest_s(&self, task: usize) -> u32 {
         let times_s = self.times_s.iter().filter_map(|times_s| times_s[task]);
         times_s.min().unwrap_or(1)

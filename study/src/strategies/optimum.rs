@@ -1,21 +1,20 @@
-//! What is the best that can be done with an instance, by whoever knows it all.
+//! The optimum of an instance, computed with full information.
 
 use super::instance::Instance;
 
-/// Least makespan over all assignments of tasks to robots that can do them, s, by branch and bound. A robot does its tasks one after
-/// the other, in any order.
+/// Returns the least makespan over all assignments of tasks to capable robots, s, by branch and bound. A robot does its tasks
+/// one after the other, in any order.
 ///
 /// # Panics
-/// When there is a task that nobody can do.
+/// Panics if no robot can do a task.
 #[must_use]
 pub fn makespan_s(instance: &Instance) -> u32 {
     let mut tasks: Vec<usize> = (0..instance.tasks()).collect();
     let fastest_s = |task: usize| {
         let times_s = instance.times_s.iter().filter_map(|times_s| times_s[task]);
-        // As documented.
-        times_s.min().expect("somebody can do each task")
+        times_s.min().expect("at least one robot can do each task")
     };
-    // Tasks that leave the least choice come first.
+    // Tasks with the longest minimum time come first.
     tasks.sort_by_key(|&task| std::cmp::Reverse(fastest_s(task)));
     let mut search = Search {
         instance,
@@ -27,7 +26,7 @@ pub fn makespan_s(instance: &Instance) -> u32 {
     search.best_s
 }
 
-/// Least energy, J: each task by the robot that is cheapest at it.
+/// Returns the least energy, J: each task is done by the robot with the lowest energy for it.
 #[must_use]
 pub fn energy_j(instance: &Instance) -> f64 {
     let cost_j = |task: usize| {
@@ -41,9 +40,9 @@ pub fn energy_j(instance: &Instance) -> f64 {
 
 struct Search<'i> {
     instance: &'i Instance,
-    /// By robot, of the tasks that are given.
+    /// The time of the assigned tasks, by robot.
     loads_s: Vec<u32>,
-    /// Of the tasks that are not, each by the fastest.
+    /// The time of the unassigned tasks, each by its fastest robot.
     left_s: u32,
     best_s: u32,
 }
@@ -55,7 +54,7 @@ impl Search<'_> {
             self.best_s = self.best_s.min(longest_s);
             return;
         };
-        // All robots together have at least that much to do.
+        // All robots together have at least this much work.
         let robots = self.loads_s.len() as u32;
         let even_s = (self.loads_s.iter().sum::<u32>() + self.left_s).div_ceil(robots);
         if longest_s.max(even_s) >= self.best_s {
@@ -65,7 +64,7 @@ impl Search<'_> {
             .zip(&self.instance.times_s)
             .filter_map(|(robot, times_s)| Some((self.loads_s[robot] + times_s[task]?, robot)))
             .collect();
-        // Who would be done first is tried first: so a good bound is found soon.
+        // Robots that would finish first are tried first, which gives a good bound early.
         able.sort_unstable();
         let fastest_s = able
             .iter()
@@ -91,7 +90,7 @@ mod tests {
 
     use super::*;
 
-    /// Every assignment.
+    /// Returns the least makespan over all assignments by exhaustive search.
     fn exhaustive_s(instance: &Instance) -> u32 {
         let robots = instance.times_s.len();
         let assignments = (0..robots.pow(instance.tasks() as u32)).map(|number| {
@@ -106,9 +105,9 @@ mod tests {
         assignments.flatten().min().unwrap()
     }
 
-    /// By hand: 5 and 4 s by one robot, 6 s by the other, and not 9 s of three tasks by one.
+    /// Optimum by hand: one robot takes the tasks of 5 and 4 s, the other that of 6 s; one robot never takes all three.
     #[test]
-    fn as_calculated_by_hand() {
+    fn the_optimum_matches_hand_calculation() {
         let instance = Instance {
             times_s: vec![
                 vec![Some(5), Some(4), Some(6)],

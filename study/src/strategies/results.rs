@@ -1,37 +1,33 @@
-//! What the trials of the study come to, as tables.
+//! The results of the study as tables.
 
 use std::fmt::Write;
 
 use super::design::{Condition, Mishap, RULES, conditions};
 use super::trial::Trial;
 
-/// All trials.
 pub struct Study {
-    /// Their conditions.
     pub conditions: Vec<Condition>,
-    /// The seeds are those from 1 to this.
+    /// The number of seeds; they start at 1.
     pub seeds: usize,
-    /// By condition, rule and seed.
     pub trials: Vec<Trial>,
 }
 
-/// One number of a cell, where all of its trials have it.
+/// A function that returns one number of a cell, or `None` if no trial ended.
 pub type Measure = fn(&Cell) -> Option<f64>;
 
-/// The trials of a condition by one rule.
+/// The trials of a condition with one rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
-    /// How many did not end within the limit.
+    /// The number of trials that did not end within the limit.
     pub endless: usize,
-    /// Time by the least time, mean of those that ended.
+    /// The mean ratio of the time to the least time over the trials that ended.
     pub time: Option<f64>,
-    /// Energy by the least energy, mean of the same.
+    /// The mean ratio of the energy to the least energy over the same trials.
     pub energy: Option<f64>,
-    /// Time at work where others were already, mean of the same, robot-s.
+    /// The mean time at tasks that another robot already works on, over the same trials, robot-s.
     pub doubled_s: Option<f64>,
 }
 
-/// Of which trial, by the number of a run: condition, rule, seed.
 #[must_use]
 pub fn place(run: usize, seeds: usize) -> (usize, usize, u64) {
     let cell = run / seeds;
@@ -40,13 +36,11 @@ pub fn place(run: usize, seeds: usize) -> (usize, usize, u64) {
 }
 
 impl Study {
-    /// How many trials the study has with so many seeds.
     #[must_use]
     pub fn runs(seeds: usize) -> usize {
         conditions().len() * RULES.len() * seeds
     }
 
-    /// Those of a condition by one rule, by their places.
     #[must_use]
     pub fn cell(&self, condition: usize, rule: usize) -> Cell {
         let first = (condition * RULES.len() + rule) * self.seeds;
@@ -67,7 +61,7 @@ impl Study {
         }
     }
 
-    /// The cells of a rule without mishaps, each with its condition.
+    /// Returns the cells of a rule without faults, with their conditions.
     pub fn undisturbed(&self, rule: usize) -> impl Iterator<Item = (&Condition, Cell)> {
         let conditions = self.conditions.iter().enumerate();
         conditions
@@ -75,11 +69,10 @@ impl Study {
             .map(move |(place, condition)| (condition, self.cell(place, rule)))
     }
 
-    /// The tables of the documentation.
     #[must_use]
     pub fn markdown(&self) -> String {
         let mut text = format!(
-            "Means of {} seeds; in brackets how many of them did not end, which the mean leaves out.\n",
+            "Means over {} seeds; in brackets the number of runs that did not end, which the mean omits.\n",
             self.seeds
         );
         let tables: [(&str, Measure, usize); 3] = [
@@ -89,7 +82,6 @@ impl Study {
         ];
         for (title, value, digits) in tables {
             let names: Vec<&str> = RULES.iter().map(|rule| rule.name).collect();
-            // Writing to a string cannot fail.
             let _ = write!(
                 text,
                 "\n**{title}**\n\n| (n,m,c), h | {} |\n|---{}|\n",
@@ -125,7 +117,7 @@ impl Study {
             let worst = |rule| values(rule).into_iter().reduce(f64::max);
             let rules = || 0..RULES.len();
             row(
-                "mean without mishaps".to_owned(),
+                "mean without faults".to_owned(),
                 rules().map(|rule| shown(mean(rule))).collect(),
             );
             row(
@@ -136,10 +128,6 @@ impl Study {
         text
     }
 
-    /// A row for each trial.
-    ///
-    /// # Errors
-    /// None: it is written to memory.
     pub fn csv(&self) -> anyhow::Result<Vec<u8>> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         writer.write_record([
@@ -184,10 +172,10 @@ mod tests {
     use super::super::trial::attempt;
     use super::*;
 
-    /// What the reduced study has: by one of each strategy that ends, and by III with another order.
+    /// The rules of the reduced study: one per strategy that ends, and strategy III with another order.
     const PLAYED: [&str; 4] = ["I longest", "III longest", "III shortest", "IV"];
 
-    /// Without mishaps, by those rules.
+    /// Returns the reduced study: these rules, without faults.
     fn reduced(seeds: usize) -> Study {
         let conditions = conditions();
         let trial = |run| {
@@ -216,9 +204,9 @@ mod tests {
         RULES.iter().position(|rule| rule.name == name).unwrap()
     }
 
-    /// What ALLOCATORS.md §3 demands.
+    /// Bounds: docs/ALLOCATORS.md §3.
     #[test]
-    fn strategies_keep_their_promises() {
+    fn strategies_meet_the_documented_bounds() {
         let study = reduced(8);
         for trial in &study.trials {
             let is_over = trial.time_s.is_some();
@@ -248,9 +236,9 @@ mod tests {
         }
     }
 
-    /// Cells and tables, from trials that are made up: of each cell the second one has no end.
+    /// Cells and tables of invented trials; the second trial of each cell does not end.
     #[test]
-    fn means_are_of_those_that_ended() {
+    fn means_include_only_trials_that_ended() {
         let trial = |run: usize| Trial {
             time_s: (run % 3 != 1).then_some(12.0 + (run % 3) as f64),
             least_time_s: 10.0,
@@ -281,12 +269,12 @@ mod tests {
             1 + Study::runs(3)
         );
         let svg = super::super::figure::draw(&study).unwrap();
-        // A mark of each condition and rule in both panels, and the legend's.
+        // One mark per condition and rule in both panels, and those of the legend.
         assert_eq!(svg.matches("<polygon").count(), 24 * RULES.len() * 2 + 3);
     }
 
     #[test]
-    fn every_trial_has_its_place() {
+    fn run_numbers_map_to_condition_rule_and_seed() {
         assert_eq!(place(0, 5), (0, 0, 1));
         assert_eq!(place(5 * RULES.len() + 7, 5), (1, 1, 3));
     }

@@ -1,4 +1,4 @@
-//! An instance of the abstract study by one strategy, in one process.
+//! One trial of the study: an instance with one strategy, in one process.
 
 use alliance_proto::log::{LogLevel, Memory};
 use alliance_proto::scenario::{Scenario, Setup};
@@ -10,25 +10,20 @@ use super::instance::Instance;
 use super::optimum;
 use in_process::Team;
 
-/// What came of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
-    /// When the last task was done, s; `None`: some were not within the limit.
+    /// The end of the last task, s; `None` if the limit was reached first.
     pub time_s: Option<f64>,
-    /// The least time, of a team without mishaps that knows it all, s.
+    /// The least time, for a team without faults and with full information, s.
     pub least_time_s: f64,
-    /// By each robot its power times the time that it worked, in vain or not, J.
+    /// The energy of all robots, J: power times working time, including duplicate work.
     pub energy_j: f64,
     /// The least energy, J.
     pub least_energy_j: f64,
-    /// How long robots were at work where others were already, robot-s.
+    /// The time at tasks that another robot already works on, robot-s.
     pub doubled_s: f64,
 }
 
-/// Runs the instance of a seed.
-///
-/// # Errors
-/// When it cannot be run.
 pub fn attempt(condition: &Condition, rule: &Rule, seed: u64) -> anyhow::Result<Trial> {
     let instance = Instance::draw(condition, seed);
     let vocabulary = Registry::of_this_program().vocabulary();

@@ -1,4 +1,4 @@
-//! Command line of `alliance sweep`, and what it writes and shows.
+//! Command line, output files and terminal output of `alliance sweep`.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -17,17 +17,17 @@ use super::results::{csv, table};
 use super::run::{End, FaultCount, Row};
 use super::statistics::Estimate;
 use super::summary::{Summary, by_column, by_condition, failed_by_reason, faults_by_kind, overall};
-use super::task::{Arguments, Study, quoted, repeat};
+use super::task::{Arguments, Study, counted, quoted, repeat};
 use crate::table;
 
-/// The table of faults by kind.
 const FAULTS: &str = "faults.csv";
 
-/// Rows of a table, and failed runs, that are shown on the terminal.
+/// The largest number of table rows and of failed runs that the terminal shows.
 const SHOWN: usize = 20;
 
-/// Run a mission in many variants and with many seeds, each run in one process, on all cores. Started again, it goes on where
-/// it was.
+/// Run a mission in many variants and with many seeds
+///
+/// Runs execute in this process, on all cores. An interrupted sweep resumes where it stopped.
 #[derive(Args, Clone, Debug)]
 pub struct SweepCommand {
     #[command(flatten)]
@@ -35,8 +35,8 @@ pub struct SweepCommand {
 }
 
 impl SweepCommand {
-    /// Exit status 0 when all runs are done, however their missions ended; 1 when runs failed or it was interrupted; 2 for a
-    /// mistake in plan or arguments, or runs that are missing; 3 when its files cannot be written.
+    /// Runs the command. Exit status: 0 all runs are done, 1 failed runs or an interruption, 2 invalid input or missing runs, 3 a file
+    /// cannot be written. Incomplete missions are not failures.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
         let study = Study {
@@ -49,8 +49,13 @@ impl SweepCommand {
     }
 }
 
-/// Writes and shows the results; whether no run has failed.
-fn finish(folder: &Path, header: &Header, rows: &[Row]) -> anyhow::Result<bool> {
+/// Writes and shows the results. Returns `true` if no run failed.
+fn finish(
+    folder: &Path,
+    header: &Header,
+    rows: &[Row],
+    _plan: Option<&Path>,
+) -> anyhow::Result<bool> {
     let design = &header.design;
     let columns = table(design, rows);
     put(folder, "results.csv", &csv(&columns, rows.len())?)?;
@@ -61,7 +66,7 @@ fn finish(folder: &Path, header: &Header, rows: &[Row]) -> anyhow::Result<bool> 
     let mut figures = Vec::new();
     let columns = by_column(design, rows);
     let columns = columns.chunk_by(|a, b| a.column == b.column);
-    // No part is empty.
+    // A chunk is never empty.
     for (number, of_column) in columns.enumerate() {
         let (svg, column) = (draw(of_column)?, of_column[0].column.clone());
         let file = format!("by-{number}-{}.svg", plain(&column));
@@ -88,14 +93,14 @@ fn finish(folder: &Path, header: &Header, rows: &[Row]) -> anyhow::Result<bool> 
 fn show(folder: &Path, header: &Header, page: &Page<'_>) {
     if page.conditions.len() <= SHOWN {
         tell!(
-            "{}\n95 % intervals: of completion Wilson's, of medians the bootstrap's",
+            "{}\n95 % intervals: Wilson's for completion, bootstrap for medians",
             terminal_table(page).trim_fmt()
         );
     }
     let all = page.overall;
     tell!(
-        "{} runs: {} complete, {} not complete, {} failed",
-        all.runs,
+        "{}: {} complete, {} not complete, {} failed",
+        counted(all.runs, "run"),
         all.complete,
         all.runs - all.failed - all.complete,
         all.failed
@@ -108,13 +113,16 @@ fn show(folder: &Path, header: &Header, page: &Page<'_>) {
         let scenario = folder.join(FAILURES).join(format!("{}.toml", row.run));
         let seed = header.design.seed(row.run);
         let again = repeat(&quoted(&scenario), seed, header.check);
-        tell!("run {} failed; again: {again}", row.run);
+        tell!("run {} failed; repeat it with: {again}", row.run);
     }
     if failed.count() > SHOWN {
-        tell!("the others are in {}", folder.join(FAILURES).display());
+        tell!(
+            "the other failed runs are in {}",
+            folder.join(FAILURES).display()
+        );
     }
     for (reason, runs) in failed_by_reason(page.rows) {
-        tell!("failed   {runs} by {reason}");
+        tell!("failed   {}: {reason}", counted(runs, "run"));
     }
     let faults = faults_by_kind(page.rows);
     if !faults.is_empty() {
@@ -124,10 +132,10 @@ fn show(folder: &Path, header: &Header, page: &Page<'_>) {
         }
         let file = folder.join(FAULTS);
         tell!(
-            "faults   {} armed, {} hit, of {} kinds: {}",
+            "faults   {} armed, {} took effect ({}): {}",
             all.armed,
             all.hit,
-            faults.len(),
+            counted(faults.len(), "kind"),
             file.display()
         );
     }
@@ -136,7 +144,8 @@ fn show(folder: &Path, header: &Header, page: &Page<'_>) {
     tell!("summary  {}", folder.join("summary.html").display());
 }
 
-/// A row per condition; intervals stand below what they are of, and long keys in several lines, so that it fits a terminal.
+/// Creates a table with one row per condition. Intervals stand below their estimates and long keys span several lines, so that
+/// the table fits a terminal.
 fn terminal_table(page: &Page<'_>) -> Table {
     let settings = page.setting_columns();
     let settings = settings.iter().map(|key| key.replace('.', ".\n"));
@@ -183,7 +192,6 @@ fn dash() -> String {
     "–".to_owned()
 }
 
-/// A column's name as a part of a file's name.
 fn plain(name: &str) -> String {
     let words = name.split(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_');
     let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();

@@ -1,5 +1,4 @@
-//! What a comparison needs of its plan once the runs are done; journals carry it, so that shards can be put together without the
-//! plan.
+//! The part of a plan that a comparison needs after its runs. Journals contain it, so shards can be merged without the plan.
 
 use alliance_proto::fault::{Fault, Who};
 use alliance_proto::scenario::Scenario;
@@ -7,28 +6,25 @@ use serde::{Deserialize, Serialize};
 
 use super::plan::hypothesis::Hypothesis;
 
-/// What is asked, and of what.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
-    /// What its author wants to know.
+    /// The question that the plan states.
     pub question: Option<String>,
-    /// What its author expects.
     pub hypotheses: Vec<Hypothesis>,
-    /// Of each block, in their order.
+    /// One entry per block, in block order.
     pub axes: Vec<Axes>,
 }
 
-/// Numbers of a block against which something can be drawn.
+/// The numbers of a block that can form the x axis of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Axes {
-    /// Robots of the team.
     pub robots: usize,
-    /// Share of messages that get lost on every link from the start to the end, where that is the only fault; 0 without any.
+    /// The probability of message loss on every link during the entire run, 0 to 1. `None` if the block has any other fault; 0
+    /// without faults.
     pub loss: Option<f64>,
 }
 
 impl Axes {
-    /// Those of a scenario.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let faults = &scenario.faults;
@@ -63,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn loss_is_what_befalls_every_link_all_the_time_and_nothing_else() {
+    fn loss_is_set_only_for_constant_loss_on_every_link() {
         for (timeline, loss) in [
             ("", Some(0.0)),
             ("{ fault.drop = { p = 0.25 } }", Some(0.25)),

@@ -1,72 +1,60 @@
-//! Which runs a sweep is made of: every combination of the levels of its factors, numbered.
+//! The runs of a sweep: the numbered combinations of all levels of its factors.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// The column of the preset.
 pub const PRESET: &str = "preset";
 
-/// The column of the mission.
 pub const MISSION: &str = "mission";
 
-/// The column of the fault plan.
 pub const FAULTS: &str = "faults";
 
-/// The column of the seed.
 pub const SEED: &str = "seed";
 
-/// All factors. Runs are numbered from 0, and the last factor changes fastest; that is the seed.
+/// The factors of a sweep. Runs are numbered from 0; the last factor is the seed and changes fastest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Design {
-    /// In the order of the columns.
     pub factors: Vec<Factor>,
 }
 
-/// What is varied together: one key of the scenario, or several as a point.
+/// A set of scenario keys that vary together: one key, or several that form a point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Factor {
-    /// Names of its columns: keys of the scenario, [`MISSION`], [`PRESET`], [`FAULTS`] or [`SEED`].
+    /// The names of its columns: scenario keys, [`MISSION`], [`PRESET`], [`FAULTS`] or [`SEED`].
     pub columns: Vec<String>,
-    /// What it is set to in turn; never empty.
+    /// The settings of the factor; never empty.
     pub levels: Vec<Level>,
 }
 
-/// One setting of a factor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Level {
-    /// How it reads, by column.
+    /// The displayed values, one per column.
     pub cells: Vec<Cell>,
-    /// What it changes in the scenario. Only whoever runs it needs them.
+    /// The changes of the scenario. They are not serialized; only the process that runs the sweep needs them.
     #[serde(skip)]
     pub changes: Vec<Change>,
 }
 
-/// A value of the scenario, and where it stands.
+/// A new value for one place of the scenario.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Change {
-    /// Keys from the scenario's top down; a number is a place in an array. Without any, the whole scenario.
+    /// Keys from the top of the scenario downwards. A number is an array index. An empty path replaces the entire scenario.
     pub path: Vec<String>,
-    /// What stands there then.
     pub value: toml::Value,
 }
 
-/// A setting in a table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Cell {
-    /// True or false.
     Flag(bool),
-    /// A whole number.
     Integer(i64),
-    /// A finite number.
     Number(f64),
-    /// A name, or whatever else there is, as TOML.
+    /// A name, or any other TOML value as text.
     Text(String),
 }
 
 impl Cell {
-    /// Of a value of a scenario.
     #[must_use]
     pub fn of(value: &toml::Value) -> Self {
         match value {
@@ -78,7 +66,6 @@ impl Cell {
         }
     }
 
-    /// As a number, if it is one.
     #[must_use]
     pub fn number(&self) -> Option<f64> {
         match self {
@@ -101,20 +88,18 @@ impl fmt::Display for Cell {
 }
 
 impl Design {
-    /// Number of runs; `None` if it is beyond all numbers.
+    /// Returns the number of runs, or `None` on overflow.
     #[must_use]
     pub fn runs(&self) -> Option<usize> {
         let mut levels = self.factors.iter().map(|factor| factor.levels.len());
         levels.try_fold(1_usize, usize::checked_mul)
     }
 
-    /// Number of runs that differ in nothing but the seed.
     #[must_use]
     pub fn repetitions(&self) -> usize {
         self.factors.last().map_or(1, |seeds| seeds.levels.len())
     }
 
-    /// Which level of each factor a run has.
     #[must_use]
     pub fn places(&self, run: usize) -> Vec<usize> {
         let mut rest = run;
@@ -132,7 +117,6 @@ impl Design {
         places
     }
 
-    /// The level of each factor of a run.
     pub fn levels(&self, run: usize) -> impl Iterator<Item = &Level> {
         let places = self.places(run).into_iter();
         let factors = self.factors.iter();
@@ -141,18 +125,15 @@ impl Design {
             .map(|(factor, place)| &factor.levels[place])
     }
 
-    /// Names of all columns.
     pub fn columns(&self) -> impl Iterator<Item = &str> {
         let factors = self.factors.iter();
         factors.flat_map(|factor| factor.columns.iter().map(String::as_str))
     }
 
-    /// The settings of a run, by column.
     pub fn cells(&self, run: usize) -> impl Iterator<Item = &Cell> {
         self.levels(run).flat_map(|level| &level.cells)
     }
 
-    /// The seed of a run.
     #[must_use]
     pub fn seed(&self, run: usize) -> u64 {
         match self.cells(run).last() {
@@ -162,10 +143,10 @@ impl Design {
     }
 }
 
-/// Puts a value into a scenario.
+/// Applies a change to a scenario.
 ///
 /// # Errors
-/// What is wrong with its path, and what would be right.
+/// Returns the problem with the path and its remedy.
 pub fn change(scenario: &mut toml::Table, change: &Change) -> Result<(), String> {
     let Some((last, way)) = change.path.split_last() else {
         if let toml::Value::Table(whole) = &change.value {
@@ -194,7 +175,7 @@ pub fn change(scenario: &mut toml::Table, change: &Change) -> Result<(), String>
     Ok(())
 }
 
-/// An element of an array.
+/// Returns the array element with index `key`.
 fn element<'v>(
     value: &'v mut toml::Value,
     key: &str,
@@ -203,20 +184,20 @@ fn element<'v>(
     let path = path.join(".");
     let toml::Value::Array(array) = value else {
         return Err(format!(
-            "{path}: there is nothing below the {} before '{key}'; `alliance scenarios reference` has every key",
+            "{path}: the value above '{key}' has the type {} and no keys; `alliance scenarios reference` has every key",
             value.type_str()
         ));
     };
     let count = array.len();
     let there = match count {
         0 => "it is empty".to_owned(),
-        _ => format!("use a place from 0 to {}", count - 1),
+        _ => format!("use an index from 0 to {}", count - 1),
     };
     let found = key
         .parse()
         .ok()
         .and_then(|place: usize| array.get_mut(place));
-    found.ok_or_else(|| format!("{path}: the array has no place '{key}'; {there}"))
+    found.ok_or_else(|| format!("{path}: the array has no index '{key}'; {there}"))
 }
 
 #[cfg(test)]
@@ -259,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn more_runs_than_there_are_numbers() {
+    fn too_many_combinations_give_no_number_of_runs() {
         let many: Vec<i64> = (0..1 << 16).collect();
         let factors = ["a", "b", "c", "d"].map(|name| factor(name, &many));
         let design = Design {
@@ -304,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn values_at_any_depth() {
+    fn changes_apply_at_any_depth() {
         let spills = "spills = [{ items = 1 }, { items = 2 }]";
         check("name", Ok(&format!("name = 9\n[waste]\n{spills}")));
         check(
@@ -321,12 +302,12 @@ mod tests {
         );
         check(
             "waste.spills.2.items",
-            Err("waste.spills.2.items: the array has no place '2'; use a place from 0 to 1"),
+            Err("waste.spills.2.items: the array has no index '2'; use an index from 0 to 1"),
         );
         check(
             "name.first",
             Err(
-                "name.first: there is nothing below the string before 'first'; `alliance scenarios reference` has every key",
+                "name.first: the value above 'first' has the type string and no keys; `alliance scenarios reference` has every key",
             ),
         );
     }

@@ -1,4 +1,4 @@
-//! Completion, makespan and lateness against each swept column, as SVG. Numbers stand to scale.
+//! SVG figures of completion, makespan and lateness against each swept column.
 
 use std::ops::Range;
 
@@ -19,7 +19,7 @@ const PLOT_PX: f64 = 190.0;
 const GAP_PX: f64 = 14.0;
 const LEGEND_PX: f64 = 26.0;
 
-/// Most rows of labels below the plots, so that long ones have room.
+/// The largest number of label rows below the plots, so that long labels have room.
 const LABEL_ROWS: usize = 3;
 const ROW_PX: f64 = 16.0;
 
@@ -31,33 +31,30 @@ const LABELS: Lettering = Lettering {
     upright: false,
 };
 
-/// Series that can be told apart by their marks.
+/// The marks that distinguish series.
 const MARKS: [Mark; 4] = [Mark::Square, Mark::Diamond, Mark::Triangle, Mark::Cross];
 
-/// Room between the series of a group.
+/// The distance between the series of a group, px.
 const APART_PX: f64 = 14.0;
 
-/// Positive numbers of which the largest is so many times the smallest stand by their logarithms.
+/// The ratio of the largest to the smallest positive number from which the axis is logarithmic.
 const LOG_FROM: f64 = 30.0;
 
-/// A panel: what it shows, its axis, and where a summary stands on it with its interval.
+/// One plot of a block: its title, y range and data.
 struct Panel {
     what: &'static str,
     y: Range<f64>,
     at: At,
 }
 
-/// Where a summary stands, with its interval.
+/// Returns the position of a summary on the y axis, and its interval.
 type At = fn(&Summary) -> Option<(f64, Interval)>;
 
 fn spot(estimate: Option<Estimate>) -> Option<(f64, Interval)> {
-    estimate.map(|it| (it.median, it.interval))
+    estimate.map(|estimate| (estimate.median, estimate.interval))
 }
 
-/// The figure of a column: a block for each class of faults, one below the other.
-///
-/// # Errors
-/// When it cannot be drawn.
+/// Draws the figure of a column: one block per class of faults, one below the other.
 pub fn draw(of_column: &[Against]) -> anyhow::Result<String> {
     let blocks: Vec<Block> = of_column.iter().map(Block::new).collect();
     let column = of_column.first().map_or("", |against| &against.column);
@@ -73,11 +70,10 @@ pub fn draw(of_column: &[Against]) -> anyhow::Result<String> {
     })
 }
 
-/// Panels with one axis below them.
 struct Block<'s> {
     against: &'s Against,
     panels: Vec<Panel>,
-    /// Rows in which names stand.
+    /// The row of each label below the plots.
     label_rows: Vec<Option<usize>>,
 }
 
@@ -85,7 +81,7 @@ impl<'s> Block<'s> {
     fn new(against: &'s Against) -> Self {
         let share = Panel {
             what: "share of complete runs",
-            // The ends, too, are seen.
+            // Keeps marks at 0 and 1 visible.
             y: -0.04..1.04,
             at: |summary| Some((summary.share()?, summary.completion)),
         };
@@ -119,7 +115,7 @@ impl<'s> Block<'s> {
         self.plots_px() + (used as f64 + 1.0) * ROW_PX + 16.0
     }
 
-    /// Draws it within its part of the area.
+    /// Draws the block in its part of the area.
     fn draw(&self, area: &Area<'_>, within: &Area<'_>) -> Drawn {
         let against = self.against;
         let colors = colors(against.series.iter().map(|(name, _)| name.as_str()));
@@ -133,7 +129,7 @@ impl<'s> Block<'s> {
         }
         labels(within, against, self.plots_px(), &self.label_rows)?;
         let scale = if is_log(against) {
-            ", by its logarithm"
+            ", logarithmic scale"
         } else {
             ""
         };
@@ -144,13 +140,16 @@ impl<'s> Block<'s> {
     }
 }
 
-/// A panel of times, as long as all of them with their intervals; none where no run has any.
+/// Creates a panel of times whose range covers all intervals. Returns `None` if no run has such a time.
 fn time_panel(against: &Against, what: &'static str, at: At) -> Option<Panel> {
     let summaries = against.series.iter().flat_map(|(_, groups)| groups);
-    let intervals = summaries.flatten().filter_map(at).map(|(_, it)| it);
+    let intervals = summaries
+        .flatten()
+        .filter_map(at)
+        .map(|(_, interval)| interval);
     let (least, most) =
         intervals.reduce(|(least, most), (from, to)| (least.min(from), most.max(to)))?;
-    // One value has no length.
+    // A single value would give an empty range.
     let margin = ((most - least) * 0.08).max(0.5);
     Some(Panel {
         what,
@@ -165,7 +164,8 @@ fn is_log(against: &Against) -> bool {
     ends.is_some_and(|(least, most)| *least > 0.0 && most / least >= LOG_FROM)
 }
 
-/// Where a group stands: numbers to scale, from 0 to one less than there are of them; all else at 0, 1, …
+/// Returns the x coordinate of a group. Numbers are to scale, from 0 to the number of groups less one; other groups are at 0,
+/// 1, ...
 fn place(against: &Against, group: usize) -> f64 {
     let Some(numbers) = &against.numbers else {
         return group as f64;
@@ -179,12 +179,12 @@ fn place(against: &Against, group: usize) -> f64 {
     (scaled(numbers[group]) - least) / (most - least) * last as f64
 }
 
-/// As of [`place`].
+/// Returns the x range of [`place`].
 fn x_range(against: &Against) -> Range<f64> {
     -0.5..against.groups.len() as f64 - 0.5
 }
 
-/// Of a group, in px.
+/// Returns the x position of a group, px.
 fn x_px(against: &Against, group: usize) -> f64 {
     let width = WIDTH_PX - LEFT_PX - RIGHT_PX;
     LEFT_PX + width * (place(against, group) + 0.5) / against.groups.len() as f64
@@ -257,7 +257,7 @@ fn legend(area: &Area<'_>, against: &Against, colors: &[RGBColor]) -> Drawn {
     Ok(())
 }
 
-/// The row in which each group's name has room below the plots, if any.
+/// Returns the label row of each group, or `None` if the label has no room.
 fn label_rows(against: &Against) -> Vec<Option<usize>> {
     let places: Vec<(f64, f64)> = against
         .groups
@@ -288,9 +288,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mark_for_every_group_with_runs_in_both_panels() {
+    fn every_group_with_runs_has_a_mark_in_each_panel() {
         let design = design("presets = ['team', 'par98']\n[grid]\nbody.speed_m_s = [0.5, 0.25]\n");
-        // One group has no makespan, and one nothing at all.
+        // One group has no makespan, another has no runs.
         let rows = [
             complete(0, 4_000),
             complete(1, 5_000),
@@ -312,13 +312,13 @@ mod tests {
         ] {
             assert!(text.contains(name), "{name}");
         }
-        // Three with a share, two with a makespan, two with lateness, two in the legend.
+        // Marks: three shares, two makespans, two latenesses, two in the legend.
         assert_eq!(text.matches("<polygon").count(), 3 + 2 + 2 + 2);
         assert!(drawn[1].contains("<title>Completion and times by preset</title>"));
     }
 
     #[test]
-    fn numbers_stand_to_scale_and_names_side_by_side() {
+    fn numbers_are_to_scale_and_names_equally_spaced() {
         let by = |values: &str| {
             let design = design(&format!("[grid]\n{values}\n"));
             let runs = 0..design.runs().unwrap();
@@ -342,8 +342,8 @@ mod tests {
         };
         let text = draw(&[wide, other]).unwrap();
         for axis in [
-            "ceased_after_s, by its logarithm\n",
-            "ceased_after_s, by its logarithm (faults: gold-dies)",
+            "ceased_after_s, logarithmic scale\n",
+            "ceased_after_s, logarithmic scale (faults: gold-dies)",
         ] {
             assert!(text.contains(axis), "{text}");
         }
@@ -354,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn a_time_axis_begins_near_the_times() {
+    fn a_time_axis_starts_near_the_least_time() {
         let design = design("[grid]\nbody.speed_m_s = [0.5, 0.25]\n");
         let rows = [complete(0, 400_000), complete(1, 420_000)];
         let against = by_column(&design, &rows).remove(0);

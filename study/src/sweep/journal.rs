@@ -1,7 +1,7 @@
-//! What a sweep has done so far: a line of JSON for each run, written when it ends. The first line says of which sweep.
+//! The journal of a sweep: a header line, then one line of JSON per run, written when the run ends.
 //!
-//! A process that is killed leaves at most a part of a last line, which is dropped. Each shard writes a journal of its own, and
-//! whoever works in a folder reads all that are there.
+//! A killed process leaves at most one incomplete last line, which the reader drops. Each shard writes its own journal; readers
+//! combine all journals of a folder.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,40 +16,37 @@ use super::lines::{Lines, intact, numbered};
 use super::run::Row;
 use super::shard::Shard;
 
-/// Ending of a journal's name.
+/// The extension of journal files.
 const ENDING: &str = "jsonl";
 
-/// Of which sweep a journal is.
+/// The first line of a journal, which identifies the sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Header {
-    /// Its name, for people.
     pub sweep: String,
-    /// Version of the program that runs it.
+    /// The version of the program that started the sweep.
     pub version: String,
-    /// [`super::plan::Plan::digest`].
+    /// The digest of the plan ([`super::plan::Plan::digest`]).
     pub digest: String,
-    /// Its runs.
     pub design: Design,
-    /// Whether they are checked for what must always hold.
+    /// True if the invariants of each run are checked.
     pub check: bool,
-    /// What is kept for a comparison of them.
+    /// The data for a comparison of the runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub comparison: Option<Comparison>,
 }
 
-/// Rows by the number of the run.
 pub type Rows = BTreeMap<usize, Row>;
 
-/// A journal that is being written. It is locked as long as it is open.
+/// A journal that is open for writing. The file stays locked while it is open.
 pub struct Journal {
     lines: Lines,
 }
 
 impl Journal {
-    /// Opens that of a shard, or of the whole, and begins it if it is new.
+    /// Opens the journal of a shard, or of the entire sweep, and writes the header of a new one.
     ///
     /// # Errors
-    /// When another process writes it, or it cannot be written.
+    /// Returns an error if another process writes the journal, or it cannot be written.
     pub fn open(folder: &Path, shard: Option<Shard>, header: &Header) -> anyhow::Result<Self> {
         let path = folder.join(match shard {
             None => format!("journal.{ENDING}"),
@@ -67,19 +64,15 @@ impl Journal {
         Ok(Self { lines })
     }
 
-    /// Adds a run.
-    ///
-    /// # Errors
-    /// When it cannot be written.
     pub fn add_row(&mut self, row: &Row) -> anyhow::Result<()> {
         self.lines.add(row)
     }
 }
 
-/// All journals of a folder, together; `None` where there are none. A journal that is being begun counts as none.
+/// Reads and combines all journals of the folders. Returns `None` without journals. A journal without a header counts as none.
 ///
 /// # Errors
-/// When they are of different sweeps, hold what is no row, or tell different things of one run.
+/// Returns an error if journals belong to different sweeps, contain an invalid row, or differ on one run.
 pub fn read_all(folders: &[PathBuf]) -> anyhow::Result<Option<(Header, Rows)>> {
     let mut all: Option<(Header, Rows, PathBuf)> = None;
     for path in paths(folders)? {
@@ -92,7 +85,7 @@ pub fn read_all(folders: &[PathBuf]) -> anyhow::Result<Option<(Header, Rows)>> {
         };
         if *known != header {
             bail!(
-                "{} and {} are of different sweeps; name folders of one plan and one version of the program",
+                "{} and {} belong to different sweeps; name folders of one plan and one version of the program",
                 first.display(),
                 path.display()
             );
@@ -101,7 +94,7 @@ pub fn read_all(folders: &[PathBuf]) -> anyhow::Result<Option<(Header, Rows)>> {
             let other = together.entry(run).or_insert_with(|| row.clone());
             if *other != row {
                 bail!(
-                    "{}: run {run} went differently in another journal; they come from programs that differ: run one of them again",
+                    "{}: run {run} has another result in another journal; different programs wrote them: repeat one of them",
                     path.display()
                 );
             }
@@ -110,7 +103,6 @@ pub fn read_all(folders: &[PathBuf]) -> anyhow::Result<Option<(Header, Rows)>> {
     Ok(all.map(|(header, rows, _)| (header, rows)))
 }
 
-/// The journals in those folders, by name.
 fn paths(folders: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
     let mut paths = Vec::new();
     for folder in folders {
@@ -131,28 +123,28 @@ fn read(path: &Path) -> anyhow::Result<Option<(Header, Rows)>> {
     let bytes = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
     parse(&bytes).map_err(|(line, what)| {
         anyhow!(
-            "{}:{line}: {what}; remove the line to have its run done again",
+            "{}:{line}: {what}; remove the line to repeat its run",
             path.display()
         )
     })
 }
 
-/// Header and rows of a journal; `None` without a header. What follows the last end of a line is dropped.
+/// Parses the header and the rows of a journal. Returns `None` without a header. An incomplete last line is dropped.
 ///
 /// # Errors
-/// The first line that is not as it was written, from 1, and what is wrong with it.
+/// Returns the number of the first invalid line, from 1, and the problem.
 pub fn parse(bytes: &[u8]) -> Result<Option<(Header, Rows)>, (usize, String)> {
     let mut lines = numbered(bytes);
     let Some((_, first)) = lines.next() else {
         return Ok(None);
     };
     let header: Header = serde_json::from_str(&intact(1, first)?)
-        .map_err(|error| (1, one_line(&format!("it is no journal: {error}"))))?;
+        .map_err(|error| (1, one_line(&format!("not a journal: {error}"))))?;
     let runs = header.design.runs().unwrap_or_default();
     let mut rows = Rows::new();
     for (number, line) in lines {
         let row: Row = serde_json::from_str(&intact(number, line)?)
-            .map_err(|error| (number, one_line(&format!("it is no row: {error}"))))?;
+            .map_err(|error| (number, one_line(&format!("not a row: {error}"))))?;
         if row.run >= runs {
             return Err((number, format!("there is no run {}", row.run)));
         }
@@ -161,9 +153,9 @@ pub fn parse(bytes: &[u8]) -> Result<Option<(Header, Rows)>, (usize, String)> {
     Ok(Some((header, rows)))
 }
 
-/// What serde says names what it found, whatever that is.
-fn one_line(said: &str) -> String {
-    said.replace(char::is_control, " ")
+/// Replaces control characters: serde's messages quote the input.
+fn one_line(message: &str) -> String {
+    message.replace(char::is_control, " ")
 }
 
 #[cfg(test)]
@@ -181,7 +173,7 @@ mod tests {
             sweep: "plan".to_owned(),
             version: "1".to_owned(),
             digest: plan.digest(),
-            // Changes of the scenario are not kept.
+            // The journal does not contain changes of the scenario.
             design: serde_json::from_str(&serde_json::to_string(&plan.design).unwrap()).unwrap(),
             check: plan.check,
             comparison: None,
@@ -205,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn a_torn_last_line_is_dropped_wherever_it_is_torn() {
+    fn an_incomplete_last_line_is_dropped() {
         let whole = TempDir::new().unwrap();
         let header = header(PLAN);
         let mut journal = Journal::open(whole.path(), None, &header).unwrap();
@@ -249,13 +241,13 @@ mod tests {
 
         let mut journal = Journal::open(folder.path(), None, &header).unwrap();
         journal.add_row(&row(4, "b")).unwrap();
-        let said = all(&folder).unwrap_err().to_string();
-        assert!(said.contains("run 4 went differently"), "{said}");
+        let error = all(&folder).unwrap_err().to_string();
+        assert!(error.contains("run 4 has another result"), "{error}");
         drop(journal);
         fs::remove_file(folder.path().join("journal.jsonl")).unwrap();
         Journal::open(folder.path(), None, &self::header("seeds = 9")).unwrap();
-        let said = all(&folder).unwrap_err().to_string();
-        assert!(said.contains("different sweeps"), "{said}");
+        let error = all(&folder).unwrap_err().to_string();
+        assert!(error.contains("different sweeps"), "{error}");
     }
 
     #[test]
@@ -270,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn a_changed_digit_is_no_row() {
+    fn a_changed_digit_is_detected() {
         let folder = TempDir::new().unwrap();
         let header = header(PLAN);
         let mut journal = Journal::open(folder.path(), None, &header).unwrap();
@@ -278,21 +270,21 @@ mod tests {
         let path = folder.path().join("journal.jsonl");
         let text = fs::read_to_string(&path).unwrap();
         fs::write(&path, text.replace("\"run\":3", "\"run\":4")).unwrap();
-        let said = all(&folder).unwrap_err().to_string();
+        let error = all(&folder).unwrap_err().to_string();
         assert!(
-            said.contains("journal.jsonl:2: it is not as it was written"),
-            "{said}"
+            error.contains("journal.jsonl:2: the line was changed after it was written"),
+            "{error}"
         );
     }
 
     #[test]
-    fn what_is_no_row_is_named_with_its_line() {
+    fn an_invalid_row_is_reported_with_its_line() {
         let folder = TempDir::new().unwrap();
         let path = folder.path().join("journal.jsonl");
         let header = serde_json::to_string(&header(PLAN)).unwrap();
         for (text, part) in [
-            ("so\n".to_owned(), "journal.jsonl:1: it is no journal"),
-            (format!("{header}\nso\n"), "journal.jsonl:2: it is no row"),
+            ("so\n".to_owned(), "journal.jsonl:1: not a journal"),
+            (format!("{header}\nso\n"), "journal.jsonl:2: not a row"),
             (
                 format!(
                     "{header}\n{}\n",
@@ -302,8 +294,8 @@ mod tests {
             ),
         ] {
             fs::write(&path, text).unwrap();
-            let said = all(&folder).unwrap_err().to_string();
-            assert!(said.contains(part), "{said}");
+            let error = all(&folder).unwrap_err().to_string();
+            assert!(error.contains(part), "{error}");
         }
     }
 }

@@ -1,6 +1,6 @@
-//! A file of lines that say what has been done so far: JSON, each written in one piece, with a checksum.
+//! A file of JSON lines, each written at once and with a checksum.
 //!
-//! A process that is killed leaves at most a part of a last line, which is dropped.
+//! A killed process leaves at most one incomplete last line, which the reader drops.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, Write};
@@ -10,17 +10,17 @@ use anyhow::{Context, bail};
 use serde::Serialize;
 use xxhash_rust::xxh3::xxh3_64;
 
-/// Such a file that is being written. It is locked as long as it is open.
+/// A file of lines that is open for writing. The file stays locked while it is open.
 pub struct Lines {
     file: File,
     path: PathBuf,
 }
 
 impl Lines {
-    /// Opens it, and gives what it holds but for a torn last line; begins it if it is new.
+    /// Opens or creates the file. Returns its contents without an incomplete last line, which is removed from the file.
     ///
     /// # Errors
-    /// When another process writes it, or it cannot be written.
+    /// Returns an error if another process writes the file, or it cannot be written.
     pub fn open(path: PathBuf) -> anyhow::Result<(Self, Vec<u8>)> {
         let cannot = || format!("cannot write {}", path.display());
         let mut file = OpenOptions::new()
@@ -48,16 +48,12 @@ impl Lines {
         Ok((Self { file, path }, bytes))
     }
 
-    /// Where it is.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Adds a line, in one piece, so that a kill leaves all of it, a part of it, or nothing.
-    ///
-    /// # Errors
-    /// When it cannot be written.
+    /// Appends a line with one write, so that a kill leaves all of it, a part of it, or nothing.
     pub fn add(&mut self, line: &impl Serialize) -> anyhow::Result<()> {
         let mut text = seal(&serde_json::to_string(line)?);
         text.push('\n');
@@ -67,17 +63,17 @@ impl Lines {
     }
 }
 
-/// Before and behind the checksum of a line, which is 16 hexadecimal digits.
+/// The text before and after the checksum of a line, which has 16 hexadecimal digits.
 const SUM: (&str, &str) = (",\"sum\":\"", "\"}");
 
-/// A table in JSON with one more entry, the checksum of the text without it.
+/// Adds the checksum of a JSON object's text as its last entry.
 pub(super) fn seal(text: &str) -> String {
     let sum = xxh3_64(text.as_bytes());
     let open = text.strip_suffix('}').unwrap_or(text);
     format!("{open}{}{sum:016x}{}", SUM.0, SUM.1)
 }
 
-/// The text that was sealed, or one from before there were seals; `None` if it is not what was written.
+/// Returns the text without its checksum, or a text without checksum as it is. Returns `None` if the checksum does not match.
 fn unseal(line: &str) -> Option<String> {
     let sealed = line
         .strip_suffix(SUM.1)
@@ -91,18 +87,20 @@ fn unseal(line: &str) -> Option<String> {
     }
 }
 
-/// The text of a line, if nobody has changed it.
+/// Returns the text of a line whose checksum matches.
 ///
 /// # Errors
-/// Its number, and what is wrong with it.
+/// Returns the line number and the problem.
 pub fn intact(number: usize, line: &[u8]) -> Result<String, (usize, String)> {
-    str::from_utf8(line)
-        .ok()
-        .and_then(unseal)
-        .ok_or_else(|| (number, "it is not as it was written".to_owned()))
+    str::from_utf8(line).ok().and_then(unseal).ok_or_else(|| {
+        (
+            number,
+            "the line was changed after it was written".to_owned(),
+        )
+    })
 }
 
-/// Lines with their numbers, from 1; those that are empty and what follows the last end of a line left out.
+/// Returns the lines with their numbers, from 1. Empty lines and an incomplete last line are omitted.
 pub fn numbered(bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
     let lines = whole_lines(bytes).split(|byte| *byte == b'\n').enumerate();
     lines
@@ -110,7 +108,7 @@ pub fn numbered(bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
         .filter(|(_, line)| !line.is_empty())
 }
 
-/// All but a torn last line.
+/// Returns the input without an incomplete last line.
 fn whole_lines(bytes: &[u8]) -> &[u8] {
     let end = bytes.iter().rposition(|byte| *byte == b'\n');
     &bytes[..end.map_or(0, |end| end + 1)]

@@ -1,4 +1,4 @@
-//! What a comparison wants to know of a run beside its figures: as `alliance report` counts it.
+//! The measures of a run that only comparisons need, computed as in `alliance report`.
 
 use std::collections::BTreeMap;
 
@@ -11,47 +11,42 @@ use crate::report::history::{History, HistoryError, RobotHistory};
 use crate::report::metrics::Metrics;
 use in_process::Traffic;
 
-/// Of the whole team, unless it says otherwise.
+/// The measures of one run, for the whole team.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measures {
     /// The run's limit, s of simulated time.
     pub limit_s: f64,
-    /// Ways of all robots together, m.
+    /// The distance that all robots travelled, m.
     pub distance_m: f64,
-    /// How unevenly the robots share it: Gini's index, 0 to 1.
+    /// Gini's index of the distances over the robots, 0 to 1.
     pub distance_gini: f64,
-    /// Energy drawn by all robots together, J; `None` where energy is not simulated.
+    /// Energy drawn by all robots, J; `None` if energy is not simulated.
     pub energy_j: Option<f64>,
-    /// How unevenly the robots draw it.
+    /// Gini's index of the energy over the robots, 0 to 1.
     pub energy_gini: Option<f64>,
-    /// Two or more at an exclusive task, all tasks together, s.
+    /// Time with two or more robots at an exclusive task, over all tasks, s.
     pub duplicate_s: f64,
-    /// Applicable, and nobody productive, all tasks together, s.
+    /// Time in which a task was applicable without a productive robot, over all tasks, s.
     pub orphan_s: f64,
-    /// Applicable, and nobody at it, all tasks together, s.
+    /// Time in which a task was applicable without a robot at it, over all tasks, s.
     pub unattended_s: f64,
-    /// From the loss of a robot at a task to a teammate that no longer reckons with it, the mean over the losses, s.
+    /// Mean time from the loss of a robot at a task to the first teammate that considers it lost, s.
     pub detection_s: Option<f64>,
-    /// From the loss of a robot at an exclusive task to the activation of that task by another, the mean over these takeovers, s.
+    /// Mean time from the loss of a robot at an exclusive task to the task's activation by another robot, s.
     pub takeover_s: Option<f64>,
-    /// What was said, by kind of broadcast; kinds that were not used are absent.
+    /// Traffic by kind of broadcast; unused kinds are absent.
     pub sent: BTreeMap<String, Sent>,
 }
 
-/// Broadcasts of a kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sent {
-    /// Each once.
+    /// The number of broadcasts, each counted once for all receivers.
     pub messages: u64,
-    /// Their payloads.
     pub bytes: u64,
 }
 
 impl Measures {
-    /// From a full log.
-    ///
-    /// # Errors
-    /// None for a log that this program has just written.
+    /// Computes the measures from a full log.
     pub fn of(log: &RunLog, traffic: &Traffic) -> Result<Self, HistoryError> {
         let history = History::read(log)?;
         let metrics = Metrics::of(&history, &log.run);
@@ -70,7 +65,9 @@ impl Measures {
         let takeovers = metrics.takeovers.iter();
         let takeovers = takeovers.filter(|takeover| matches!(takeover.cause, Cause::Lost(_)));
         let bulletins = history.catalog.mission.terms().bulletins;
-        let said = traffic.by_kind().filter(|(_, said)| said.messages > 0);
+        let sent = traffic
+            .by_kind()
+            .filter(|(_, traffic)| traffic.messages > 0);
         Ok(Self {
             limit_s: log.run.setup.scenario.limit_s,
             distance_m: ways.iter().sum(),
@@ -80,15 +77,15 @@ impl Measures {
             duplicate_s: over_tasks(|task| {
                 task.duplicate
                     .as_ref()
-                    .map_or(SimTime::ZERO, |it| it.total())
+                    .map_or(SimTime::ZERO, |time| time.total())
             }),
             orphan_s: over_tasks(|task| task.orphan.total()),
             unattended_s: over_tasks(|task| task.unattended.total()),
             detection_s: mean(detections),
             takeover_s: mean(takeovers.map(|takeover| takeover.latency().as_secs_f64())),
-            sent: said
-                .map(|(kind, said)| {
-                    let (messages, bytes) = (said.messages, said.bytes);
+            sent: sent
+                .map(|(kind, traffic)| {
+                    let (messages, bytes) = (traffic.messages, traffic.bytes);
                     (kind.name(bulletins).to_owned(), Sent { messages, bytes })
                 })
                 .collect(),
@@ -96,7 +93,7 @@ impl Measures {
     }
 }
 
-/// How far a robot has come, m.
+/// Returns the distance that a robot travelled, m.
 fn way(robot: &RobotHistory) -> f64 {
     let steps = robot.track.windows(2).map(|pair| {
         let ((x, y), (to_x, to_y)) = (pair[0].position, pair[1].position);
@@ -105,7 +102,7 @@ fn way(robot: &RobotHistory) -> f64 {
     steps.sum()
 }
 
-/// What each robot has drawn, J.
+/// Returns the energy that each robot drew, J. Returns `None` if energy is not simulated.
 fn drawn(history: &History) -> Option<Vec<f64>> {
     let energy = history.setup.scenario.energy?;
     let left = history.robots.iter().map(|robot| {
@@ -120,7 +117,7 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Gini's index of amounts that are not negative: half their mean difference over their mean; 0 if all are 0.
+/// Returns Gini's index of non-negative amounts: half their mean difference divided by their mean; 0 if all are 0.
 fn gini(amounts: &[f64]) -> f64 {
     let sum: f64 = amounts.iter().sum();
     if sum <= 0.0 {
@@ -138,13 +135,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gini_as_calculated_by_hand() {
+    fn gini_matches_hand_calculation() {
         assert_eq!(gini(&[]), 0.0);
         assert_eq!(gini(&[0.0, 0.0]), 0.0);
         assert_eq!(gini(&[5.0, 5.0, 5.0]), 0.0);
-        // Two of three have nothing: 1 - 1/3.
+        // Two of three amounts are 0: 1 - 1/3.
         assert!((gini(&[0.0, 0.0, 9.0]) - 2.0 / 3.0).abs() < 1e-12);
-        // 1, 2, 3: differences 2·(1 + 2 + 1) = 8, over 2·3·6.
+        // Amounts 1, 2, 3: differences 2·(1 + 2 + 1) = 8, divided by 2·3·6.
         assert!((gini(&[1.0, 2.0, 3.0]) - 8.0 / 36.0).abs() < 1e-12);
     }
 }

@@ -1,13 +1,11 @@
-//! `alliance sweep`: a mission in many variants and with many seeds, on all cores.
+//! `alliance sweep`: runs a mission in many variants and with many seeds, on all cores.
 //!
-//! - `plan` reads the file that says what is varied; `design` numbers the runs that come of it; `sampling` draws points.
-//! - `workers` do runs side by side, each as in `run`; `journal` keeps a row per run as it ends, in `lines` with checksums. Whatever stands there is
-//!   not run again, so a sweep that was killed goes on, and the journals of shards together are that of the whole.
-//! - `results`, `summary` and `figures` are computed from the rows, in the order of the runs, and hold nothing of the clock:
-//!   however often a sweep was interrupted, its files are the same. `statistics` has the formulas.
-//! - `task` is what a plan is run by, whatever is made of its runs: [`crate::compare`] does so, too, which asks for `measures` of
-//!   each run and keeps a `comparison` in the journal.
-//! - `folder` writes files, `page` the summary; `command` is what people call.
+//! - `plan` reads the plan file, `design` numbers the runs, and `sampling` draws random points.
+//! - `workers` execute runs in parallel, each as in `run`. `journal` stores a row per finished run, in `lines` with checksums.
+//!   Stored runs are not repeated, so an interrupted sweep resumes. The journals of all shards equal that of the entire sweep.
+//! - `results`, `summary` and `figures` depend only on the rows, so interruptions do not change them. `statistics` has the formulas.
+//! - `task` executes a plan for any command. [`crate::compare`] also requests `measures` of each run and stores a `comparison`.
+//! - `folder` writes files, `page` the summary; `command` is the command line.
 
 pub mod command;
 pub(crate) mod comparison;

@@ -1,4 +1,4 @@
-//! The summary as a page that needs no other, and as a table for programs.
+//! The summary of a sweep as a self-contained HTML page and as CSV.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -6,40 +6,31 @@ use super::design::{Cell, Design};
 use super::run::{End, FaultCount, Row};
 use super::statistics::Estimate;
 use super::summary::{Summary, failed_by_reason, faults_by_kind};
+use super::task::counted;
 use crate::page_head::head;
 
-/// More rows of a table than this are left to the files.
+/// The largest number of rows in a table of the page; the files contain the rest.
 const ROWS: usize = 500;
 
-/// Numbers stay in a line, and a table that is too wide moves by itself.
+/// Keeps numbers on one line and lets wide tables scroll.
 const TABLES: &str = "td { white-space: nowrap } .wide { overflow-x: auto }";
 
-/// A drawing, with the column that it is about.
 pub struct Figure {
-    /// What it is about.
     pub column: String,
-    /// The drawing.
     pub svg: String,
 }
 
-/// What is on the page.
 pub struct Page<'s> {
-    /// Its name.
     pub sweep: &'s str,
-    /// Its runs.
     pub design: &'s Design,
-    /// All rows, in order.
     pub rows: &'s [Row],
-    /// All runs together.
     pub overall: &'s Summary,
-    /// By settings but the seed.
+    /// The summaries by condition: all settings except the seed.
     pub conditions: &'s [(Vec<&'s Cell>, Summary)],
-    /// All of them.
     pub figures: &'s [Figure],
 }
 
 impl Page<'_> {
-    /// The page.
     #[must_use]
     pub fn html(&self) -> String {
         let columns = self.setting_columns();
@@ -50,7 +41,7 @@ impl Page<'_> {
                 body {
                     h1 { "Sweep " (self.sweep) }
                     p {
-                        (self.overall.runs) " runs: " (self.overall.complete) " complete, "
+                        (counted(self.overall.runs, "run")) ": " (self.overall.complete) " complete, "
                         (self.overall.runs - self.overall.failed - self.overall.complete) " not complete, "
                         (self.overall.failed) " failed. A row for each is in "
                         a href="results.csv" { "results.csv" } " and " a href="results.parquet" { "results.parquet" } "."
@@ -72,7 +63,7 @@ impl Page<'_> {
                         }
                     } }
                     @if self.conditions.len() > ROWS {
-                        p.note { "The other " (self.conditions.len() - ROWS) " are in " a href="summary.csv" { "summary.csv" } "." }
+                        p.note { (counted(self.conditions.len() - ROWS, "more row")) ": see " a href="summary.csv" { "summary.csv" } "." }
                     }
                     @if !self.figures.is_empty() {
                         h2 { "By each key" }
@@ -80,24 +71,24 @@ impl Page<'_> {
                             figure {
                                 (PreEscaped(&figure.svg))
                                 figcaption {
-                                    "Completion, makespan and lateness against " (figure.column) ", for each class of faults by itself, whatever "
-                                    "else was varied; bars are intervals. Numbers stand to scale; the axes of times need not begin at 0."
+                                    "Completion, makespan and lateness against " (figure.column) ", separately for each class of faults and over all values of "
+                                    "the other keys. Bars are 95 % intervals. Numbers are to scale; time axes may not start at 0."
                                 }
                             }
                         }
                     }
                     (self.failures())
                     (self.faults())
-                    h2 { "What is counted" }
+                    h2 { "Definitions" }
                     dl {
                         dt { "share" }
-                        dd { "Complete runs of those that did not fail, with Wilson's score interval." }
+                        dd { "Complete runs divided by runs that did not fail, with Wilson's score interval." }
                         dt { "makespan" }
-                        dd { "Median simulated time of complete runs in s, with the percentile interval of the bootstrap." }
+                        dd { "Median simulated time of complete runs in s, with the bootstrap's percentile interval." }
                         dt { "lateness" }
                         dd {
-                            "Median over the runs of the greatest lateness of what recurs in the mission in s, with the same interval; "
-                            "runs without any are left out."
+                            "Median over the runs of the greatest lateness of a recurring task in s, with the same kind of interval; "
+                            "runs without recurring tasks are omitted."
                         }
                     }
                 }
@@ -106,10 +97,7 @@ impl Page<'_> {
         text.into_string()
     }
 
-    /// The conditions as CSV, with a header line; times in s.
-    ///
-    /// # Errors
-    /// None: it is written to memory.
+    /// Returns the conditions as CSV with a header line; times in s.
     pub fn csv(&self) -> anyhow::Result<Vec<u8>> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         let figures = [
@@ -154,7 +142,6 @@ impl Page<'_> {
         Ok(writer.into_inner()?)
     }
 
-    /// All columns of settings but the seed.
     #[must_use]
     pub fn setting_columns(&self) -> Vec<&str> {
         let mut columns: Vec<&str> = self.design.columns().collect();
@@ -162,10 +149,7 @@ impl Page<'_> {
         columns
     }
 
-    /// Faults by kind, with a header line; without any there is no table.
-    ///
-    /// # Errors
-    /// None: it is written to memory.
+    /// Returns the faults by kind as CSV with a header line, or `None` without faults.
     pub fn faults_csv(&self) -> anyhow::Result<Option<Vec<u8>>> {
         let faults = faults_by_kind(self.rows);
         if faults.is_empty() {
@@ -186,7 +170,7 @@ impl Page<'_> {
             @if !faults.is_empty() {
                 h2 { "Faults" }
                 p.note {
-                    "Of all runs that did not fail. Hit: changed something; hits: how often. Also in "
+                    "Faults of all runs that did not fail. Hit: the fault had an effect; hits: the number of effects. Also in "
                     a href="faults.csv" { "faults.csv" } "."
                 }
                 table {
@@ -217,10 +201,10 @@ impl Page<'_> {
                 p {
                     @for (place, (reason, runs)) in reasons.iter().enumerate() {
                         @if place > 0 { ", " }
-                        (runs) " by " (reason)
+                        (counted(*runs, "run")) ": " (reason)
                     }
                 }
-                p.note { "Each has its scenario in failures/, with the command that repeats it." }
+                p.note { "The folder failures/ contains the scenario of each failed run and the command that repeats it." }
                 table {
                     thead { tr { th { "run" } th { "seed" } th.text { "reason" } } }
                     tbody {

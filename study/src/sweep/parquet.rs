@@ -1,4 +1,4 @@
-//! The table as Parquet, for notebooks. The same rows give the same bytes.
+//! The results table as Parquet. Equal rows give equal bytes.
 
 use std::sync::Arc;
 
@@ -13,10 +13,7 @@ use anyhow::Context;
 use super::results::Column;
 use super::results::Values::{Flags, Integers, Numbers, Texts};
 
-/// The file.
-///
-/// # Errors
-/// None but those of the library: it is written to memory.
+/// Returns the table as a Parquet file.
 pub fn parquet(columns: &[Column]) -> anyhow::Result<Vec<u8>> {
     let fields = columns.iter().map(schema).collect::<Result<_, _>>()?;
     let schema = Type::group_type_builder("runs")
@@ -31,7 +28,7 @@ pub fn parquet(columns: &[Column]) -> anyhow::Result<Vec<u8>> {
     for column in columns {
         let mut writer = group
             .next_column()?
-            .context("fewer columns than in the schema")?;
+            .context("the table has fewer columns than the schema")?;
         write(column, &mut writer)?;
         writer.close()?;
     }
@@ -89,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_written_can_be_read() {
+    fn a_written_table_can_be_read() {
         let design = design("[grid]\nbody.speed_m_s = [0.5, 1, 0.25]\n");
         let rows = [complete(0, 4_000), incomplete(1), failed(2)];
         let bytes = parquet(&table(&design, &rows)).unwrap();

@@ -1,4 +1,4 @@
-//! How far a sweep is: a bar with rate and time left; where stderr is no terminal, a line every few seconds.
+//! The progress of a sweep: a bar with rate and remaining time, or periodic lines if stderr is not a terminal.
 
 use std::io::IsTerminal;
 use std::time::Duration;
@@ -7,27 +7,26 @@ use alliance_proto::tell;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tokio::time::Instant;
 
-/// Least time between two lines where stderr is no terminal.
+/// The shortest interval between two lines if stderr is not a terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
-/// How often the bar is drawn anew, for the time left.
+/// The redraw interval of the bar, which updates the remaining time.
 const TICK: Duration = Duration::from_millis(500);
 
-/// Counts runs.
 pub struct Progress {
     bar: ProgressBar,
     failed: usize,
     began: Instant,
-    /// Runs that were done before.
+    /// The number of runs that an earlier process finished.
     before: usize,
     done: usize,
     of: usize,
-    /// When the latest line was written, where there are lines.
+    /// The time of the latest line; `None` on a terminal.
     line: Option<Instant>,
 }
 
 impl Progress {
-    /// So many runs, some of which are done.
+    /// Creates the display for `of` runs, of which `before` are done.
     pub fn new(before: usize, of: usize) -> Self {
         let bar = ProgressBar::with_draw_target(Some(of as u64), ProgressDrawTarget::stderr());
         let now = Instant::now();
@@ -50,14 +49,13 @@ impl Progress {
         }
     }
 
-    /// One more is done.
     pub fn add(&mut self, failed: bool) {
         self.done += 1;
         self.failed += usize::from(failed);
         let message = message(
             self.began.elapsed(),
             self.done - self.before,
-            // How many there will be is an estimate where one run decides on the next.
+            // The total is an estimate if the result of a run decides on the next one.
             self.of.saturating_sub(self.done),
             self.failed,
         );
@@ -71,18 +69,16 @@ impl Progress {
         }
     }
 
-    /// Prints a line above the bar.
     pub fn say(&self, line: &str) {
         self.bar.suspend(|| tell!("{line}"));
     }
 
-    /// Takes the bar off the terminal.
     pub fn clear(&self) {
         self.bar.finish_and_clear();
     }
 }
 
-/// Rate and time left, from what was done in that time.
+/// Formats the rate and the remaining time, from the runs that were done in `elapsed`.
 fn message(elapsed: Duration, done: usize, left: usize, failed: usize) -> String {
     let per_s = done as f64 / elapsed.as_secs_f64().max(1e-3);
     let left = Duration::from_secs_f64((left as f64 / per_s).min(1e9));
@@ -98,7 +94,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rate_and_time_left_are_those_of_this_process() {
+    fn rate_and_remaining_time_count_only_runs_of_this_process() {
         let message = |done, left, failed| message(Duration::from_secs(10), done, left, failed);
         assert_eq!(message(25, 50, 0), "2.5/s, 20 seconds left");
         assert_eq!(message(5, 50, 2), "0.5/s, 2 minutes left, 2 failed");

@@ -1,4 +1,4 @@
-//! The table of a sweep: a row per run, in the order of the runs.
+//! The results table of a sweep: one row per run, in run order.
 
 use std::collections::BTreeSet;
 
@@ -8,29 +8,22 @@ use super::design::{Cell, Design};
 use super::measures::{Measures, Sent};
 use super::run::{End, Figures, Row};
 
-/// A column.
 pub struct Column {
-    /// Its name.
     pub name: String,
-    /// What it holds.
     pub values: Values,
 }
 
-/// By row; `None` where there is nothing to tell.
+/// Values by row; `None` for an empty cell.
 pub enum Values {
-    /// Whole numbers.
     Integers(Vec<Option<i64>>),
-    /// Numbers.
     Numbers(Vec<Option<f64>>),
-    /// True or false.
     Flags(Vec<Option<bool>>),
-    /// Texts.
     Texts(Vec<Option<String>>),
 }
 
 use Values::{Flags, Integers, Numbers, Texts};
 
-/// All columns: the number of the run, what it was set to, how it went, its figures, and why it has none.
+/// Creates all columns: run number, settings, outcome, figures, and the reason of a failure.
 #[must_use]
 pub fn table(design: &Design, rows: &[Row]) -> Vec<Column> {
     let column = |name: &str, values| Column {
@@ -38,7 +31,7 @@ pub fn table(design: &Design, rows: &[Row]) -> Vec<Column> {
         values,
     };
     let whole = |of: fn(&Figures) -> Option<u64>| {
-        // Signed, as notebooks have it; none of these comes near 2^63.
+        // Signed integers, as notebooks expect; none of these numbers approaches 2^63.
         let number = |row| figures(row).and_then(of).map(|number| number as i64);
         Integers(rows.iter().map(number).collect())
     };
@@ -105,7 +98,7 @@ pub fn table(design: &Design, rows: &[Row]) -> Vec<Column> {
     columns
 }
 
-/// What comparisons measure; nothing where no run was measured.
+/// Creates the columns of the measures that comparisons add. Returns none if no run was measured.
 fn measured(rows: &[Row]) -> Vec<Column> {
     let all = || rows.iter().map(|row| figures(row)?.measures.as_deref());
     if all().flatten().next().is_none() {
@@ -116,22 +109,28 @@ fn measured(rows: &[Row]) -> Vec<Column> {
         values: Numbers(all().map(|measures| of(measures?)).collect()),
     };
     let mut columns = vec![
-        number("distance_m", |it| Some(it.distance_m)),
-        number("distance_gini", |it| Some(it.distance_gini)),
-        number("energy_j", |it| it.energy_j),
-        number("energy_gini", |it| it.energy_gini),
-        number("duplicate_s", |it| Some(it.duplicate_s)),
-        number("orphan_s", |it| Some(it.orphan_s)),
-        number("unattended_s", |it| Some(it.unattended_s)),
-        number("detection_s", |it| it.detection_s),
-        number("takeover_s", |it| it.takeover_s),
+        number("distance_m", |measures| Some(measures.distance_m)),
+        number("distance_gini", |measures| Some(measures.distance_gini)),
+        number("energy_j", |measures| measures.energy_j),
+        number("energy_gini", |measures| measures.energy_gini),
+        number("duplicate_s", |measures| Some(measures.duplicate_s)),
+        number("orphan_s", |measures| Some(measures.orphan_s)),
+        number("unattended_s", |measures| Some(measures.unattended_s)),
+        number("detection_s", |measures| measures.detection_s),
+        number("takeover_s", |measures| measures.takeover_s),
     ];
-    let kinds: BTreeSet<&String> = all().flatten().flat_map(|it| it.sent.keys()).collect();
+    let kinds: BTreeSet<&String> = all()
+        .flatten()
+        .flat_map(|measures| measures.sent.keys())
+        .collect();
     for kind in kinds {
         let whole = |of: fn(&Sent) -> u64| {
             let sent = |measures: &Measures| measures.sent.get(kind).copied().unwrap_or_default();
-            // Signed, as above.
-            Integers(all().map(|it| Some(of(&sent(it?)) as i64)).collect())
+            Integers(
+                all()
+                    .map(|measures| Some(of(&sent(measures?)) as i64))
+                    .collect(),
+            )
         };
         columns.extend([
             Column {
@@ -147,11 +146,15 @@ fn measured(rows: &[Row]) -> Vec<Column> {
     columns
 }
 
-/// What missions tell, in the order in which they tell it: whole numbers where all are.
+/// Creates the columns of the mission's figures in their order. A column is integer if all its values are.
 fn of_mission(rows: &[Row]) -> impl Iterator<Item = Column> {
-    let told = || rows.iter().filter_map(figures).map(|it| &it.mission);
+    let missions = || {
+        rows.iter()
+            .filter_map(figures)
+            .map(|figures| &figures.mission)
+    };
     let mut names: Vec<&str> = Vec::new();
-    for (name, _) in told().flat_map(MissionFigures::iter) {
+    for (name, _) in missions().flat_map(MissionFigures::iter) {
         if !names.contains(&name) {
             names.push(name);
         }
@@ -162,7 +165,6 @@ fn of_mission(rows: &[Row]) -> impl Iterator<Item = Column> {
         let is_whole = has(|value| matches!(value, Value::Count(_)))
             && !has(|value| matches!(value, Value::Real(_)));
         let values = if is_whole {
-            // Signed, as above.
             let whole = |value: Value| value.number().map(|_| value.count() as i64);
             Integers(values().map(|value| whole(value?)).collect())
         } else {
@@ -175,7 +177,6 @@ fn of_mission(rows: &[Row]) -> impl Iterator<Item = Column> {
     })
 }
 
-/// Those of a run that did not fail.
 #[must_use]
 pub fn figures(row: &Row) -> Option<&Figures> {
     match &row.end {
@@ -185,7 +186,6 @@ pub fn figures(row: &Row) -> Option<&Figures> {
 }
 
 impl Column {
-    /// How many rows it has.
     #[must_use]
     pub fn rows(&self) -> usize {
         match &self.values {
@@ -198,7 +198,7 @@ impl Column {
 }
 
 impl Values {
-    /// The narrowest kind that has room for all.
+    /// Converts cells to the narrowest type that holds all of them.
     fn of(cells: Vec<&Cell>) -> Self {
         let all = |fits: fn(&Cell) -> bool| cells.iter().all(|cell| fits(cell));
         if all(|cell| matches!(cell, Cell::Integer(_))) {
@@ -220,7 +220,7 @@ impl Values {
         }
     }
 
-    /// As text; empty where there is nothing.
+    /// Returns a value as text; empty for an empty cell.
     fn text(&self, row: usize) -> String {
         fn show<T: ToString>(value: Option<&T>) -> String {
             value.map_or_else(String::new, T::to_string)
@@ -234,10 +234,7 @@ impl Values {
     }
 }
 
-/// The table as CSV, with a header line; numbers in their shortest form that reads back the same.
-///
-/// # Errors
-/// None: it is written to memory.
+/// Returns the table as CSV with a header line. Numbers have the shortest form that reads back unchanged.
 pub fn csv(columns: &[Column], rows: usize) -> anyhow::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(columns.iter().map(|column| &column.name))?;
@@ -257,13 +254,11 @@ pub(crate) mod tests {
     use super::super::run::{Failure, FaultCount};
     use super::*;
 
-    /// The design of a plan for the default mission.
     pub fn design(text: &str) -> Design {
         let plan = Plan::parse("plan.toml", text, |_| Ok(default_scenario()));
         plan.unwrap().design
     }
 
-    /// A complete run that took so long.
     pub fn complete(run: usize, sim_time_ms: u64) -> Row {
         let mut mission = MissionFigures::default();
         for (name, count) in [
@@ -299,7 +294,6 @@ pub(crate) mod tests {
         }
     }
 
-    /// One that ran into the time limit.
     pub fn incomplete(run: usize) -> Row {
         let mut row = complete(run, 9_000);
         if let End::Ended(figures) = &mut row.end {
@@ -319,7 +313,6 @@ pub(crate) mod tests {
         row
     }
 
-    /// One that failed.
     pub fn failed(run: usize) -> Row {
         Row {
             run,
@@ -331,7 +324,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn no_two_columns_have_one_name() {
+    fn column_names_are_unique() {
         let text = "presets = ['team']\n[faults.none]\n[grid]\nbody.speed_m_s = [0.5]\n";
         let columns = table(&design(text), &[complete(0, 4_000)]);
         let names: std::collections::BTreeSet<&String> =
@@ -340,7 +333,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_line_per_run_with_settings_figures_or_reason() {
+    fn each_line_has_settings_and_figures_or_a_reason() {
         let design =
             design("[grid]\nbody.speed_m_s = [0.5, 1, 0.25]\nwaste.spills.0.name = ['top']\n");
         let rows = [complete(0, 4_000), incomplete(1), failed(2)];

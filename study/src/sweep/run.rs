@@ -1,4 +1,4 @@
-//! One run, and the row that it leaves.
+//! One run of a sweep and its row.
 
 use missions::Registry;
 use std::collections::BTreeMap;
@@ -19,83 +19,70 @@ use super::plan::{Plan, setup};
 use crate::invariants::{Invariants, replayed};
 use in_process::Team;
 
-/// Ticks between two looks at whether it shall go on.
+/// The number of ticks between two checks of the stop condition.
 const TICKS_PER_LOOK: u64 = 64;
 
-/// What is kept of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// Its number.
     pub run: usize,
-    /// What came of it.
     pub end: End,
 }
 
-/// How a run went.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum End {
-    /// To its end.
+    /// The run ended and has figures.
     Ended(Figures),
-    /// Not at all, or not to its end.
+    /// The run did not start, or did not reach its end.
     Failed(Failure),
 }
 
-/// Figures of a run, named as in run.json.
+/// The figures of a run, named as in run.json.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
-    /// How it ended.
     pub outcome: Outcome,
-    /// Of the whole run, 16 hexadecimal digits.
+    /// The hash of the entire run, 16 hexadecimal digits.
     pub hash: String,
-    /// Simulated time, ms.
     pub sim_time_ms: u64,
-    /// Those of the mission, by the names of their columns: a total in the place of what is left to do.
+    /// The mission's figures by column name. A column of remaining work is replaced by the total.
     pub mission: MissionFigures,
-    /// Of behavior sets, by all robots.
     pub activations: u64,
-    /// By all robots.
     pub messages_sent: u64,
-    /// Their payloads.
+    /// The total payload of these broadcasts.
     pub bytes_sent: u64,
-    /// At all receivers.
+    /// The number of received messages, over all receivers.
     pub messages_heard: u64,
-    /// At all receivers.
+    /// The number of lost messages, over all receivers.
     pub messages_lost: u64,
-    /// Faults that were armed, by kind.
+    /// Armed faults by kind.
     pub faults: BTreeMap<String, FaultCount>,
-    /// What comparisons want to know beside these; others do not ask.
+    /// Measures for comparisons; `None` in other sweeps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measures: Option<Box<Measures>>,
 }
 
-/// Faults of a kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FaultCount {
-    /// That were armed.
     pub armed: u64,
-    /// Of those, that changed something.
     pub hit: u64,
-    /// How often all of them together.
+    /// The number of effects of all these faults.
     pub hits: u64,
 }
 
-/// Why a run has no figures.
+/// The reason why a run has no figures, and its scenario.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failure {
-    /// One line.
     pub reason: String,
-    /// Its scenario in TOML.
     pub scenario: String,
 }
 
-/// Does a run; `None` if it was told to stop. A panic is its own, and kept as the reason why it failed.
+/// Executes a run. Returns `None` if `stops` returned true. A panic becomes the reason of a failed run.
 pub fn attempt(plan: &Plan, run: usize, stops: &dyn Fn() -> bool) -> Option<Row> {
     let end = attempt_changed(plan, run, &[], plan.design.seed(run), stops)?;
     Some(Row { run, end })
 }
 
-/// The same with changes of its scenario, and with that seed.
+/// Executes a run with changes of its scenario and with the given seed.
 pub fn attempt_changed(
     plan: &Plan,
     run: usize,
@@ -133,7 +120,7 @@ fn simulate(
 ) -> anyhow::Result<Option<Figures>> {
     let setup = setup(scenario, seed)?;
     let mut invariants = plan.check.then(|| Invariants::new(&setup));
-    // The hash of a run is the same at every level.
+    // The hash of a run does not depend on the log level.
     let level = if plan.measures {
         LogLevel::Full
     } else {
@@ -190,7 +177,7 @@ impl Figures {
         }
     }
 
-    /// The greatest lateness of what recurs in the mission, ms: its figures that are called so.
+    /// Returns the greatest lateness of a recurring task, ms: the largest figure whose name ends with `lateness_max_ms`.
     #[must_use]
     pub fn lateness_ms(&self) -> Option<u64> {
         let figures = self.mission.iter();
@@ -200,7 +187,7 @@ impl Figures {
             .max()
     }
 
-    /// All faults together.
+    /// Returns the sum over all kinds of faults.
     #[must_use]
     pub fn all_faults(&self) -> FaultCount {
         let mut all = FaultCount::default();
@@ -212,7 +199,6 @@ impl Figures {
 }
 
 impl FaultCount {
-    /// Adds those of another run or kind.
     pub fn add(&mut self, other: &Self) {
         self.armed += other.armed;
         self.hit += other.hit;
@@ -221,16 +207,20 @@ impl FaultCount {
 }
 
 fn of_mission(run: &RunFile) -> MissionFigures {
-    let told = &run.result.mission;
+    let reported = &run.result.mission;
     let columns = run.setup.catalog.mission.terms().columns;
     let row = columns.iter();
-    let row = row.filter_map(|column| Some(column.with(told.column(column.name)?)));
+    let row = row.filter_map(|column| Some(column.with(reported.column(column.name)?)));
     let row: Vec<ColumnValue> = row.collect();
     let total = Progress::of(&row).map(|progress| progress.total);
     let mut figures = MissionFigures::default();
-    for (name, value) in told.iter() {
+    for (name, value) in reported.iter() {
         let name = name.replace('.', "_");
-        match row.iter().find(|it| it.name == name).map(|it| it.kind) {
+        match row
+            .iter()
+            .find(|column| column.name == name)
+            .map(|column| column.kind)
+        {
             Some(ColumnKind::Left) => {}
             Some(ColumnKind::Done) => {
                 figures.add(&name, value);
@@ -242,7 +232,7 @@ fn of_mission(run: &RunFile) -> MissionFigures {
     figures
 }
 
-/// `items_delivered` of `items_total`.
+/// Returns the name of the total that belongs to a count, such as `items_total` for `items_delivered`.
 fn total_of(done: &str) -> String {
     let things = done.rsplit_once('_').map(|(things, _)| things);
     things.map_or_else(|| "total".to_owned(), |things| format!("{things}_total"))
@@ -263,7 +253,7 @@ fn by_kind(faults: &[FaultStatus]) -> BTreeMap<String, FaultCount> {
     counts
 }
 
-/// The fault's name; of sensors and actuators also how they fail.
+/// Returns the fault's name; for sensors and actuators followed by the mode of failure.
 fn kind(fault: &Fault) -> String {
     let mode = match fault {
         Fault::Sensor(fault) => fault.mode.to_string(),
@@ -286,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_panics_is_kept_with_its_words() {
+    fn a_panic_becomes_the_reason_of_the_failed_run() {
         let plan = plan("");
         let row = attempt(&plan, 0, &|| panic!("out of {}", "luck")).unwrap();
         let End::Failed(failure) = row.end else {
@@ -298,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_that_do_not_go_together_fail_in_one_line() {
+    fn contradicting_settings_fail_with_one_line() {
         let plan = plan(
             "[scenario]\nrobots = [{ name = 'blue', start = { x_m = 4.6, y_m = 4.5 } }]\n\
              obstacles = [{ x_m = 8.0, y_m = 4.0, width_m = 1.0, height_m = 1.0 }]\n\
@@ -313,12 +303,12 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_is_told_to_stop_leaves_no_row() {
+    fn a_stopped_run_leaves_no_row() {
         assert_eq!(attempt(&plan(""), 0, &|| true), None);
     }
 
     #[test]
-    fn figures_are_those_of_the_run() {
+    fn figures_equal_those_of_the_run() {
         let plan = plan("limit_s = 30.0\nseeds = [7]\n");
         let row = attempt(&plan, 0, &|| false).unwrap();
         let End::Ended(figures) = row.end else {

@@ -1,4 +1,4 @@
-//! Points at random: each key has a stream of its own, so that another key shifts nobody's draws.
+//! Random points. Each key has its own random stream, so adding a key does not change the draws of others.
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -6,21 +6,20 @@ use rand_chacha::rand_core::SeedableRng;
 use toml::Value;
 use xxhash_rust::xxh3::xxh3_64;
 
-/// What is drawn for a key.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Distribution {
-    /// A whole number from the first to the last, each as likely.
+    /// A whole number between both bounds, inclusive; uniform.
     Integer(i64, i64),
-    /// A number, evenly distributed.
+    /// A number between both bounds; uniform.
     Even(f64, f64),
-    /// A positive number whose logarithm is evenly distributed.
+    /// A positive number between both bounds; its logarithm is uniform.
     Log(f64, f64),
-    /// One of these, each as likely.
+    /// One of the listed values; uniform.
     Choice(Vec<Value>),
 }
 
 impl Distribution {
-    /// Its ends, or all its values.
+    /// Returns the bounds, or all values of a choice.
     #[must_use]
     pub fn stated(&self) -> Vec<Value> {
         match self {
@@ -37,14 +36,14 @@ impl Distribution {
         match self {
             Self::Integer(min, max) => {
                 let span = max.abs_diff(*min) as f64 + 1.0;
-                // Rounding may reach the end of a very long span.
+                // Rounding can reach the end of a very long span.
                 let steps = ((u * span) as u64).min(max.abs_diff(*min));
                 Value::Integer(min.saturating_add_unsigned(steps))
             }
             Self::Even(min, max) => Value::Float(min + u * (max - min)),
             Self::Log(min, max) => {
                 let (from, to) = (libm::log(*min), libm::log(*max));
-                // The detour by logarithms may miss an end by a bit.
+                // The logarithm and its inverse can miss a bound by rounding.
                 Value::Float(libm::exp(from + u * (to - from)).clamp(*min, *max))
             }
             Self::Choice(values) => {
@@ -55,7 +54,7 @@ impl Distribution {
     }
 }
 
-/// `count` values of a key.
+/// Draws `count` values of a key.
 #[must_use]
 pub fn draw(seed: u64, key: &str, distribution: &Distribution, count: usize) -> Vec<Value> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -63,7 +62,7 @@ pub fn draw(seed: u64, key: &str, distribution: &Distribution, count: usize) -> 
     (0..count).map(|_| distribution.draw(&mut rng)).collect()
 }
 
-/// In [0, 1), with the same bits on every machine.
+/// Draws a number in [0, 1) with the same bits on every machine.
 fn uniform(rng: &mut ChaCha8Rng) -> f64 {
     const RESOLUTION: f64 = 1.0 / (1_u64 << 53) as f64;
     (rng.next_u64() >> 11) as f64 * RESOLUTION
@@ -92,9 +91,9 @@ mod tests {
     }
 
     #[test]
-    fn each_distribution_has_its_ends_and_its_mean() {
+    fn each_distribution_keeps_its_bounds_and_mean() {
         assert_mean(&Distribution::Even(2.0, 4.0), (2.0, 4.0), 3.0);
-        // Of ln x even in [ln 1, ln 100]: 99 / ln 100.
+        // The mean of x with ln x uniform in [ln 1, ln 100] is 99 / ln 100.
         assert_mean(&Distribution::Log(1.0, 100.0), (1.0, 100.0), 21.5);
         assert_mean(&Distribution::Integer(1, 6), (1.0, 6.0), 3.5);
         let die = numbers(&Distribution::Integer(1, 6));
@@ -104,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_has_its_own_luck_and_a_seed_gives_it_again() {
+    fn keys_draw_independently_and_seeds_repeat_draws() {
         let even = Distribution::Even(0.0, 1.0);
         let a = draw(1, "a", &even, 3);
         assert_eq!(a, draw(1, "a", &even, 4)[..3]);

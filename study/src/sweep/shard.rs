@@ -1,9 +1,9 @@
-//! A part of a sweep, for a job of an array.
+//! A part of a sweep, for one job of a job array.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// Every `of`-th run, from the one with that number on.
+/// Every `of`-th run, starting with run `number`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     number: usize,
@@ -11,7 +11,6 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// Whether it does that run.
     #[must_use]
     pub fn has(self, run: usize) -> bool {
         run % self.of == self.number
@@ -43,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shards_have_every_run_once() {
+    fn each_run_is_in_exactly_one_shard() {
         let shards = ["0/3", "1/3", "2/3"].map(|text| text.parse::<Shard>().unwrap());
         for run in 0..10 {
             assert_eq!(shards.iter().filter(|shard| shard.has(run)).count(), 1);

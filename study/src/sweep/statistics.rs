@@ -1,34 +1,29 @@
-//! Medians and intervals, all at 95 %.
+//! Medians and their 95 % intervals.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-/// The normal distribution's 97.5 % quantile.
+/// The 97.5 % quantile of the standard normal distribution.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// Samples that the bootstrap draws.
 const RESAMPLES: usize = 2000;
 
-/// From, to.
 pub type Interval = (f64, f64);
 
-/// A median with its interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// The median.
     pub median: f64,
-    /// Where that of all runs is likely to be.
     pub interval: Interval,
 }
 
-/// Wilson's score interval of a share (Wilson 1927): `hits` of `count`. Of nothing, nothing is known.
+/// Returns Wilson's score interval (Wilson 1927) of the share `hits` / `count` at 95 %; 0 to 1 if `count` is 0.
 #[must_use]
 pub fn wilson(hits: usize, count: usize) -> Interval {
     wilson_at(hits, count, Z)
 }
 
-/// The same at another level, that of the normal distribution's quantile `z`.
+/// Returns Wilson's interval at the level of the normal distribution's quantile `z`.
 #[must_use]
 pub fn wilson_at(hits: usize, count: usize, z: f64) -> Interval {
     if count == 0 {
@@ -39,27 +34,27 @@ pub fn wilson_at(hits: usize, count: usize, z: f64) -> Interval {
     let scale = 1.0 + z * z / n;
     let center = (share + z * z / (2.0 * n)) / scale;
     let half = z / scale * (share * (1.0 - share) / n + z * z / (4.0 * n * n)).sqrt();
-    // At the ends it is exact but for rounding.
+    // The formula is exact at the ends except for rounding.
     let low = if hits == 0 { 0.0 } else { center - half };
     let high = if hits == count { 1.0 } else { center + half };
     (low, high)
 }
 
-/// The median of values, `None` without any, with the percentile interval of the bootstrap (Efron 1979). The same
-/// values always give the same interval.
+/// Returns the median with the bootstrap's percentile interval (Efron 1979), or `None` without values. Equal values always give
+/// equal intervals.
 #[must_use]
 pub fn estimate(mut values: Vec<f64>) -> Option<Estimate> {
     if values.is_empty() {
         return None;
     }
     values.sort_by(f64::total_cmp);
-    // The same draws for everybody: an interval depends on its values alone.
+    // All calls use the same draws, so an interval depends only on its values.
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     let mut sample = Vec::with_capacity(values.len());
     let mut medians: Vec<f64> = (0..RESAMPLES)
         .map(|_| {
             sample.clear();
-            // Indices as u64: those of usize would differ between platforms.
+            // Draws u64 indices, because usize would give different draws on other platforms.
             sample.extend((0..values.len()).map(|_| {
                 let place = rng.random_range(0..values.len() as u64);
                 values[place as usize]
@@ -75,7 +70,7 @@ pub fn estimate(mut values: Vec<f64>) -> Option<Estimate> {
     })
 }
 
-/// Of sorted values, linear between two of them (Hyndman and Fan's type 7).
+/// Returns a quantile of sorted values, with linear interpolation (Hyndman and Fan's type 7).
 #[must_use]
 pub fn quantile(sorted: &[f64], share: f64) -> f64 {
     let place = share * (sorted.len() - 1) as f64;
@@ -97,10 +92,10 @@ mod tests {
     }
 
     #[test]
-    fn wilson_as_calculated_by_hand() {
+    fn wilson_matches_hand_calculation() {
         // z² = 3.8415. 8 of 10: (0.8 + 0.19207 ± 1.95996 · √(0.016 + 0.0096036)) / 1.38415
         assert_interval(wilson(8, 10), (0.4902, 0.9433));
-        // 0 of 10: up to z² / (n + z²); 10 of 10 mirrors it.
+        // 0 of 10 has the upper bound z² / (n + z²); 10 of 10 is its mirror image.
         assert_interval(wilson(0, 10), (0.0, 0.2775));
         assert_interval(wilson(10, 10), (0.7225, 1.0));
         // 1 of 2: 0.5 ± 1.95996 / 2.92073 · √(0.125 + 0.240091)
@@ -109,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn medians_and_quantiles_as_calculated_by_hand() {
+    fn medians_and_quantiles_match_hand_calculation() {
         assert_eq!(quantile(&[1.0], 0.3), 1.0);
         assert_eq!(quantile(&[1.0, 2.0, 4.0, 8.0], 0.5), 3.0);
         assert_eq!(quantile(&[0.0, 10.0, 20.0], 0.25), 5.0);
@@ -118,13 +113,13 @@ mod tests {
     }
 
     #[test]
-    fn the_bootstrap_of_what_does_not_vary_and_of_what_does() {
+    fn the_bootstrap_of_constant_and_varying_values() {
         let same = estimate(vec![7.0; 5]).unwrap();
         assert_eq!((same.median, same.interval), (7.0, (7.0, 7.0)));
-        // With three values, a sample's median is the least one with probability 1/27 · (1 + 3 · 2) = 7/27 > 2.5 %.
+        // With three values, a sample's median is the least value with probability 1/27 · (1 + 3 · 2) = 7/27 > 2.5 %.
         let three = estimate(vec![1.0, 2.0, 3.0]).unwrap();
         assert_eq!(three.interval, (1.0, 3.0));
-        // Of 0 to 100 evenly, the median's standard error is about 1 / (2 f √n) = 50 / √101: the interval is some 50 ± 9.8.
+        // For 0 to 100 uniform, the median's standard error is about 1 / (2 f √n) = 50 / √101, so the interval is about 50 ± 9.8.
         let even = estimate((0..=100).map(f64::from).collect()).unwrap();
         assert!((38.0..=43.0).contains(&even.interval.0), "{even:?}");
         assert!((57.0..=62.0).contains(&even.interval.1), "{even:?}");

@@ -1,4 +1,4 @@
-//! What is common to runs with the same settings.
+//! Summaries of runs with equal settings.
 
 use std::collections::BTreeMap;
 
@@ -9,26 +9,23 @@ use super::results::figures;
 use super::run::{End, FaultCount, Row};
 use super::statistics::{Estimate, Interval, estimate, wilson};
 
-/// A column with more different numbers than this is put into classes.
+/// The number of distinct values from which a numeric column is divided into classes.
 const MOST_GROUPS: usize = 12;
 
-/// So many.
 const CLASSES: usize = 8;
 
-/// Runs together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
-    /// All of them.
     pub runs: usize,
-    /// Those that have no figures. They count in nothing else.
+    /// The number of failed runs. They count in no other field.
     pub failed: usize,
-    /// Those in which the mission was completed.
+    /// The number of runs that completed the mission.
     pub complete: usize,
-    /// Of the share of those.
+    /// The interval of the share of complete runs.
     pub completion: Interval,
     /// Simulated time of complete runs, s.
     pub makespan_s: Option<Estimate>,
-    /// The greatest lateness of what recurs in the mission, of runs with any, s.
+    /// The greatest lateness of a recurring task per run, s; runs without one are omitted.
     pub lateness_s: Option<Estimate>,
 }
 
@@ -57,7 +54,7 @@ impl Summary {
         }
     }
 
-    /// Part of the runs in which the mission was completed; `None` if all failed.
+    /// Returns the share of complete runs among those that did not fail, or `None` if all failed.
     #[must_use]
     pub fn share(&self) -> Option<f64> {
         let ended = self.runs - self.failed;
@@ -65,23 +62,26 @@ impl Summary {
     }
 }
 
-/// All together.
 #[must_use]
 pub fn overall(rows: &[Row]) -> Summary {
     Summary::of(rows)
 }
 
-/// Faults by kind, of all runs that have figures.
+/// Counts faults by kind over all runs that have figures.
 #[must_use]
 pub fn faults_by_kind(rows: &[Row]) -> BTreeMap<&str, FaultCount> {
     let mut all: BTreeMap<&str, FaultCount> = BTreeMap::new();
-    for (kind, count) in rows.iter().filter_map(figures).flat_map(|it| &it.faults) {
+    for (kind, count) in rows
+        .iter()
+        .filter_map(figures)
+        .flat_map(|figures| &figures.faults)
+    {
         all.entry(kind).or_default().add(count);
     }
     all
 }
 
-/// Failed runs by what their reason begins with.
+/// Counts failed runs by the start of their reason.
 #[must_use]
 pub fn failed_by_reason(rows: &[Row]) -> BTreeMap<&str, usize> {
     let mut all = BTreeMap::new();
@@ -94,7 +94,7 @@ pub fn failed_by_reason(rows: &[Row]) -> BTreeMap<&str, usize> {
     all
 }
 
-/// Runs that differ in nothing but the seed, with their settings but that. `rows` are all rows, in order.
+/// Summarizes the runs of each condition, which differ only in the seed. `rows` are all rows, in run order.
 #[must_use]
 pub fn by_condition<'d>(design: &'d Design, rows: &[Row]) -> Vec<(Vec<&'d Cell>, Summary)> {
     rows.chunk_by(|a, b| a.run / design.repetitions() == b.run / design.repetitions())
@@ -106,23 +106,20 @@ pub fn by_condition<'d>(design: &'d Design, rows: &[Row]) -> Vec<(Vec<&'d Cell>,
         .collect()
 }
 
-/// A column against which something is drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Against {
-    /// Its name.
     pub column: String,
-    /// Under which faults, where the sweep has several classes of them.
     pub faults: Option<String>,
-    /// Its values, or classes of them, from left to right.
+    /// The values, or classes of values, from left to right.
     pub groups: Vec<String>,
-    /// The values themselves, where they are numbers and each is a group of its own.
+    /// The numeric values, if each has its own group.
     pub numbers: Option<Vec<f64>>,
-    /// A line for each preset, or one for all, without a name; by group, `None` without runs.
+    /// One series per preset, or a single one without a name. Each has a summary per group, or `None` without runs.
     pub series: Vec<(String, Vec<Option<Summary>>)>,
 }
 
-/// Every swept column that has more than one value, but for the seed, for each class of faults by itself; what else is varied is taken
-/// together. `rows` are all rows, in order.
+/// Summarizes runs by each swept column that has several values, except the seed, for each class of faults. Summaries cover all
+/// values of the other columns. `rows` are all rows, in run order.
 #[must_use]
 pub fn by_column(design: &Design, rows: &[Row]) -> Vec<Against> {
     let factor_of = |column: &str| {
@@ -194,16 +191,14 @@ pub fn by_column(design: &Design, rows: &[Row]) -> Vec<Against> {
     all
 }
 
-/// Cells of a column that count as one.
 struct Groups {
     names: Vec<String>,
-    /// Their values, where each has one.
+    /// The values of the groups, if each group has one number.
     numbers: Option<Vec<f64>>,
-    /// By cell.
     of: Vec<usize>,
 }
 
-/// Different values of a column, numbers in order, many of them in classes of about as many each.
+/// Groups the cells of a column by value. Numbers are sorted; many numbers form classes of about equal size.
 fn groups(cells: &[&Cell]) -> Groups {
     let mut values: Vec<&Cell> = Vec::new();
     for cell in cells {
@@ -248,7 +243,7 @@ fn groups(cells: &[&Cell]) -> Groups {
     }
 }
 
-/// With three digits, for a class.
+/// Rounds to three digits, for the label of a class.
 fn rounded(cell: &Cell) -> String {
     match cell.number() {
         Some(number) if number != 0.0 => {
@@ -266,7 +261,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn failed_runs_count_as_failed_alone() {
+    fn failed_runs_count_only_as_failed() {
         let rows = [
             complete(0, 4_000),
             complete(1, 6_000),
@@ -362,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn classes_of_faults_stand_apart() {
+    fn classes_of_faults_are_separate() {
         let plan = "[grid]\nbody.speed_m_s = [1.0, 0.5]\n[faults.none]\n\
              [faults.dies]\ntimeline = [{ fault.kill = 'blue', at_s = 1.0 }]\n";
         let design = design(plan);
@@ -373,13 +368,15 @@ mod tests {
             .into_iter()
             .map(|against| {
                 let medians = against.series[0].1.iter().flatten();
-                let medians: Vec<f64> = medians.map(|it| it.makespan_s.unwrap().median).collect();
+                let medians: Vec<f64> = medians
+                    .map(|summary| summary.makespan_s.unwrap().median)
+                    .collect();
                 (against.column, against.faults, medians)
             })
             .collect();
         let speed = "body.speed_m_s".to_owned();
         let class = |name: &str| Some(name.to_owned());
-        // A class each, and the classes themselves, all else together.
+        // One block per class of faults, and one with the classes as groups.
         let expected = [
             (speed.clone(), class("dies"), vec![3.0, 1.0]),
             (speed, class("none"), vec![4.0, 2.0]),
@@ -389,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn many_numbers_in_classes_of_equal_size() {
+    fn many_numbers_form_classes_of_equal_size() {
         let cells: Vec<Cell> = (0..16)
             .map(|i| Cell::Number(1.0 / f64::from(i + 1)))
             .collect();

@@ -1,5 +1,4 @@
-//! What plans are run by, whatever is made of their runs: all of them or a shard, from the start or where they were, in journals
-//! that are put together.
+//! Execution of a plan for any command: all runs or a shard, from the start or resumed, with journals that can be merged.
 
 use std::fs;
 use std::num::NonZeroUsize;
@@ -23,54 +22,52 @@ use super::shard::Shard;
 use super::workers::work;
 use crate::interrupted::Interrupted;
 
-/// Missing runs that are named.
+/// The largest number of missing runs that a message lists.
 const SHOWN: usize = 20;
 
-/// What runs of a plan are asked for.
 #[derive(Args, Clone, Debug)]
 pub struct Arguments {
-    /// What is varied, in TOML; with --merge: folders with the journals of shards
+    /// Plan in TOML; with --merge: folders with the journals of shards
     #[arg(value_name = "FILE|DIR", required = true)]
     paths: Vec<PathBuf>,
-    /// Folder of the results [default: one called as FILE without .toml; with --merge: the first DIR]
+    /// Folder of the results [default: named like FILE without .toml; with --merge: the first DIR]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Runs side by side [default: one per core]
+    /// Number of concurrent runs [default: one per core]
     #[arg(long, value_name = "N", value_parser = jobs)]
     jobs: Option<NonZeroUsize>,
-    /// Do every N-th run only, from run I on: one of N jobs, numbered from 0
+    /// Execute only every N-th run, starting with run I: one of N jobs, numbered from 0
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    /// Put the journals of all shards together
+    /// Merge the journals of all shards
     #[arg(long, conflicts_with_all = ["jobs", "shard"])]
     merge: bool,
-    /// Print the scenario of one run, and how to run it, instead
+    /// Print the scenario of one run and the command that executes it, then exit
     #[arg(long, value_name = "RUN", conflicts_with_all = ["jobs", "shard", "merge", "out"])]
     scenario: Option<usize>,
 }
 
-/// What a subcommand makes of the runs of a plan.
+/// The parts of plan execution that depend on the subcommand.
 pub struct Study {
-    /// Its name.
     pub name: &'static str,
-    /// Where its results go by default.
+    /// The parent folder of the results by default.
     pub folder: &'static str,
-    /// Checks what only this one wants of a plan, of which so many runs go side by side, and says what is kept of it beside its
-    /// runs.
+    /// Checks the subcommand's requirements of a plan with the given number of concurrent runs. Returns the data that the
+    /// journal stores beside the runs.
     pub prepare: fn(&mut Plan, NonZeroUsize) -> anyhow::Result<Option<Comparison>>,
-    /// Writes and shows the results, from all rows in order; those of failed runs among them, which are kept already. Whether no run
-    /// has failed.
-    pub finish: fn(&Path, &Header, &[Row]) -> anyhow::Result<bool>,
+    /// Writes and shows the results from all rows in order, including failed runs. The path is that of the plan as given;
+    /// `None` after a merge. Returns `true` if no run failed.
+    pub finish: fn(&Path, &Header, &[Row], Option<&Path>) -> anyhow::Result<bool>,
 }
 
-/// What is left to do, and how to tell about it.
+/// The work that remains after the arguments are checked.
 enum Task {
     Print(Plan, usize),
     Work(Box<Work>),
     Merge(PathBuf, Header, Rows),
 }
 
-/// A sweep that is to be run, or a shard of it.
+/// A sweep, or a shard of it, that is ready to run.
 struct Work {
     plan: Plan,
     header: Header,
@@ -81,11 +78,11 @@ struct Work {
 }
 
 impl Arguments {
-    /// Exit status 0 when all runs are done, however their missions ended; 1 when runs failed or it was interrupted; 2 for a
-    /// mistake in plan or arguments, or runs that are missing; 3 when its files cannot be written.
+    /// Runs the command. Exit status: 0 all runs are done, 1 failed runs or an interruption, 2 invalid input or missing runs, 3 a file
+    /// cannot be written. Incomplete missions are not failures.
     #[must_use]
     pub fn run(&self, known: &Known, study: &Study) -> ExitCode {
-        // Everything is read and checked here, before the first run.
+        // All inputs are read and checked before the first run.
         let task = match self.prepare(known, study) {
             Ok(task) => task,
             Err(error) => {
@@ -95,8 +92,8 @@ impl Arguments {
         };
         let done = match task {
             Task::Print(plan, run) => self.print(&plan, run),
-            Task::Work(work) => work.run(self.jobs(), study, &self.again(study)),
-            Task::Merge(folder, header, rows) => finish(&folder, &header, rows, study),
+            Task::Work(work) => work.run(self.jobs(), study, &self.again(study), &self.paths[0]),
+            Task::Merge(folder, header, rows) => finish(&folder, &header, rows, study, None),
         };
         match done {
             Ok(true) => ExitCode::SUCCESS,
@@ -108,7 +105,6 @@ impl Arguments {
         }
     }
 
-    /// Runs side by side.
     #[must_use]
     pub fn jobs(&self) -> NonZeroUsize {
         self.jobs
@@ -116,13 +112,10 @@ impl Arguments {
             .unwrap_or(NonZeroUsize::MIN)
     }
 
-    /// The plan that is asked for, and its text.
-    ///
-    /// # Errors
-    /// The first mistake in it, in one line.
+    /// Reads the plan. Returns it with its text.
     pub fn plan(&self, known: &Known) -> anyhow::Result<(Plan, String)> {
         let [file] = &self.paths[..] else {
-            bail!("name one FILE; several DIRs go with --merge");
+            bail!("name one FILE; only --merge takes several DIRs");
         };
         let name = file.display().to_string();
         let bytes = fs::read(file).with_context(|| name.clone())?;
@@ -137,7 +130,7 @@ impl Arguments {
         let (mut plan, text) = self.plan(known)?;
         let file = &self.paths[0];
         if plan.tuning.is_some() {
-            bail!("{}: it is a plan of alliance tune", file.display());
+            bail!("{}: this is a plan for alliance tune", file.display());
         }
         let comparison =
             (study.prepare)(&mut plan, self.jobs()).with_context(|| file.display().to_string())?;
@@ -145,7 +138,7 @@ impl Arguments {
         if let Some(run) = self.scenario {
             if run >= runs {
                 bail!(
-                    "there is no run {run}: they are numbered from 0 to {}",
+                    "there is no run {run}; runs are numbered from 0 to {}",
                     runs - 1
                 );
             }
@@ -179,7 +172,6 @@ impl Arguments {
         })))
     }
 
-    /// All rows of all shards.
     fn gather(&self) -> anyhow::Result<Task> {
         let folders = &self.paths;
         let names: Vec<String> = folders.iter().map(|f| f.display().to_string()).collect();
@@ -195,7 +187,7 @@ impl Arguments {
             let named = missing.len().min(SHOWN);
             let more = if missing.len() > named { ", …" } else { "" };
             bail!(
-                "{} of {runs} runs are missing: {}{more}; start their shards again, or the whole sweep with --out {}",
+                "{} of {runs} runs are missing: {}{more}; repeat their shards, or the whole sweep with --out {}",
                 missing.len(),
                 missing[..named].join(", "),
                 names[0]
@@ -216,13 +208,13 @@ impl Arguments {
         terminal::print(&scenario)?;
         let file = format!("run-{run}.toml");
         tell!(
-            "as {file}: {}",
+            "to repeat the run, save this as {file}: {}",
             repeat(&file, plan.design.seed(run), plan.check)
         );
         Ok(true)
     }
 
-    /// The command that goes on.
+    /// Returns the command that resumes the sweep.
     fn again(&self, study: &Study) -> String {
         let mut words = vec![format!("alliance {}", study.name)];
         words.extend(self.paths.iter().map(|path| quoted(path)));
@@ -239,23 +231,19 @@ impl Arguments {
     }
 }
 
-/// Reads a plan; files that it names are found from where it is.
-///
-/// # Errors
-/// The first mistake in it, in one line.
+/// Reads a plan. Files that it names are relative to its folder.
 pub fn read_plan(file: &Path, text: &str, known: &Known) -> anyhow::Result<Plan> {
     let folder = file.parent().unwrap_or(Path::new(""));
     Plan::parse(&file.display().to_string(), text, |name| {
-        // Files are found from where the plan is, whoever runs it.
-        let asked = match known.vocabulary.builtin(name) {
+        // Files are relative to the plan, not to the working directory.
+        let source = match known.vocabulary.builtin(name) {
             Some(_) => name.to_owned(),
             None => folder.join(name).display().to_string(),
         };
-        read_scenario(&asked, known)
+        read_scenario(&source, known)
     })
 }
 
-/// What has been done in that folder.
 fn known_rows(folder: &Path, header: &Header) -> anyhow::Result<Rows> {
     if !folder.exists() {
         return Ok(Rows::new());
@@ -266,21 +254,27 @@ fn known_rows(folder: &Path, header: &Header) -> anyhow::Result<Rows> {
     let folder = folder.display();
     if known.version != header.version {
         bail!(
-            "{folder} was begun by version {} of this program; go on with that, or name a new folder with --out",
+            "version {} of this program began {folder}; continue with that version, or name a new folder with --out",
             known.version
         );
     }
     if known.digest != header.digest {
         bail!(
-            "{folder} holds another sweep, or this one before it was changed; name a new folder with --out, or remove that one"
+            "{folder} holds another sweep, or this one before it was changed; name a new folder with --out, or remove that folder"
         );
     }
     Ok(rows)
 }
 
 impl Work {
-    /// Whether all went well.
-    fn run(mut self, jobs: NonZeroUsize, study: &Study, again: &str) -> anyhow::Result<bool> {
+    /// Executes the runs. Returns `true` if all are done and none failed.
+    fn run(
+        mut self,
+        jobs: NonZeroUsize,
+        study: &Study,
+        again: &str,
+        plan: &Path,
+    ) -> anyhow::Result<bool> {
         let interrupted = Interrupted::watch()?;
         let all = self.plan.design.runs().unwrap_or_default();
         let mine = |run: &usize| self.shard.is_none_or(|shard| shard.has(*run));
@@ -297,8 +291,10 @@ impl Work {
             .shard
             .map_or_else(String::new, |shard| format!(", shard {shard}"));
         progress.say(&format!(
-            "{} {}{part}: {total} runs{known}; {jobs} side by side",
-            study.name, self.header.sweep
+            "{} {}{part}: {}{known}; {jobs} at a time",
+            study.name,
+            self.header.sweep,
+            counted(total, "run")
         ));
         let stops = || interrupted.is_so();
         let attempt = |run, stops: &dyn Fn() -> bool| attempt(&self.plan, run, stops);
@@ -321,12 +317,16 @@ impl Work {
             .filter(|run| !self.done.contains_key(run))
             .count();
         if left > 0 {
-            tell!("interrupted: {left} of {total} runs are left; go on with\n  {again}");
+            tell!(
+                "interrupted: {left} of {} left; continue with\n  {again}",
+                counted(total, "run")
+            );
             return Ok(false);
         }
         if let Some(shard) = self.shard {
             tell!(
-                "shard {shard}: all {total} runs are done; when all shards are, put them together with\n  alliance {} --merge {folder}",
+                "shard {shard}: {} done; when all shards are done, merge them with\n  alliance {} --merge {folder}",
+                counted(total, "run"),
                 study.name
             );
             let failed = (0..all).filter(|run| shard.has(*run)).any(|run| {
@@ -335,22 +335,28 @@ impl Work {
             });
             return Ok(!failed);
         }
-        finish(&self.folder, &self.header, self.done, study)
+        finish(&self.folder, &self.header, self.done, study, Some(plan))
     }
 }
 
-/// Keeps the scenarios of failed runs, and hands all over; whether no run has failed.
-fn finish(folder: &Path, header: &Header, rows: Rows, study: &Study) -> anyhow::Result<bool> {
+/// Writes the scenarios of failed runs, then the results. Returns `true` if no run failed.
+fn finish(
+    folder: &Path,
+    header: &Header,
+    rows: Rows,
+    study: &Study,
+    plan: Option<&Path>,
+) -> anyhow::Result<bool> {
     let rows: Vec<Row> = rows.into_values().collect();
     for row in &rows {
         if let End::Failed(failure) = &row.end {
             keep(folder, header, row.run, failure)?;
         }
     }
-    (study.finish)(folder, header, &rows)
+    (study.finish)(folder, header, &rows, plan)
 }
 
-/// Keeps the scenario of a failed run, with its seed, the reason, and how to repeat it.
+/// Writes the scenario of a failed run with the reason and the command that repeats it.
 fn keep(folder: &Path, header: &Header, run: usize, failure: &Failure) -> anyhow::Result<()> {
     let failures = folder.join(FAILURES);
     fs::create_dir_all(&failures).with_context(|| format!("cannot make {}", failures.display()))?;
@@ -364,14 +370,13 @@ fn keep(folder: &Path, header: &Header, run: usize, failure: &Failure) -> anyhow
     put(&failures, &name, text.as_bytes())
 }
 
-/// The command that does a run again.
 #[must_use]
 pub fn repeat(scenario: &str, seed: u64, check: bool) -> String {
     let check = if check { " --check" } else { "" };
     format!("alliance run {scenario} --seed {seed} --in-process{check}")
 }
 
-/// A path as a shell takes it.
+/// Quotes a path for a shell.
 #[must_use]
 pub fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
@@ -383,10 +388,13 @@ pub fn quoted(path: &Path) -> String {
     }
 }
 
-/// A number of runs side by side.
-///
-/// # Errors
-/// What would be right.
+/// Returns a number with its noun in the singular or plural, such as "1 run" or "2 runs".
+#[must_use]
+pub fn counted(count: usize, noun: &str) -> String {
+    let ending = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{ending}")
+}
+
 pub fn jobs(text: &str) -> Result<NonZeroUsize, String> {
     text.parse()
         .map_err(|_| "use a whole number from 1 on".to_owned())
@@ -398,7 +406,7 @@ mod tests {
     use missions::Registry;
 
     #[test]
-    fn paths_for_a_shell() {
+    fn paths_are_quoted_for_a_shell() {
         assert_eq!(quoted(Path::new("sweeps/a-1.toml")), "sweeps/a-1.toml");
         assert_eq!(quoted(Path::new("my $weep")), "'my $weep'");
         assert_eq!(quoted(Path::new("it's")), r"'it'\''s'");

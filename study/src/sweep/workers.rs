@@ -1,15 +1,12 @@
-//! Runs side by side.
+//! Parallel execution of runs.
 
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::sync_channel;
 use std::thread;
 
-/// Does those runs with so many threads, and hands what came of each over as it ends, until all are done or it `stops`. A run that
-/// comes to nothing, for it was told to stop, is the last of its thread.
-///
-/// # Errors
-/// That of `take`; nothing is begun after it.
+/// Executes runs on `jobs` threads until all are done or `stops` returns true, and passes each result to `take`. A thread ends
+/// when `attempt` returns `None`.
 pub fn work<R: Send>(
     runs: &[usize],
     jobs: NonZeroUsize,
@@ -53,7 +50,7 @@ mod tests {
     const JOBS: NonZeroUsize = NonZeroUsize::new(3).unwrap();
 
     #[test]
-    fn every_run_once() {
+    fn each_run_is_executed_once() {
         let runs: Vec<usize> = (2..12).collect();
         let mut done = BTreeSet::new();
         let attempt = |run, _: &dyn Fn() -> bool| Some(run);
@@ -66,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn it_stops_when_told_and_when_rows_cannot_be_kept() {
+    fn work_ends_on_request_and_after_an_error_of_take() {
         let runs: Vec<usize> = (0..12).collect();
         let attempt = |run, stops: &dyn Fn() -> bool| (!stops()).then_some(run);
         work(&runs, JOBS, &|| true, attempt, |_| panic!("a row")).unwrap();

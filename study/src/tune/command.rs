@@ -1,4 +1,4 @@
-//! Command line of `alliance tune`, and what it writes and shows.
+//! Command line, output files and terminal output of `alliance tune`.
 
 use std::fs;
 use std::num::NonZeroUsize;
@@ -26,33 +26,32 @@ use crate::sweep::results::Values::{Flags, Integers, Numbers, Texts};
 use crate::sweep::results::{Column, Values, csv};
 use crate::sweep::task::{jobs, quoted, read_plan};
 
-/// The scenario with what was found.
+/// The file name of the scenario with the best parameters.
 pub const TUNED: &str = "tuned.toml";
 
-/// The page.
 const PAGE: &str = "tuning.html";
 
-/// Find good parameters of allocators by a search on training seeds, and judge them on seeds that it has never seen. Started again, it
-/// goes on where it was.
+/// Search for good allocator parameters and test them on unseen seeds
+///
+/// The search never uses the test seeds. An interrupted search resumes where it stopped.
 #[derive(Args, Clone, Debug)]
 pub struct TuneCommand {
-    /// What is tuned, in TOML
+    /// Plan in TOML with a table [tune]
     #[arg(value_name = "FILE")]
     plan: PathBuf,
     /// Folder of the results [default: tunings/ and FILE's name without .toml]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Runs side by side [default: one per core]
+    /// Number of concurrent runs [default: one per core]
     #[arg(long, value_name = "N", value_parser = jobs)]
     jobs: Option<NonZeroUsize>,
 }
 
 impl TuneCommand {
-    /// Exit status 0 when it is done, whatever was found; 1 when it was interrupted; 2 for a mistake in plan or arguments; 3 when its
-    /// files cannot be written.
+    /// Runs the command. Exit status: 0 done, 1 interrupted, 2 invalid input, 3 a file cannot be written.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
-        // Everything is read and checked here, before the first run.
+        // All inputs are read and checked before the first run.
         let (task, record, folder) = match self.prepare(known) {
             Ok(prepared) => prepared,
             Err(error) => {
@@ -63,7 +62,7 @@ impl TuneCommand {
         match self.work(&task, record, &folder) {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) if error.is::<Stopped>() => {
-                tell!("interrupted; go on with\n  {}", self.again());
+                tell!("interrupted; continue with\n  {}", self.again());
                 ExitCode::from(1)
             }
             Err(error) => {
@@ -116,7 +115,7 @@ impl TuneCommand {
             known => format!(", {known} of them done before"),
         };
         working.say(&format!(
-            "tune {}: about {} runs{known}; {} side by side",
+            "tune {}: about {} runs{known}; {} at a time",
             self.name(),
             expected(task),
             working.jobs
@@ -128,7 +127,7 @@ impl TuneCommand {
         finish(task, &self.name(), folder, &found?)
     }
 
-    /// The command that goes on.
+    /// Returns the command that resumes the search.
     fn again(&self) -> String {
         let mut words = vec!["alliance tune".to_owned(), quoted(&self.plan)];
         if let Some(out) = &self.out {
@@ -141,8 +140,8 @@ impl TuneCommand {
     }
 }
 
-/// Runs of it all, about: races save none of the budget, a last generation is finished, and the defaults' own come to it, once for each
-/// seed and condition.
+/// Estimates the total number of runs. Races do not reduce the budget, the last generation always completes, and the defaults
+/// add one run per seed and condition.
 fn expected(task: &Task) -> usize {
     let tuning = &task.tuning;
     let seen = task.seen().count();
@@ -159,20 +158,16 @@ fn expected(task: &Task) -> usize {
     search + task.allocators.len() * (selection + test)
 }
 
-/// An allocator with what came of it.
 pub struct Result<'r> {
-    /// What was tuned.
     pub allocator: &'r Allocator,
-    /// What was found.
     pub tuned: &'r Tuned,
-    /// Of the better method.
     pub chosen: usize,
-    /// By method: what the test says.
     pub verdicts: [Vec<Verdict>; 2],
 }
 
 impl Result<'_> {
-    /// Whether the tuned values beat the defaults on unseen seeds, or the defaults stay.
+    /// Checks whether the tuned values are significantly better than the defaults on the test seeds. Otherwise the defaults are
+    /// kept.
     #[must_use]
     pub fn is_better(&self) -> bool {
         self.verdicts[self.chosen][0].is_better()
@@ -223,7 +218,7 @@ fn finish(task: &Task, name: &str, folder: &Path, found: &[Tuned]) -> anyhow::Re
     Ok(())
 }
 
-/// The first mission, without faults, with the values that were found: of all allocators, and for the first one.
+/// Creates the first mission without faults as a scenario with the best values of all allocators. It selects the first allocator.
 fn scenario(task: &Task, name: &str, results: &[Result<'_>]) -> anyhow::Result<String> {
     let mut table = task.plan.scenario(0).map_err(anyhow::Error::msg)?;
     table.remove("faults");
@@ -238,33 +233,32 @@ fn scenario(task: &Task, name: &str, results: &[Result<'_>]) -> anyhow::Result<S
     for (place, result) in results.iter().enumerate() {
         let best = result.tuned.best(result.chosen);
         let verdict = &result.verdicts[result.chosen][0];
-        let own = result.allocator;
+        let allocator = result.allocator;
         text += &format!("# {}\n", super::page::sentence(task, result));
         if result.is_better() {
-            for each in own.changes(Some(&best.values)).into_iter().skip(1) {
+            for each in allocator.changes(Some(&best.values)).into_iter().skip(1) {
                 change(&mut table, &each).map_err(anyhow::Error::msg)?;
             }
-            for (parameter, value) in own.parameters.iter().zip(&best.values) {
-                let bounds = parameter.bounds(&own.parameters);
+            for (parameter, value) in allocator.parameters.iter().zip(&best.values) {
+                let bounds = parameter.bounds(&allocator.parameters);
                 text += &format!("#   {} = {value}, of {bounds}\n", parameter.key);
             }
         } else {
             text += &format!(
-                "#   The defaults stay: on {} test seeds nothing is shown to be better.\n",
+                "#   Defaults kept: no significant improvement on {} test seeds.\n",
                 verdict.n
             );
         }
         if place == 0 {
             table.insert(
                 "allocator".to_owned(),
-                toml::Value::String(own.name.clone()),
+                toml::Value::String(allocator.name.clone()),
             );
         }
     }
     Ok(format!("{text}{table}"))
 }
 
-/// A table that is filled row by row.
 #[derive(Default)]
 struct Filling(Vec<Column>);
 
@@ -278,7 +272,13 @@ impl Filling {
 fn candidates(results: &[Result<'_>]) -> Vec<Column> {
     let all: Vec<_> = results
         .iter()
-        .flat_map(|result| result.tuned.candidates.iter().map(move |it| (result, it)))
+        .flat_map(|result| {
+            result
+                .tuned
+                .candidates
+                .iter()
+                .map(move |candidate| (result, candidate))
+        })
         .collect();
     let each = || all.iter();
     let mut table = Filling::default();
@@ -295,38 +295,55 @@ fn candidates(results: &[Result<'_>]) -> Vec<Column> {
         "method",
         texts(
             each()
-                .map(|(_, it)| it.method.as_str().to_owned())
+                .map(|(_, candidate)| candidate.method.as_str().to_owned())
                 .collect(),
         ),
     );
     table.column(
         "generation",
-        Integers(each().map(|(_, it)| Some(it.generation as i64)).collect()),
+        Integers(
+            each()
+                .map(|(_, candidate)| Some(candidate.generation as i64))
+                .collect(),
+        ),
     );
     table.column(
         "runs",
-        Integers(each().map(|(_, it)| Some(it.own_runs as i64)).collect()),
+        Integers(
+            each()
+                .map(|(_, candidate)| Some(candidate.own_runs as i64))
+                .collect(),
+        ),
     );
     table.column(
         "dropped",
-        Flags(each().map(|(_, it)| Some(it.dropped)).collect()),
+        Flags(
+            each()
+                .map(|(_, candidate)| Some(candidate.dropped))
+                .collect(),
+        ),
     );
     table.column(
         "score",
-        Numbers(each().map(|(_, it)| Some(it.score)).collect()),
+        Numbers(each().map(|(_, candidate)| Some(candidate.score)).collect()),
     );
     table.column(
         "log_metric_ratio",
-        Numbers(each().map(|(_, it)| Some(it.metric)).collect()),
+        Numbers(
+            each()
+                .map(|(_, candidate)| Some(candidate.metric))
+                .collect(),
+        ),
     );
     table.column(
         "log_bytes_ratio",
-        Numbers(each().map(|(_, it)| Some(it.bytes)).collect()),
+        Numbers(each().map(|(_, candidate)| Some(candidate.bytes)).collect()),
     );
     for result in results {
         for (place, parameter) in result.allocator.parameters.iter().enumerate() {
-            let own = |other: &Result<'_>| other.allocator.name == result.allocator.name;
-            let values = each().map(|(of, it)| own(of).then(|| it.values[place]));
+            let is_same = |other: &Result<'_>| other.allocator.name == result.allocator.name;
+            let values =
+                each().map(|(other, candidate)| is_same(other).then(|| candidate.values[place]));
             table.column(&parameter.key, Numbers(values.collect()));
         }
     }
@@ -349,7 +366,11 @@ fn tests(results: &[Result<'_>]) -> Vec<Column> {
     let texts = |values: Vec<String>| Texts(values.into_iter().map(Some).collect());
     table.column(
         "allocator",
-        texts(each().map(|(it, ..)| it.allocator.name.clone()).collect()),
+        texts(
+            each()
+                .map(|(result, ..)| result.allocator.name.clone())
+                .collect(),
+        ),
     );
     table.column(
         "method",
@@ -357,21 +378,32 @@ fn tests(results: &[Result<'_>]) -> Vec<Column> {
     );
     table.column(
         "condition",
-        texts(each().map(|(.., it)| it.what.clone()).collect()),
+        texts(each().map(|(.., verdict)| verdict.what.clone()).collect()),
     );
     table.column(
         "n",
-        Integers(each().map(|(.., it)| Some(it.n as i64)).collect()),
+        Integers(each().map(|(.., verdict)| Some(verdict.n as i64)).collect()),
     );
-    let number = |of: fn(&Verdict) -> Option<f64>| Numbers(each().map(|(.., it)| of(it)).collect());
-    table.column("default", number(|it| Some(it.means?.0)));
-    table.column("tuned", number(|it| Some(it.means?.1)));
-    table.column("difference", number(|it| Some(it.difference?.0)));
-    table.column("difference_from", number(|it| Some(it.difference?.1.0)));
-    table.column("difference_to", number(|it| Some(it.difference?.1.1)));
-    table.column("percent", number(|it| Some(it.percent.0)));
-    table.column("percent_from", number(|it| Some(it.percent.1.0)));
-    table.column("percent_to", number(|it| Some(it.percent.1.1)));
-    table.column("bytes_percent", number(|it| Some(it.bytes_percent)));
+    let number = |of: fn(&Verdict) -> Option<f64>| {
+        Numbers(each().map(|(.., verdict)| of(verdict)).collect())
+    };
+    table.column("default", number(|verdict| Some(verdict.means?.0)));
+    table.column("tuned", number(|verdict| Some(verdict.means?.1)));
+    table.column("difference", number(|verdict| Some(verdict.difference?.0)));
+    table.column(
+        "difference_from",
+        number(|verdict| Some(verdict.difference?.1.0)),
+    );
+    table.column(
+        "difference_to",
+        number(|verdict| Some(verdict.difference?.1.1)),
+    );
+    table.column("percent", number(|verdict| Some(verdict.percent.0)));
+    table.column("percent_from", number(|verdict| Some(verdict.percent.1.0)));
+    table.column("percent_to", number(|verdict| Some(verdict.percent.1.1)));
+    table.column(
+        "bytes_percent",
+        number(|verdict| Some(verdict.bytes_percent)),
+    );
     table.0
 }

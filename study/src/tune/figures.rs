@@ -1,4 +1,4 @@
-//! The figures of a tuning, as SVG.
+//! SVG figures of a parameter search.
 
 use plotters::style::RGBColor;
 
@@ -17,7 +17,7 @@ const PLOT_PX: f64 = 330.0;
 const ROW_PX: f64 = 26.0;
 const NAMES_PX: f64 = 330.0;
 
-/// By method, and told apart in gray, too.
+/// The colors of the methods, which also differ in gray.
 const COLORS: [RGBColor; 2] = [RGBColor(0, 114, 178), RGBColor(213, 94, 0)];
 const MARKS: [Mark; 2] = [Mark::Square, Mark::Diamond];
 
@@ -27,10 +27,7 @@ const FRAME: Frame = Frame {
     bottom: 40.0,
 };
 
-/// The search, importance, test, and bytes against the metric, by allocator.
-///
-/// # Errors
-/// When one cannot be drawn.
+/// Draws search, importance, test, and bytes against the metric, for each allocator.
 pub fn figures(task: &Task, results: &[Result<'_>]) -> anyhow::Result<Vec<Vec<Figure>>> {
     results
         .iter()
@@ -45,10 +42,10 @@ pub fn figures(task: &Task, results: &[Result<'_>]) -> anyhow::Result<Vec<Vec<Fi
         .collect()
 }
 
-/// From, to, with room at both ends.
+/// Returns the range of the values and 0, with a margin at both ends.
 fn span(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
-    let (low, high) = values.fold((0.0_f64, 0.0_f64), |(low, high), it| {
-        (low.min(it), high.max(it))
+    let (low, high) = values.fold((0.0_f64, 0.0_f64), |(low, high), value| {
+        (low.min(value), high.max(value))
     });
     let room = (high - low).max(1.0) * 0.06;
     low - room..high + room
@@ -65,23 +62,22 @@ fn legend(
     Ok(())
 }
 
-/// The best so far, by runs.
 fn search(task: &Task, result: &Result<'_>) -> anyhow::Result<Figure> {
     let name = &result.allocator.name;
-    let title = format!("{name}: the best so far against runs");
+    let title = format!("{name}: best score so far against runs");
     let curves: Vec<Vec<(f64, f64)>> = Method::ALL
         .iter()
         .map(|method| {
-            let own = result.tuned.candidates.iter();
-            let own: Vec<&Candidate> = own
-                .filter(|it| it.method == *method && !it.dropped)
+            let candidates = result.tuned.candidates.iter();
+            let candidates: Vec<&Candidate> = candidates
+                .filter(|candidate| candidate.method == *method && !candidate.dropped)
                 .collect();
             let mut best = f64::INFINITY;
             let mut points: Vec<(f64, f64)> = Vec::new();
-            for generation in own.chunk_by(|a, b| a.generation == b.generation) {
+            for generation in candidates.chunk_by(|a, b| a.generation == b.generation) {
                 let least = generation
                     .iter()
-                    .map(|it| it.score)
+                    .map(|candidate| candidate.score)
                     .fold(f64::INFINITY, f64::min);
                 let runs = generation[0].runs as f64;
                 if let Some((_, before)) = points.last().copied() {
@@ -93,11 +89,15 @@ fn search(task: &Task, result: &Result<'_>) -> anyhow::Result<Figure> {
             points
         })
         .collect();
-    let y = span(curves.iter().flatten().map(|it| it.1));
-    let most = curves.iter().flatten().map(|it| it.0).fold(1.0, f64::max);
+    let y = span(curves.iter().flatten().map(|point| point.1));
+    let most = curves
+        .iter()
+        .flatten()
+        .map(|point| point.0)
+        .fold(1.0, f64::max);
     let axes = Axes {
         x: (0.0..most, "runs of the method"),
-        y: (y, "score over the defaults', %"),
+        y: (y, "score relative to the defaults, %"),
         y_labels: 6,
     };
     let svg = svg(&title, PLOT_PX + 10.0, |area| {
@@ -119,18 +119,17 @@ fn search(task: &Task, result: &Result<'_>) -> anyhow::Result<Figure> {
     Ok(Figure {
         name: format!("search-{name}"),
         caption: format!(
-            "{title}, each on {} training seeds of its own generation: that is what was lucky, too, so the curves lie lower than what the test says. \
-             The broken line: the defaults.",
+            "{title}, each on {} training seeds of its generation. Selecting the best includes luck, so the curves lie below the test result. \
+             Broken line: the defaults.",
             task.tuning.seeds_per_candidate
         ),
         svg,
     })
 }
 
-/// η² of each parameter.
 fn matters(result: &Result<'_>) -> anyhow::Result<Figure> {
     let name = &result.allocator.name;
-    let title = format!("{name}: which parameters matter");
+    let title = format!("{name}: importance of the parameters");
     let all = importance(&result.tuned.candidates);
     let rows = all.len() as f64;
     let axes = Axes {
@@ -149,12 +148,23 @@ fn matters(result: &Result<'_>) -> anyhow::Result<Figure> {
             },
             &axes,
         )?;
-        for (place, (parameter, it)) in result.allocator.parameters.iter().zip(&all).enumerate() {
+        for (place, (parameter, importance)) in
+            result.allocator.parameters.iter().zip(&all).enumerate()
+        {
             let y = rows - place as f64 - 0.5;
-            fill(&chart, 0.0..it.share, y - 0.3..y + 0.3, COLORS[0], 1.0)?;
+            fill(
+                &chart,
+                0.0..importance.share,
+                y - 0.3..y + 0.3,
+                COLORS[0],
+                1.0,
+            )?;
             curve(
                 &chart,
-                vec![(it.by_chance, y - 0.42), (it.by_chance, y + 0.42)],
+                vec![
+                    (importance.by_chance, y - 0.42),
+                    (importance.by_chance, y + 0.42),
+                ],
                 line(INK, 1.5),
             )?;
             let at = (NAMES_PX - 6.0, 6.0 + ROW_PX * (place as f64 + 0.5));
@@ -165,8 +175,8 @@ fn matters(result: &Result<'_>) -> anyhow::Result<Figure> {
     Ok(Figure {
         name: format!("importance-{name}"),
         caption: format!(
-            "{title}: share of the variance of random search's scores that lies between five equal parts of a parameter's range; \
-             the upright stroke is that of a parameter that does not matter. One parameter at a time."
+            "{title}: share of the variance of random search's scores between five equal parts of a parameter's range. \
+             Vertical stroke: expected share of a parameter without effect. Interactions of parameters are not included."
         ),
         svg,
     })
@@ -183,7 +193,6 @@ const RIGHT: Lettering = Lettering {
     upright: false,
 };
 
-/// Tuned against default on the test seeds.
 fn test(task: &Task, result: &Result<'_>) -> anyhow::Result<Figure> {
     let name = &result.allocator.name;
     let title = format!("{name}: tuned against default on test seeds");
@@ -192,11 +201,11 @@ fn test(task: &Task, result: &Result<'_>) -> anyhow::Result<Figure> {
         .verdicts
         .iter()
         .flatten()
-        .flat_map(|it| [it.percent.1.0, it.percent.1.1]);
+        .flat_map(|verdict| [verdict.percent.1.0, verdict.percent.1.1]);
     let x = span(ends);
     let height = ROW_PX * rows as f64 + 50.0;
     let axes = Axes {
-        x: (x, "more or less than with the defaults, %"),
+        x: (x, "change relative to the defaults, %"),
         y: (0.0..rows as f64, ""),
         y_labels: 0,
     };
@@ -236,20 +245,25 @@ fn test(task: &Task, result: &Result<'_>) -> anyhow::Result<Figure> {
     Ok(Figure {
         name: format!("test-{name}"),
         caption: format!(
-            "{title}: {}, by the mean logarithm of ratios in pairs of the same seed, with 95 % intervals; to the left is better.",
+            "{title}: {}, from the mean logarithm of ratios in pairs of the same seed, with 95 % intervals. Left is better.",
             task.metric.name()
         ),
         svg,
     })
 }
 
-/// Bytes against the metric, of all that were not dropped.
 fn front(task: &Task, result: &Result<'_>) -> anyhow::Result<Figure> {
     let name = &result.allocator.name;
     let title = format!("{name}: {} against bytes", task.metric.name());
-    let own = || result.tuned.candidates.iter().filter(|it| !it.dropped);
-    let mut best: Vec<(f64, f64)> = own()
-        .map(|it| (percent(it.metric), percent(it.bytes)))
+    let candidates = || {
+        result
+            .tuned
+            .candidates
+            .iter()
+            .filter(|candidate| !candidate.dropped)
+    };
+    let mut best: Vec<(f64, f64)> = candidates()
+        .map(|candidate| (percent(candidate.metric), percent(candidate.bytes)))
         .collect();
     best.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let mut least = f64::INFINITY;
@@ -260,19 +274,19 @@ fn front(task: &Task, result: &Result<'_>) -> anyhow::Result<Figure> {
     });
     let axes = Axes {
         x: (
-            span(own().map(|it| percent(it.metric))),
-            "metric over the defaults', %",
+            span(candidates().map(|candidate| percent(candidate.metric))),
+            "metric relative to the defaults, %",
         ),
         y: (
-            span(own().map(|it| percent(it.bytes))),
-            "bytes over the defaults', %",
+            span(candidates().map(|candidate| percent(candidate.bytes))),
+            "bytes relative to the defaults, %",
         ),
         y_labels: 6,
     };
     let svg = svg(&title, PLOT_PX + 10.0, |area| {
         let within = part(area, (0.0, 6.0), (WIDTH_PX - 170.0, PLOT_PX));
         let chart = chart(&within, FRAME, &axes)?;
-        for candidate in own() {
+        for candidate in candidates() {
             let place = usize::from(candidate.method == Method::Random);
             let at = (percent(candidate.metric), percent(candidate.bytes));
             MARKS[place].draw(
@@ -287,7 +301,7 @@ fn front(task: &Task, result: &Result<'_>) -> anyhow::Result<Figure> {
     Ok(Figure {
         name: format!("front-{name}"),
         caption: format!(
-            "{title}, of all candidates that ran their race to the end, each on its own training seeds; the line joins those to which none is better in both."
+            "{title}, for all candidates that finished their race, each on its training seeds. The line joins the Pareto-optimal candidates."
         ),
         svg,
     })

@@ -1,43 +1,43 @@
-//! How much each parameter matters, by the candidates of the random search: they are spread evenly, as those of CMA-ES are not.
+//! The importance of each parameter, from the uniformly distributed candidates of the random search.
 //!
-//! Two numbers, neither of which knows anything of parameters that matter together only:
-//! - η², the correlation ratio: the share of the scores' variance that lies between equal parts of the parameter's range. Of a
-//!   parameter that does not matter it is not 0 but about (parts − 1)/(n − 1), which is told beside it.
-//! - Spearman's rank correlation: which way, if it is always the same one.
+//! Two numbers, which both ignore interactions between parameters:
+//! - η², the correlation ratio: the share of the scores' variance between equal parts of the parameter's range. For a parameter
+//!   without effect it is about (parts − 1)/(n − 1).
+//! - Spearman's rank correlation: the direction of the effect, if it is monotonic.
 
 use super::search::Method;
 use super::tuning::{Candidate, mean};
 use crate::compare::statistics::ranks::ranks;
 
-/// Parts of a parameter's range.
 const PARTS: usize = 5;
 
-/// Of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Importance {
-    /// η², 0 to 1.
+    /// η², the correlation ratio, from 0 to 1.
     pub share: f64,
-    /// What η² of a parameter that does not matter is, on average.
+    /// The expected η² of a parameter without effect.
     pub by_chance: f64,
-    /// Spearman's ρ of coordinate and score, -1 to 1; positive: more of it is worse.
+    /// Spearman's ρ of coordinate and score, -1 to 1; positive if larger values are worse.
     pub correlation: f64,
 }
 
-/// Of each parameter.
 #[must_use]
 pub fn importance(candidates: &[Candidate]) -> Vec<Importance> {
-    let own: Vec<&Candidate> = candidates
+    let random: Vec<&Candidate> = candidates
         .iter()
         .filter(|candidate| candidate.method == Method::Random)
         .collect();
-    let scores: Vec<f64> = own.iter().map(|candidate| candidate.score).collect();
-    let dimensions = own.first().map_or(0, |candidate| candidate.point.len());
+    let scores: Vec<f64> = random.iter().map(|candidate| candidate.score).collect();
+    let dimensions = random.first().map_or(0, |candidate| candidate.point.len());
     (0..dimensions)
         .map(|place| {
-            let coordinates: Vec<f64> = own.iter().map(|it| it.point[place]).collect();
+            let coordinates: Vec<f64> = random
+                .iter()
+                .map(|candidate| candidate.point[place])
+                .collect();
             Importance {
                 share: correlation_ratio(&coordinates, &scores),
-                by_chance: (PARTS as f64 - 1.0) / (own.len() as f64 - 1.0).max(1.0),
+                by_chance: (PARTS as f64 - 1.0) / (random.len() as f64 - 1.0).max(1.0),
                 correlation: correlation(&ranks(&coordinates), &ranks(&scores)),
             }
         })
@@ -54,18 +54,18 @@ fn correlation_ratio(coordinates: &[f64], scores: &[f64]) -> f64 {
     let between: f64 = (0..PARTS)
         .map(|number| {
             let both = coordinates.iter().zip(scores);
-            let own: Vec<f64> = both
+            let members: Vec<f64> = both
                 .filter(|(coordinate, _)| part(**coordinate) == number)
                 .map(|(_, score)| *score)
                 .collect();
-            let off = mean(own.iter().copied()) - whole;
-            own.len() as f64 * off * off
+            let off = mean(members.iter().copied()) - whole;
+            members.len() as f64 * off * off
         })
         .sum();
     if total > 0.0 { between / total } else { 0.0 }
 }
 
-/// Pearson's, which of ranks is Spearman's.
+/// Returns Pearson's correlation, which for ranks is Spearman's.
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let (mean_a, mean_b) = (mean(a.iter().copied()), mean(b.iter().copied()));
     let products = |first: &[f64], of_first: f64, second: &[f64], of_second: f64| -> f64 {
@@ -85,14 +85,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_matters_and_which_way() {
+    fn importance_and_direction_of_parameters() {
         let candidates: Vec<Candidate> = (0..100)
             .map(|number| {
                 let (a, b) = (
                     f64::from(number % 10) / 10.0 + 0.05,
                     f64::from(number / 10) / 10.0 + 0.05,
                 );
-                // The first one by a valley, the second one not at all, the third one upwards a little.
+                // Effects: the first parameter a valley, the second none, the third a small increase.
                 let c = f64::from(number * 37 % 100) / 100.0;
                 Candidate {
                     method: Method::Random,
@@ -121,12 +121,12 @@ mod tests {
     }
 
     #[test]
-    fn correlations_by_hand() {
+    fn correlations_match_hand_calculation() {
         assert_eq!(correlation(&[1.0, 2.0, 3.0], &[1.0, 2.0, 3.0]), 1.0);
         // Spearman's formula: 1 - 6 Σd²/(n(n² - 1)) with d = 0, 1, 1: 0.5.
         assert!((correlation(&[1.0, 2.0, 3.0], &[1.0, 3.0, 2.0]) - 0.5).abs() < 1e-12);
         assert_eq!(correlation(&[1.0, 1.0], &[1.0, 2.0]), 0.0);
-        // Two parts of two: between them all of it.
+        // Two parts of two values: the entire variance lies between them.
         assert_eq!(
             correlation_ratio(&[0.0, 0.1, 0.9, 1.0], &[1.0, 1.0, 3.0, 3.0]),
             1.0

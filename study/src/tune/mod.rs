@@ -1,11 +1,10 @@
-//! `alliance tune`: parameters of allocators, found by a search on training seeds and judged on seeds that it has never seen.
+//! `alliance tune`: searches parameters of allocators on training seeds and judges them on unseen seeds.
 //!
-//! - `task` checks a plan: missions and faults as a sweep has them, and a table `tune`. `space` maps coordinates to values.
-//! - `search` says which points come next, by CMA-ES or at random, `race` who of a generation goes early; `tuning` puts them together:
-//!   search, selection, test. None of them does I/O: they ask for the `tuning::Runs` that they need.
-//! - `record` does the runs, side by side, and keeps what came of them. One that is interrupted is made again from its record, up to
-//!   where it was: so the result is the same to the byte.
-//! - `importance` and `verdict` are the numbers of the result; `figures` and `page` show it, `command` is what people call.
+//! - `task` checks a plan: the missions and faults of a sweep, and the table `tune`. `space` maps coordinates to values.
+//! - `search` selects the next points. `race` drops the worst candidates of a generation early. `tuning` combines search, selection
+//!   and test. These modules do no I/O: they request runs through `tuning::Runs`.
+//! - `record` executes runs in parallel and stores their outcomes. A resumed search replays its record and gives identical results.
+//! - `importance` and `verdict` compute the numbers of the result; `figures` and `page` present it; `command` is the command line.
 
 pub mod command;
 mod figures;

@@ -1,4 +1,4 @@
-//! The result as a page that needs no other: first what was found and whether it is better.
+//! The result as a self-contained HTML page that starts with the best values and their improvement.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -10,20 +10,16 @@ use super::verdict::Verdict;
 use crate::compare::page::LOOKS;
 use crate::page_head::head;
 use crate::report::figures::Figure;
+use crate::sweep::task::counted;
 
-/// What is on the page.
 pub struct Page<'p> {
-    /// Its name.
     pub name: &'p str,
-    /// What was tuned, by what.
     pub task: &'p Task,
-    /// By allocator.
     pub results: &'p [Result<'p>],
-    /// By allocator.
     pub figures: &'p [Vec<Figure>],
 }
 
-/// What came of an allocator.
+/// Returns the result of an allocator in one sentence.
 #[must_use]
 pub fn sentence(task: &Task, result: &Result<'_>) -> String {
     let verdict = &result.verdicts[result.chosen][0];
@@ -31,21 +27,21 @@ pub fn sentence(task: &Task, result: &Result<'_>) -> String {
     let outcome = if result.is_better() {
         "better than the defaults"
     } else {
-        "not shown to be better, so the defaults stay"
+        "no significant improvement, so the defaults are kept"
     };
     let ratio = if task.metric.more_is_better() {
-        "the defaults' share of "
+        "the inverse of "
     } else {
         ""
     };
     let unseen = result.verdicts[result.chosen].get(1);
-    let unseen = unseen.filter(|_| task.conditions.iter().any(|it| it.is_unseen));
-    let unseen = unseen.map_or_else(String::new, |it| {
-        let (percent, (from, to)) = it.percent;
-        format!("; under faults that the search had not, {percent:+.1} % ({from:+.1} to {to:+.1})")
+    let unseen = unseen.filter(|_| task.conditions.iter().any(|condition| condition.is_unseen));
+    let unseen = unseen.map_or_else(String::new, |verdict| {
+        let (percent, (from, to)) = verdict.percent;
+        format!(", under unseen faults by {percent:+.1} % ({from:+.1} to {to:+.1})")
     });
     format!(
-        "{}: {outcome}; what {} found has on {} unseen seeds {ratio}{} {percent:+.1} % ({from:+.1} to {to:+.1}){unseen}; bytes {:+.1} %.",
+        "{}: {outcome}. The values found by {} change, on {} unseen seeds, {ratio}{} by {percent:+.1} % ({from:+.1} to {to:+.1}){unseen}; bytes by {:+.1} %.",
         result.allocator.name,
         Method::ALL[result.chosen].as_str(),
         verdict.n,
@@ -55,7 +51,6 @@ pub fn sentence(task: &Task, result: &Result<'_>) -> String {
 }
 
 impl Page<'_> {
-    /// The page.
     #[must_use]
     pub fn html(&self) -> String {
         let tuning = &self.task.tuning;
@@ -63,7 +58,7 @@ impl Page<'_> {
         let seen: Vec<&str> = self
             .task
             .seen()
-            .map(|it| &self.task.conditions[it].name[..])
+            .map(|place| &self.task.conditions[place].name[..])
             .collect();
         let text = html! {
             (DOCTYPE)
@@ -74,17 +69,16 @@ impl Page<'_> {
                     p.question { (question.unwrap_or("Which parameters are good, and how much better are they than the defaults?")) }
                     ul.answer { @for result in self.results { li { (sentence(self.task, result)) } } }
                     p.note {
-                        "Searched for: little " (self.task.metric.name())
-                        @if self.task.metric.more_is_better() { " lost" }
-                        ", as the mean logarithm of its ratio to that of the defaults in the same runs, over " (seen.len()) " conditions ("
-                        (seen.join("; ")) "), which weigh the same"
-                        @if tuning.bytes_weight > 0.0 { "; and " (tuning.bytes_weight) " times that of the bytes" }
-                        ". Each method had " (tuning.budget) " runs, on " (tuning.training.0.len()) " training seeds, of which a candidate has at most "
-                        (tuning.seeds_per_candidate) "; its best " (tuning.finalists) " met on " (tuning.selection.0.len())
-                        " selection seeds, and the best of these is judged here on " (tuning.test.0.len())
-                        " test seeds. No seed is in two of these. Intervals are of 95 %, by the bootstrap over seeds."
+                        "Objective: " @if self.task.metric.more_is_better() { "maximize " } @else { "minimize " } (self.task.metric.name())
+                        ", as the mean logarithm of its ratio to the defaults in the same runs, over " (counted(seen.len(), "condition")) " ("
+                        (seen.join("; ")) ") of equal weight"
+                        @if tuning.bytes_weight > 0.0 { ", plus " (tuning.bytes_weight) " times that of the bytes" }
+                        ". Each method had " (counted(tuning.budget, "run")) " on " (counted(tuning.training.0.len(), "training seed")) ", at most "
+                        (tuning.seeds_per_candidate) " per candidate. Its best " (counted(tuning.finalists, "candidate")) " competed on " (counted(tuning.selection.0.len(), "selection seed"))
+                        ", and the winner is judged here on " (counted(tuning.test.0.len(), "test seed"))
+                        ". These sets of seeds are disjoint. Intervals are 95 % bootstrap intervals over the seeds."
                     }
-                    p.note { "The scenario: " a href=(TUNED) { (TUNED) } ". All numbers: " a href="test.csv" { "test.csv" } ", " a href="candidates.csv" { "candidates.csv" } "." }
+                    p.note { "Scenario with the best values: " a href=(TUNED) { (TUNED) } ". All numbers: " a href="test.csv" { "test.csv" } ", " a href="candidates.csv" { "candidates.csv" } "." }
                     @for (result, figures) in self.results.iter().zip(self.figures) { (allocator(result, figures)) }
                 }
             }
@@ -102,7 +96,7 @@ fn allocator(result: &Result<'_>, figures: &[Figure]) -> Markup {
             thead { tr {
                 th.text { "parameter" } th.text { "searched" }
                 @for method in Method::ALL { th { (method.as_str()) } }
-                th { "η²" } th { "by chance" } th { "Spearman's ρ" }
+                th { "η²" } th { "without effect" } th { "Spearman's ρ" }
             } }
             tbody {
                 @for (place, parameter) in parameters.iter().enumerate() {
@@ -111,9 +105,9 @@ fn allocator(result: &Result<'_>, figures: &[Figure]) -> Markup {
                         td.text { (parameter.bounds(parameters)) }
                         @for method in [0, 1] { td { (result.tuned.best(method).values[place]) } }
                         @match importance.get(place) {
-                            Some(it) => {
-                                td { (format!("{:.2}", it.share)) } td { (format!("{:.2}", it.by_chance)) }
-                                td { (format!("{:+.2}", it.correlation)) }
+                            Some(found) => {
+                                td { (format!("{:.2}", found.share)) } td { (format!("{:.2}", found.by_chance)) }
+                                td { (format!("{:+.2}", found.correlation)) }
                             }
                             None => { td {} td {} td {} }
                         }
@@ -122,9 +116,9 @@ fn allocator(result: &Result<'_>, figures: &[Figure]) -> Markup {
             }
         } }
         p.note {
-            "η² is the share of the variance of random search's scores that lies between five equal parts of the parameter's range, by chance that of one "
-            "that does not matter; Spearman's ρ says which way: positive, more of it is worse. Both go by one parameter at a time: what two do together "
-            "they do not tell."
+            "η² is the share of the variance of random search's scores between five equal parts of the parameter's range; \"without effect\" is its expected "
+            "value for a parameter without effect. Spearman's ρ is the direction: positive if larger values are worse. Both consider one parameter at a "
+            "time and ignore interactions."
         }
         @for figure in figures {
             figure {
@@ -139,11 +133,11 @@ fn allocator(result: &Result<'_>, figures: &[Figure]) -> Markup {
 fn test(result: &Result<'_>, method: usize) -> Markup {
     html! {
         details open[method == result.chosen] {
-            summary { "Test seeds, best of " (Method::ALL[method].as_str()) @if method == result.chosen { ": the better one on the selection seeds" } }
+            summary { "Test seeds, best of " (Method::ALL[method].as_str()) @if method == result.chosen { " (the winner on the selection seeds)" } }
             div.wide { table {
                 thead { tr {
                     th.text { "condition" } th { "default" } th { "tuned" } th { "difference" } th { "95 %" }
-                    th { "by the mean of logarithms" } th { "95 %" } th { "bytes" }
+                    th { "from the mean logarithm" } th { "95 %" } th { "bytes" }
                 } }
                 tbody { @for verdict in &result.verdicts[method] { (row(verdict)) } }
             } }
@@ -170,7 +164,6 @@ fn row(verdict: &Verdict) -> Markup {
     }
 }
 
-/// With as many digits as say something.
 fn number(value: f64) -> String {
     if value.abs() < 10.0 {
         format!("{value:.3}")

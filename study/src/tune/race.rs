@@ -1,17 +1,16 @@
-//! Races (Birattari et al. 2002): a candidate that is clearly worse than the best is dropped before it has had all of its runs.
+//! Races (Birattari et al. 2002): a candidate that is significantly worse than the best is dropped before it has all its runs.
 
 use crate::compare::statistics::friedman::friedman;
 use crate::compare::statistics::nemenyi::critical_difference;
 
-/// Level of significance of the tests.
 const LEVEL: f64 = 0.05;
 
-/// Instances that every candidate has before one may be dropped.
+/// The number of instances that every candidate runs before the first one may be dropped.
 const LEAST: usize = 4;
 
-/// The candidates that stay: those whose mean rank does not lie farther from the best one than Nemenyi's critical difference, once
-/// Friedman's test says that they differ at all. `values` are those of each candidate, all on the same instances; less is better. The best
-/// mean rank is always among them.
+/// Returns for each candidate whether it stays. If Friedman's test finds a difference, candidates stay whose mean rank is
+/// within Nemenyi's critical difference of the best. `values` contains each candidate's values on the same instances; less is
+/// better. The best candidate always stays.
 #[must_use]
 pub fn survivors(values: &[&[f64]]) -> Vec<bool> {
     let instances = values.first().map_or(0, |values| values.len());
@@ -47,14 +46,19 @@ mod tests {
     }
 
     #[test]
-    fn who_is_always_last_goes_and_who_is_always_first_stays() {
-        // Of four in the same order ten times, ranks 1 to 4 lie a critical difference of 2.569 √(20/60) = 1.48 apart.
+    fn a_clearly_worse_candidate_is_dropped_and_the_best_stays() {
+        // With four candidates in the same order ten times, ranks 1 to 4 are compared with the critical difference 2.569
+        // √(20/60) = 1.48.
         let values: Vec<Vec<f64>> = (0..4)
-            .map(|own| (0..10).map(|it| f64::from(it * 7 % 5 + own)).collect())
+            .map(|offset| {
+                (0..10)
+                    .map(|instance| f64::from(instance * 7 % 5 + offset))
+                    .collect()
+            })
             .collect();
         assert_eq!(race(&values), [true, true, false, false]);
-        // Three times prove nothing.
-        let few: Vec<Vec<f64>> = values.iter().map(|it| it[..3].to_vec()).collect();
+        // Three instances are too few.
+        let few: Vec<Vec<f64>> = values.iter().map(|values| values[..3].to_vec()).collect();
         assert_eq!(race(&few), [true; 4]);
         assert_eq!(race(&vec![vec![1.0; 10]; 3]), [true; 3]);
         assert_eq!(race(&[vec![1.0; 10]]), [true]);
@@ -62,14 +66,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_best_never_goes(
+        fn the_best_always_stays(
             mut values in prop::collection::vec(prop::collection::vec(0.0..1.0_f64, 12), 2..9),
             best in 0_usize..9,
         ) {
             let best = best % values.len();
-            // Better than all others each time, by however little.
+            // The best is better than all others each time by a small amount.
             for instance in 0..12 {
-                let least = values.iter().map(|it| it[instance]).fold(f64::INFINITY, f64::min);
+                let least = values.iter().map(|values| values[instance]).fold(f64::INFINITY, f64::min);
                 values[best][instance] = least - 1e-9;
             }
             prop_assert!(race(&values)[best]);

@@ -1,4 +1,4 @@
-//! The runs of a tuning: done side by side, and kept, so that nothing is run twice.
+//! The runs of a search. They execute in parallel, and the journal stores their outcomes.
 
 use std::collections::VecDeque;
 use std::num::NonZeroUsize;
@@ -16,45 +16,40 @@ use crate::sweep::progress::Progress;
 use crate::sweep::run::{End, attempt_changed};
 use crate::sweep::workers::work;
 
-/// Name of the journal in the folder of a tuning.
 const JOURNAL: &str = "journal.jsonl";
 
-/// The program was interrupted: by a signal, say.
+/// The error of an interrupted search.
 #[derive(Debug, thiserror::Error)]
 #[error("interrupted")]
 pub struct Stopped;
 
-/// The first line of the journal: the tuning that the other lines belong to.
+/// The first line of the journal, which identifies the search.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Header {
-    /// Name of the tuning.
     pub tune: String,
-    /// Version of the program.
     pub version: String,
-    /// Digest of the plan ([`crate::sweep::Plan::digest`]).
+    /// The digest of the plan ([`crate::sweep::Plan::digest`]).
     pub digest: String,
 }
 
-/// A line of the journal: the outcomes of trials that were asked for together.
+/// A line of the journal: the outcomes of trials that were requested together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Batch {
-    /// Digest of these trials.
     asked: String,
-    /// Outcomes in the order of the trials.
     outcomes: Vec<Outcome>,
 }
 
-/// What has been run, in the order in which it was asked for.
+/// The stored batches, in the order of their requests.
 pub struct Record {
     lines: Lines,
     known: VecDeque<Batch>,
 }
 
 impl Record {
-    /// Opens the journal of a folder, or begins one where there is none.
+    /// Opens the journal of a folder, or starts a new one.
     ///
     /// # Errors
-    /// When the journal is of another tuning, is damaged, or cannot be written.
+    /// Returns an error if the journal belongs to another search, is damaged, or cannot be written.
     pub fn open(folder: &Path, header: &Header) -> anyhow::Result<Self> {
         let (mut lines, bytes) = Lines::open(folder.join(JOURNAL))?;
         let path = lines.path().display().to_string();
@@ -62,7 +57,7 @@ impl Record {
         for (number, line) in numbered(&bytes) {
             let broken = |what: String| {
                 anyhow!(
-                    "{path}:{number}: {what}; remove this line and all below it to have them done again"
+                    "{path}:{number}: {what}; remove this line and all below it to repeat their runs"
                 )
             };
             let text = intact(number, line).map_err(|(_, what)| broken(what))?;
@@ -75,7 +70,7 @@ impl Record {
                 serde_json::from_str(&text).map_err(|error| broken(error.to_string()))?;
             if found != *header {
                 bail!(
-                    "{} holds another tuning, or this one before it was changed; name a new folder with --out, or remove that one",
+                    "{} holds another tuning, or this one before it was changed; name a new folder with --out, or remove that folder",
                     folder.display()
                 );
             }
@@ -86,34 +81,29 @@ impl Record {
         Ok(Self { lines, known })
     }
 
-    /// Runs that are done already.
     #[must_use]
     pub fn done(&self) -> usize {
         self.known.iter().map(|batch| batch.outcomes.len()).sum()
     }
 }
 
-/// Does the trials of a task.
+/// The executor of a search's trials.
 pub struct Working<'w> {
-    /// What is tuned.
     pub task: &'w Task,
-    /// Outcomes of earlier runs.
     pub record: Record,
-    /// Runs side by side.
     pub jobs: NonZeroUsize,
-    /// Whether to stop: true once a signal has come.
+    /// Returns true after a signal.
     pub stops: &'w (dyn Fn() -> bool + Sync),
-    /// Shows on stderr how far the search is.
     pub progress: Progress,
 }
 
 impl Runs for Working<'_> {
     fn run(&mut self, trials: &[Trial]) -> anyhow::Result<Vec<Outcome>> {
-        let asked = format!("{:016x}", xxh3_64(format!("{trials:?}").as_bytes()));
+        let digest = format!("{:016x}", xxh3_64(format!("{trials:?}").as_bytes()));
         if let Some(known) = self.record.known.pop_front() {
-            if known.asked != asked {
+            if known.asked != digest {
                 bail!(
-                    "{} tells of other runs than are asked for; remove it to begin anew",
+                    "{} contains other runs than requested; remove it to start again",
                     self.record.lines.path().display()
                 );
             }
@@ -146,7 +136,7 @@ impl Runs for Working<'_> {
         )?;
         let outcomes: Option<Vec<Outcome>> = found.into_iter().collect();
         let batch = Batch {
-            asked,
+            asked: digest,
             outcomes: outcomes.ok_or(Stopped)?,
         };
         self.record.lines.add(&batch)?;
@@ -187,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn a_record_is_read_back_and_another_one_refused() {
+    fn a_record_is_read_back_and_another_search_refused() {
         let folder = TempDir::new().unwrap();
         let mut record = Record::open(folder.path(), &header("a")).unwrap();
         let batch = Batch {
@@ -202,7 +192,7 @@ mod tests {
         };
         record.lines.add(&batch).unwrap();
         drop(record);
-        // A torn last line, as a kill leaves it.
+        // An incomplete last line, as after a kill.
         let path = folder.path().join(JOURNAL);
         let whole = std::fs::read(&path).unwrap();
         std::fs::write(&path, [&whole[..], b"{\"asked\":\"y"].concat()).unwrap();
@@ -210,14 +200,19 @@ mod tests {
         assert_eq!((record.done(), &record.known[0]), (2, &batch));
         drop(record);
         assert_eq!(std::fs::read(&path).unwrap(), whole);
-        let said = Record::open(folder.path(), &header("b")).err().unwrap();
-        assert!(said.to_string().contains("holds another tuning"), "{said}");
+        let error = Record::open(folder.path(), &header("b")).err().unwrap();
+        assert!(
+            error.to_string().contains("holds another tuning"),
+            "{error}"
+        );
         let text = String::from_utf8(whole).unwrap().replace("0.3", "0.4");
         std::fs::write(&path, text).unwrap();
-        let said = Record::open(folder.path(), &header("a")).err().unwrap();
+        let error = Record::open(folder.path(), &header("a")).err().unwrap();
         assert!(
-            said.to_string().contains(":2: it is not as it was written"),
-            "{said}"
+            error
+                .to_string()
+                .contains(":2: the line was changed after it was written"),
+            "{error}"
         );
     }
 }

@@ -1,47 +1,42 @@
-//! Where is searched: each parameter between two bounds, as a coordinate from 0 to 1.
+//! The search space: each parameter between two bounds, as a coordinate from 0 to 1.
 
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
 use crate::sweep::design::Change;
 
-/// Digits of a value that count: so a scenario file has exactly what was tried, and reads well.
+/// The number of significant digits of a value, so that a scenario file contains exactly the tried value.
 const DIGITS: i32 = 4;
 
-/// Bounds of a parameter, as a plan has them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Range {
-    /// The least value.
     pub from: Value,
-    /// The greatest.
     pub to: Value,
-    /// Whether its logarithm is searched: where bounds span decades.
+    /// Uses the logarithm in the search; for bounds that span decades.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub log: bool,
-    /// The key whose value it is a multiple of: so a rule such as "less than that one" is built in.
+    /// The key that this value is a multiple of. It enforces relations such as "less than that key".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub times: Option<String>,
 }
 
-/// A parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    /// Its key in the scenario.
     pub key: String,
     from: f64,
     to: f64,
     log: bool,
     whole: bool,
-    /// The place among the parameters of that which it is a multiple of.
+    /// The index of the parameter that this one is a multiple of.
     times: Option<usize>,
 }
 
 impl Parameter {
-    /// One between bounds; `before` are those that it may be a multiple of.
+    /// Creates a parameter. `before` contains the parameters that it may be a multiple of.
     ///
     /// # Errors
-    /// What is wrong with the bounds, and what would be right.
+    /// Returns the problem with the bounds and its remedy.
     pub fn new(key: &str, range: &Range, before: &[Self]) -> Result<Self, String> {
         let number = |value: &Value| match value {
             Value::Integer(number) => Some(*number as f64),
@@ -50,24 +45,24 @@ impl Parameter {
         };
         let (Some(from), Some(to)) = (number(&range.from), number(&range.to)) else {
             return Err(format!(
-                "from {} to {} are no numbers; write {{ from = 1.0, to = 10.0 }}",
+                "from {} to {} are not numbers; write {{ from = 1.0, to = 10.0 }}",
                 range.from, range.to
             ));
         };
         if from >= to {
             return Err(format!(
-                "the lower bound {from} is not below the upper one, {to}; write the lesser one first"
+                "the lower bound {from} is not below the upper one, {to}; write the smaller bound first"
             ));
         }
         if range.log && from <= 0.0 {
             return Err(format!(
-                "the lower bound {from} has no logarithm; take one above 0, or leave log out"
+                "the lower bound {from} has no logarithm; take a bound above 0, or remove log"
             ));
         }
         let times = match &range.times {
             None => None,
-            Some(of) => Some(before.iter().position(|it| it.key == *of).ok_or_else(|| {
-                format!("it is a multiple of '{of}', which is none of the parameters above it; state that one first")
+            Some(of) => Some(before.iter().position(|parameter| parameter.key == *of).ok_or_else(|| {
+                format!("it is a multiple of '{of}', which is none of the parameters above it; write that one first")
             })?),
         };
         Ok(Self {
@@ -80,10 +75,9 @@ impl Parameter {
         })
     }
 
-    /// Its bounds, for people.
     #[must_use]
     pub fn bounds(&self, all: &[Self]) -> String {
-        let log = if self.log { ", by logarithm" } else { "" };
+        let log = if self.log { ", logarithmic" } else { "" };
         let times = match self.times {
             Some(place) => {
                 let key = &all[place].key;
@@ -94,7 +88,6 @@ impl Parameter {
         format!("{} to {}{times}{log}", self.from, self.to)
     }
 
-    /// The value at a coordinate from 0 to 1.
     fn at(&self, coordinate: f64) -> f64 {
         let value = if self.log {
             let (from, to) = (libm::log(self.from), libm::log(self.to));
@@ -106,7 +99,6 @@ impl Parameter {
     }
 }
 
-/// The values of all parameters at a point, each rounded.
 #[must_use]
 pub fn values(parameters: &[Parameter], point: &[f64]) -> Vec<f64> {
     let mut values: Vec<f64> = Vec::with_capacity(parameters.len());
@@ -122,7 +114,6 @@ pub fn values(parameters: &[Parameter], point: &[f64]) -> Vec<f64> {
     values
 }
 
-/// These values as changes of a scenario.
 #[must_use]
 pub fn changes(parameters: &[Parameter], values: &[f64]) -> Vec<Change> {
     let each = parameters.iter().zip(values);
@@ -137,13 +128,13 @@ pub fn changes(parameters: &[Parameter], values: &[f64]) -> Vec<Change> {
     .collect()
 }
 
-/// To [`DIGITS`] significant digits, by its text: 0.1 is 0.1.
+/// Rounds to [`DIGITS`] significant digits, through text so that 0.1 stays 0.1.
 fn rounded(value: f64) -> f64 {
     let text = format!("{value:.*e}", DIGITS as usize - 1);
     text.parse().unwrap_or(value)
 }
 
-/// A coordinate that lies outside, mirrored at the bounds until it lies inside: a search without bounds meets one with them.
+/// Reflects a coordinate at the bounds until it lies inside, so that an unbounded search respects them.
 #[must_use]
 pub fn folded(coordinate: f64) -> f64 {
     let period = coordinate.rem_euclid(2.0);
@@ -164,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn coordinates_and_values_by_hand() {
+    fn values_match_hand_calculation() {
         let fast = Parameter::new("a.fast", &range(1.0, 100.0, true, None), &[]).unwrap();
         let slow = range(0.0, 0.5, false, Some("a.fast"));
         let slow = Parameter::new("a.slow", &slow, std::slice::from_ref(&fast)).unwrap();
@@ -175,7 +166,7 @@ mod tests {
             times: None,
         };
         let all = [fast, slow, Parameter::new("b.n", &count, &[]).unwrap()];
-        // The middle of the logarithms of 1 and 100 is that of 10; half of 0.5 times 10.
+        // The mean of the logarithms of 1 and 100 is that of 10; half of 0.5 times 10.
         assert_eq!(values(&all, &[0.5, 0.5, 0.5]), [10.0, 2.5, 3.0]);
         assert_eq!(values(&all, &[0.0, 1.0, 0.0]), [1.0, 0.5, 1.0]);
         assert_eq!(values(&all, &[1.0, 0.0, 1.0]), [100.0, 0.0, 4.0]);
@@ -188,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_outside_is_mirrored() {
+    fn coordinates_outside_are_reflected() {
         let cases = [
             (0.3, 0.3),
             (-0.3, 0.3),
@@ -203,16 +194,16 @@ mod tests {
     }
 
     #[test]
-    fn bounds_that_are_none() {
-        let said = |range: &Range| Parameter::new("a", range, &[]).unwrap_err();
-        assert!(said(&range(5.0, 5.0, false, None)).starts_with("the lower bound 5 is not below"));
-        assert!(said(&range(6.0, 5.0, false, None)).starts_with("the lower bound 6 is not below"));
-        assert!(said(&range(0.0, 5.0, true, None)).contains("no logarithm"));
-        assert!(said(&range(1.0, 5.0, true, Some("b"))).contains("none of the parameters above"));
+    fn invalid_bounds_are_refused() {
+        let error = |range: &Range| Parameter::new("a", range, &[]).unwrap_err();
+        assert!(error(&range(5.0, 5.0, false, None)).starts_with("the lower bound 5 is not below"));
+        assert!(error(&range(6.0, 5.0, false, None)).starts_with("the lower bound 6 is not below"));
+        assert!(error(&range(0.0, 5.0, true, None)).contains("no logarithm"));
+        assert!(error(&range(1.0, 5.0, true, Some("b"))).contains("none of the parameters above"));
         let words = Range {
             from: Value::String("low".to_owned()),
             ..range(0.0, 1.0, false, None)
         };
-        assert!(said(&words).contains("are no numbers"));
+        assert!(error(&words).contains("are not numbers"));
     }
 }

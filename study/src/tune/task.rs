@@ -1,4 +1,4 @@
-//! What is to be tuned, checked before anything runs.
+//! The plan of a parameter search, checked before the first run.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::sweep::design::{Change, FAULTS, MISSION};
 use crate::sweep::plan::tuning::Tuning;
 use crate::sweep::plan::{Plan, setup};
 
-/// What can be little: figures of a run for which no log is needed.
+/// The metrics that a search can optimize. They need no log.
 const METRICS: [Metric; 4] = [
     Metric::Par2,
     Metric::Messages,
@@ -19,43 +19,35 @@ const METRICS: [Metric; 4] = [
     Metric::Observed,
 ];
 
-/// Everything that a tuning needs to know.
 #[derive(Clone, Debug)]
 pub struct Task {
-    /// Missions under faults, each with one seed, which is not used.
+    /// The missions under faults. Their single seed is not used.
     pub plan: Plan,
-    /// As the plan has it.
     pub tuning: Tuning,
-    /// What is searched for.
     pub metric: Metric,
-    /// Those to be tuned.
     pub allocators: Vec<Allocator>,
     /// Every mission under every class of faults.
     pub conditions: Vec<Condition>,
 }
 
-/// An allocator and what is varied of it.
 #[derive(Clone, Debug)]
 pub struct Allocator {
-    /// Its name.
     pub name: String,
-    /// Never empty.
+    /// The tuned parameters; never empty.
     pub parameters: Vec<Parameter>,
 }
 
-/// A mission under a class of faults.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Condition {
-    /// As it is called.
     pub name: String,
-    /// Only the test has it.
+    /// True if only the test uses the condition.
     pub is_unseen: bool,
-    /// s.
+    /// The limit of a run, s of simulated time.
     pub limit_s: f64,
 }
 
 impl Allocator {
-    /// What makes a scenario one of this allocator with these values; without any with its defaults.
+    /// Returns the changes that select the allocator in a scenario, with these values or with its defaults.
     #[must_use]
     pub fn changes(&self, found: Option<&[f64]>) -> Vec<Change> {
         let mut all = vec![Change {
@@ -70,27 +62,24 @@ impl Allocator {
 }
 
 impl Task {
-    /// Takes what is to be tuned out of a plan.
-    ///
-    /// # Errors
-    /// The first mistake.
+    /// Reads the settings of a search from a plan.
     pub fn of(plan: Plan) -> anyhow::Result<Self> {
         let Some(tuning) = plan.tuning.clone() else {
             bail!(
-                "there is nothing to be tuned; write a table [tune], as in campaigns/tune-alliance.toml"
+                "the plan has no search; write a table [tune], as in campaigns/tune-alliance.toml"
             );
         };
         if plan.design.repetitions() > 1 {
-            bail!(
-                "seeds: they are stated by [tune]: training, selection and test; leave seeds out"
-            );
+            bail!("seeds: [tune] states the seeds as training, selection and test; remove seeds");
         }
         if plan.design.columns().any(|column| column == "allocator") {
-            bail!("grid.allocator: the allocators are those of [tune.parameters]; leave it out");
+            bail!("grid.allocator: [tune.parameters] states the allocators; remove it");
         }
-        let found = METRICS.into_iter().find(|it| it.name() == tuning.metric);
+        let found = METRICS
+            .into_iter()
+            .find(|metric| metric.name() == tuning.metric);
         let Some(metric) = found else {
-            let names = METRICS.map(|it| it.name());
+            let names = METRICS.map(|metric| metric.name());
             let known = &mut names.iter().map(String::as_str);
             bail!(
                 "tune.metric: there is no metric '{}' to tune by; {}",
@@ -109,15 +98,17 @@ impl Task {
         };
         let names: Vec<String> = task.tuning.parameters.keys().cloned().collect();
         if names.is_empty() {
-            bail!("tune.parameters: no allocator is to be tuned; write [tune.parameters.alliance]");
+            bail!(
+                "tune.parameters: there is no allocator to tune; write [tune.parameters.alliance]"
+            );
         }
-        let mut whose: BTreeMap<String, String> = BTreeMap::new();
+        let mut owners: BTreeMap<String, String> = BTreeMap::new();
         for name in names {
             let allocator = task.allocator(&name)?;
             for parameter in &allocator.parameters {
-                if let Some(other) = whose.insert(parameter.key.clone(), name.clone()) {
+                if let Some(other) = owners.insert(parameter.key.clone(), name.clone()) {
                     bail!(
-                        "tune.parameters.{name}: '{}' is tuned for {other}, too, and one scenario is to have both; tune it for one of them",
+                        "tune.parameters.{name}: '{}' is also tuned for {other}, but one scenario contains both; tune it for one of them",
                         parameter.key
                     );
                 }
@@ -127,12 +118,13 @@ impl Task {
         Ok(task)
     }
 
-    /// The conditions by which is searched.
+    /// Returns the indices of the conditions that the search uses.
     pub fn seen(&self) -> impl Iterator<Item = usize> + Clone {
         (0..self.conditions.len()).filter(|place| !self.conditions[*place].is_unseen)
     }
 
-    /// An allocator, each of whose parameters is tried at both ends, all others in their middle.
+    /// Reads the parameters of an allocator. Each parameter is validated at both ends of its range, with all others in the
+    /// middle.
     fn allocator(&self, name: &str) -> anyhow::Result<Allocator> {
         let place = |key: &str| format!("tune.parameters.{name}: {key}");
         let mut allocator = Allocator {
@@ -150,7 +142,7 @@ impl Task {
             allocator.parameters.push(parameter);
         }
         if allocator.parameters.is_empty() {
-            bail!("tune.parameters.{name}: there is no parameter; state a key with its bounds");
+            bail!("tune.parameters.{name}: there is no parameter; write a key with its bounds");
         }
         let parameters = &allocator.parameters;
         let attempt = |point: &[f64]| {
@@ -169,7 +161,7 @@ impl Task {
         Ok(allocator)
     }
 
-    /// Whether every condition can be with these changes.
+    /// Checks that every condition is valid with these changes.
     fn attempt(&self, changes: &[Change]) -> anyhow::Result<()> {
         for run in 0..self.conditions.len() {
             let mut scenario = self.plan.scenario(run).map_err(anyhow::Error::msg)?;
@@ -195,7 +187,7 @@ fn check_seeds(tuning: &Tuning) -> anyhow::Result<()> {
         for (other, before) in &sets[..place] {
             if let Some(seed) = seeds.iter().find(|seed| before.contains(seed)) {
                 bail!(
-                    "tune.{name}: seed {seed} is one of {other}, too; what is found on a seed is not judged by it: take others"
+                    "tune.{name}: seed {seed} also belongs to {other}; the sets of seeds must be disjoint: take other seeds"
                 );
             }
         }
@@ -261,8 +253,8 @@ fn conditions(plan: &Plan, tuning: &Tuning) -> anyhow::Result<Vec<Condition>> {
             instead(class, known)
         );
     }
-    if all.iter().all(|it| it.is_unseen) {
-        bail!("tune.unseen: no class of faults is left to search by; leave one out");
+    if all.iter().all(|condition| condition.is_unseen) {
+        bail!("tune.unseen: no class of faults is left for the search; remove one");
     }
     Ok(all)
 }

@@ -1,4 +1,4 @@
-//! The search, the choice among its best, and the test.
+//! The search, the selection among its best candidates, and the test.
 
 use std::collections::BTreeMap;
 
@@ -9,127 +9,107 @@ use super::search::{Method, next};
 use super::space::values;
 use super::task::Task;
 
-/// What a run that failed counts, of the logarithm of what the defaults need: ten times as much.
+/// The log ratio of a failed run: ten times the defaults' value.
 const FAILED: f64 = std::f64::consts::LN_10;
 
-/// Less than anything that is measured, so that it has a logarithm.
+/// A lower bound of all measured values, so that they have a logarithm.
 const LEAST: f64 = 1e-6;
 
-/// A run that is wanted.
+/// A run that the search requests.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trial {
-    /// Number of the allocator in the plan.
     pub allocator: usize,
-    /// Values of the allocator's parameters; `None`: its defaults.
+    /// The values of the allocator's parameters; `None` for its defaults.
     pub values: Option<Vec<f64>>,
-    /// Number of the condition: a mission under a class of faults.
+    /// The index of the condition: a mission under a class of faults.
     pub condition: usize,
-    /// Seed of the run.
     pub seed: u64,
 }
 
-/// What came of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Value of the metric that is searched for; `None` of a run that failed.
+    /// The value of the optimized metric; `None` for a failed run.
     pub value: Option<f64>,
-    /// Bytes that all robots sent.
+    /// The bytes that all robots sent.
     pub bytes: f64,
 }
 
-/// Does the runs that a search asks for.
 pub trait Runs {
-    /// Does all of these; their outcomes are in the same order.
+    /// Executes all trials. Returns their outcomes in the same order.
     ///
     /// # Errors
-    /// When it cannot, or is to stop.
+    /// Returns an error if the trials cannot be executed, or after an interruption.
     fn run(&mut self, trials: &[Trial]) -> anyhow::Result<Vec<Outcome>>;
 
-    /// Tells how far the search is.
     fn say(&mut self, line: &str);
 }
 
-/// A point that was tried.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
-    /// The method that found it.
     pub method: Method,
-    /// Number of its generation, from 0.
     pub generation: usize,
-    /// Coordinates from 0 to 1.
+    /// Coordinates in the search space, each from 0 to 1.
     pub point: Vec<f64>,
-    /// Values of the parameters at that point.
     pub values: Vec<f64>,
-    /// Runs of its method when its generation had ended.
+    /// The number of runs of the method at the end of the generation.
     pub runs: usize,
-    /// Runs of its own.
+    /// The number of runs of this candidate.
     pub own_runs: usize,
-    /// Whether it was dropped from the race.
+    /// True if the race dropped the candidate.
     pub dropped: bool,
-    /// Mean logarithm of its metric over that of the defaults in the same runs; negative is better.
+    /// The mean logarithm of the ratio of its metric to that of the defaults in the same runs; negative is better.
     pub metric: f64,
-    /// The same of the bytes sent.
+    /// The same for the bytes sent.
     pub bytes: f64,
-    /// What the search makes small: `metric`, and `bytes` by their weight.
+    /// The objective of the search: `metric` plus the weighted `bytes`.
     pub score: f64,
 }
 
-/// A candidate that is among the best of its method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finalist {
-    /// Its place in [`Tuned::candidates`].
+    /// The index in [`Tuned::candidates`].
     pub candidate: usize,
-    /// Its score on the selection seeds.
     pub score: f64,
 }
 
-/// What came of an allocator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tuned {
-    /// All that were tried.
     pub candidates: Vec<Candidate>,
-    /// By method: the best, best first.
+    /// The finalists of each method, best first.
     pub finalists: [Vec<Finalist>; 2],
-    /// On the test seeds: of the defaults and of each method's best, by condition and seed.
+    /// The outcomes on the test seeds by condition and seed: of the defaults and of each method's best.
     pub test: [Vec<Vec<Outcome>>; 3],
 }
 
 impl Tuned {
-    /// The method whose best is the better one on the selection seeds.
+    /// Returns the index of the method whose best candidate has the lower score on the selection seeds.
     #[must_use]
     pub fn chosen(&self) -> usize {
         usize::from(self.finalists[1][0].score < self.finalists[0][0].score)
     }
 
-    /// The best of a method.
     #[must_use]
     pub fn best(&self, method: usize) -> &Candidate {
         &self.candidates[self.finalists[method][0].candidate]
     }
 }
 
-/// Logarithms of what a run has over what the defaults have in the same one: metric and bytes.
+/// Returns the logarithms of the ratios of a run's metric and bytes to those of the defaults in the same run.
 #[must_use]
-pub fn ratios(task: &Task, own: Outcome, defaults: Outcome) -> (f64, f64) {
-    let log = |own: f64, other: f64| libm::log(own.max(LEAST) / other.max(LEAST));
+pub fn ratios(task: &Task, found: Outcome, defaults: Outcome) -> (f64, f64) {
+    let log = |value: f64, other: f64| libm::log(value.max(LEAST) / other.max(LEAST));
     let sign = if task.metric.more_is_better() {
         -1.0
     } else {
         1.0
     };
-    match (own.value, defaults.value) {
-        (Some(own_value), Some(other)) => {
-            (sign * log(own_value, other), log(own.bytes, defaults.bytes))
-        }
+    match (found.value, defaults.value) {
+        (Some(value), Some(other)) => (sign * log(value, other), log(found.bytes, defaults.bytes)),
         (None, Some(_)) => (FAILED, 0.0),
         (_, None) => (0.0, 0.0),
     }
 }
 
-/// Tunes an allocator.
-///
-/// # Errors
-/// Those of its runs.
 pub fn tune(task: &Task, allocator: usize, runs: &mut impl Runs) -> anyhow::Result<Tuned> {
     let mut tuner = Tuner {
         task,
@@ -158,18 +138,16 @@ struct Tuner<'t, R> {
     task: &'t Task,
     allocator: usize,
     runs: &'t mut R,
-    /// Of the allocator's defaults, by seed and condition.
+    /// The outcomes of the allocator's defaults, by seed and condition.
     defaults: BTreeMap<(u64, usize), Outcome>,
     candidates: Vec<Candidate>,
 }
 
-/// One in a race.
 struct Runner {
     values: Vec<f64>,
-    /// By instance: metric, bytes, and both by their weight.
+    /// The log ratios of metric and bytes, one per instance.
     ratios: Vec<(f64, f64)>,
     scores: Vec<f64>,
-    /// Rounds that it has run.
     rounds: usize,
 }
 
@@ -189,7 +167,7 @@ impl Runner {
 }
 
 impl<R: Runs> Tuner<'_, R> {
-    /// Generations until the budget is spent. All candidates of one have the same seeds, and the next one has others.
+    /// Searches until the budget is spent. The candidates of a generation share their seeds; the next generation has other seeds.
     fn search(&mut self, method: Method) -> anyhow::Result<()> {
         let tuning = &self.task.tuning;
         let parameters = &self.task.allocators[self.allocator].parameters;
@@ -228,14 +206,19 @@ impl<R: Runs> Tuner<'_, R> {
                     runs: used,
                     own_runs: runner.scores.len(),
                     dropped: runner.rounds < rounds,
-                    metric: mean(runner.ratios.iter().map(|it| it.0)),
-                    bytes: mean(runner.ratios.iter().map(|it| it.1)),
+                    metric: mean(runner.ratios.iter().map(|ratio| ratio.0)),
+                    bytes: mean(runner.ratios.iter().map(|ratio| ratio.1)),
                     score: runner.score(),
                     values: runner.values,
                 });
             }
-            let own = self.candidates.iter().filter(|it| it.method == method);
-            let best = own.filter(|it| !it.dropped).map(|it| it.score);
+            let tried = self
+                .candidates
+                .iter()
+                .filter(|candidate| candidate.method == method);
+            let best = tried
+                .filter(|candidate| !candidate.dropped)
+                .map(|candidate| candidate.score);
             let best = best.fold(f64::INFINITY, f64::min);
             let name = &self.task.allocators[self.allocator].name;
             self.runs.say(&format!(
@@ -249,7 +232,7 @@ impl<R: Runs> Tuner<'_, R> {
         Ok(())
     }
 
-    /// All conditions of the search with one seed; how many runs that took, the defaults' aside.
+    /// Runs all conditions of the search with one seed. Returns the number of runs without those of the defaults.
     fn round(&mut self, alive: &mut [&mut Runner], seed: i64) -> anyhow::Result<usize> {
         let conditions: Vec<usize> = self.task.seen().collect();
         let all: Vec<Vec<f64>> = alive.iter().map(|runner| runner.values.clone()).collect();
@@ -259,13 +242,13 @@ impl<R: Runs> Tuner<'_, R> {
             let weight = self.task.tuning.bytes_weight;
             runner
                 .scores
-                .extend(ratios.iter().map(|it| it.0 + weight * it.1));
+                .extend(ratios.iter().map(|ratio| ratio.0 + weight * ratio.1));
             runner.ratios.extend(ratios);
         }
         Ok(alive.len() * conditions.len())
     }
 
-    /// Of each set of values: what it has over the defaults, under these conditions with these seeds.
+    /// Returns the log ratios to the defaults for each set of values, under these conditions and with these seeds.
     fn paired(
         &mut self,
         all: &[Vec<f64>],
@@ -305,16 +288,16 @@ impl<R: Runs> Tuner<'_, R> {
             .extend(new.into_iter().zip(of_defaults.iter().copied()));
         let each = of_values.chunks(instances.len());
         Ok(each
-            .map(|own| {
-                let pairs = own.iter().zip(&instances);
+            .map(|outcomes| {
+                let pairs = outcomes.iter().zip(&instances);
                 pairs
-                    .map(|(own, instance)| ratios(self.task, *own, self.defaults[instance]))
+                    .map(|(outcome, instance)| ratios(self.task, *outcome, self.defaults[instance]))
                     .collect()
             })
             .collect())
     }
 
-    /// The best of a method by its search, in the order that fresh seeds give them.
+    /// Returns the best candidates of a method, in the order of their scores on the selection seeds.
     fn select(&mut self, method: Method) -> anyhow::Result<Vec<Finalist>> {
         let tuning = &self.task.tuning;
         let mut places: Vec<usize> = (0..self.candidates.len())
@@ -341,14 +324,13 @@ impl<R: Runs> Tuner<'_, R> {
             .zip(found)
             .map(|(candidate, ratios)| Finalist {
                 candidate,
-                score: mean(ratios.into_iter().map(|it| it.0 + weight * it.1)),
+                score: mean(ratios.into_iter().map(|ratio| ratio.0 + weight * ratio.1)),
             })
             .collect();
         finalists.sort_by(|a, b| a.score.total_cmp(&b.score));
         Ok(finalists)
     }
 
-    /// What a candidate, or the defaults, make of the test.
     fn test(&mut self, candidate: Option<usize>) -> anyhow::Result<Vec<Vec<Outcome>>> {
         let seeds = &self.task.tuning.test.0;
         let values = candidate.map(|place| self.candidates[place].values.clone());
@@ -369,7 +351,7 @@ impl<R: Runs> Tuner<'_, R> {
     }
 }
 
-/// Places from 0, the best first: who has run more rounds is better, and then who has the lower mean.
+/// Returns the rank of each candidate from 0, best first: more rounds are better, then a lower mean.
 fn in_order(runners: &[Runner]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..runners.len()).collect();
     order.sort_by(|a, b| {
@@ -384,7 +366,7 @@ fn in_order(runners: &[Runner]) -> Vec<f64> {
     places
 }
 
-/// Of nothing 0.
+/// Returns the mean, or 0 without values.
 #[must_use]
 pub fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (mut count, mut sum) = (0.0, 0.0);
@@ -395,7 +377,7 @@ pub fn mean(values: impl Iterator<Item = f64>) -> f64 {
     if count > 0.0 { sum / count } else { 0.0 }
 }
 
-/// A mean logarithm of ratios, as what it is more or less in percent.
+/// Converts a mean logarithm of ratios to a change in percent.
 #[must_use]
 pub fn percent(log: f64) -> f64 {
     100.0 * (libm::exp(log) - 1.0)
@@ -432,7 +414,7 @@ mod tests {
         Task::of(plan).unwrap()
     }
 
-    /// Runs that are a formula: best is 20 and a fifth of it; each seed adds its own luck.
+    /// Runs that are a formula with the minimum at a fifth of 20; each seed adds a constant.
     #[derive(Default)]
     struct Formula {
         trials: Vec<Trial>,
@@ -465,7 +447,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_good_is_found_within_the_budget_and_test_seeds_are_never_seen_before() {
+    fn the_search_keeps_its_budget_and_never_uses_test_seeds() {
         let task = task();
         let mut runs = Formula::default();
         let tuned = tune(&task, 0, &mut runs).unwrap();
@@ -473,22 +455,28 @@ mod tests {
         assert!((15.0..27.0).contains(&best.values[0]), "{best:?}");
         assert!(best.score < -0.2, "{best:?}");
         for method in Method::ALL {
-            let own = tuned.candidates.iter().filter(|it| it.method == method);
-            let used: usize = own.clone().map(|it| it.own_runs).sum();
-            assert_eq!(used, own.map(|it| it.runs).max().unwrap());
-            // The last generation is finished: of 6 candidates, 2 conditions and 4 seeds.
+            let tried = tuned
+                .candidates
+                .iter()
+                .filter(|candidate| candidate.method == method);
+            let used: usize = tried.clone().map(|candidate| candidate.own_runs).sum();
+            assert_eq!(used, tried.map(|candidate| candidate.runs).max().unwrap());
+            // The last generation completes: 6 candidates, 2 conditions and 4 seeds.
             assert!((300..300 + 48).contains(&used), "{used}");
         }
-        assert!(tuned.candidates.iter().any(|it| it.dropped), "nobody lost");
+        assert!(
+            tuned.candidates.iter().any(|candidate| candidate.dropped),
+            "no candidate was dropped"
+        );
 
-        // Search, selection and test in this order, each with its own seeds and conditions.
+        // Search, selection and test follow in this order, each with its seeds and conditions.
         let seeds = |from: u64, to: u64| {
-            let own = runs.trials.iter().enumerate();
-            let own: Vec<usize> = own
+            let matching = runs.trials.iter().enumerate();
+            let matching: Vec<usize> = matching
                 .filter(|(_, trial)| (from..=to).contains(&trial.seed))
                 .map(|(place, _)| place)
                 .collect();
-            (own[0], own[own.len() - 1])
+            (matching[0], matching[matching.len() - 1])
         };
         let (search, selection, test) = (seeds(101, 140), seeds(201, 205), seeds(1, 6));
         assert!(search.1 < selection.0 && selection.1 < test.0);
@@ -501,21 +489,23 @@ mod tests {
         };
         assert_eq!(unseen(0..test.0), 0);
         assert_eq!(unseen(test.0..runs.trials.len()), 3 * 6);
-        // The same runs of the defaults are never done twice.
+        // Runs of the defaults are never repeated.
         let defaults = runs.trials[..test.0]
             .iter()
-            .filter(|it| it.values.is_none());
-        let once: BTreeSet<(u64, usize)> =
-            defaults.clone().map(|it| (it.seed, it.condition)).collect();
+            .filter(|trial| trial.values.is_none());
+        let once: BTreeSet<(u64, usize)> = defaults
+            .clone()
+            .map(|trial| (trial.seed, trial.condition))
+            .collect();
         assert_eq!(once.len(), defaults.count());
 
-        // Once more, it is the same.
+        // A repetition gives the same result.
         let again = tune(&task, 0, &mut Formula::default()).unwrap();
         assert_eq!(again, tuned);
     }
 
     #[test]
-    fn who_is_dropped_is_worse_than_who_stays() {
+    fn dropped_candidates_are_worse_than_the_others() {
         let runner = |rounds: usize, score: f64| Runner {
             scores: vec![score; rounds],
             rounds,
@@ -531,7 +521,7 @@ mod tests {
     }
 
     #[test]
-    fn ratios_by_hand() {
+    fn ratios_match_hand_calculation() {
         let task = task();
         let of = |value: Option<f64>, bytes: f64| Outcome { value, bytes };
         let found = ratios(&task, of(Some(50.0), 400.0), of(Some(100.0), 100.0));

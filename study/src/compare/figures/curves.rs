@@ -1,4 +1,4 @@
-//! Mean PAR2 against loss of messages and against the size of the team, where the plan has several of them.
+//! Curves of mean PAR2 against message loss and against the team size, if the plan varies them.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -18,19 +18,18 @@ const PLOT_PX: f64 = 330.0;
 const LEGEND_PX: f64 = 150.0;
 const MARKS: [Mark; 4] = [Mark::Square, Mark::Diamond, Mark::Triangle, Mark::Cross];
 
-/// What stands on the x axis.
 struct Against {
     file: &'static str,
     axis: &'static str,
     x: fn(&Block) -> Option<f64>,
-    /// Blocks that are alike but for x have this in common.
+    /// Blocks of one family differ only in x.
     family: fn(&Block) -> String,
 }
 
 const AGAINST: [Against; 2] = [
     Against {
         file: "loss",
-        axis: "share of messages that get lost",
+        axis: "probability of message loss",
         x: |block| block.axes.loss,
         family: |block| block.mission.clone(),
     },
@@ -43,13 +42,13 @@ const AGAINST: [Against; 2] = [
                 .mission
                 .trim_end_matches(|letter: char| letter.is_ascii_digit());
             let parts = [stem.trim_end_matches(['-', ' ', '_']), &block.faults];
-            let parts: Vec<&str> = parts.into_iter().filter(|it| !it.is_empty()).collect();
+            let parts: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
             parts.join(", ")
         },
     },
 ];
 
-/// One for each mission, and for each family of missions under a class of faults.
+/// Draws one figure per mission against loss, and one per family of missions and class of faults against team size.
 pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
     let mut figures = Vec::new();
     for against in AGAINST {
@@ -64,7 +63,7 @@ pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figur
         }
         for (family, mut points) in families {
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
-            // Two blocks at one x are no family.
+            // Two blocks at one x value do not form a family.
             let rises = points.windows(2).all(|pair| pair[0].0 < pair[1].0);
             if points.len() < 2 || !rises {
                 continue;
@@ -75,7 +74,7 @@ pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figur
             };
             figures.push(Figure {
                 name: format!("{}{}", against.file, ending(&family)),
-                caption: format!("{title}. Bars: 95 % intervals, side by side for legibility."),
+                caption: format!("{title}. Bars: 95 % intervals, shifted sideways for legibility."),
                 svg: one(&title, &against, &points, data, analysis)?,
             });
         }
@@ -99,8 +98,8 @@ fn one(
         .iter()
         .flat_map(|(_, block)| &analysis.blocks[*block].summaries);
     let most = all
-        .filter_map(|it| it[par2])
-        .map(|it| it.interval.1)
+        .filter_map(|metrics| metrics[par2])
+        .map(|summary| summary.interval.1)
         .fold(0.0, f64::max);
     svg(title, PLOT_PX + 10.0, |area| {
         let within = part(area, (0.0, 6.0), (WIDTH_PX - LEGEND_PX, PLOT_PX));

@@ -1,4 +1,4 @@
-//! How PAR2 is distributed over the seeds, not only its mean.
+//! Box plots of PAR2 over the seeds.
 
 use plotters::element::{PathElement, Rectangle};
 use plotters::style::{Color, RGBColor};
@@ -17,7 +17,6 @@ const COLUMNS: usize = 3;
 const BOX: RGBColor = RGBColor(120, 170, 215);
 const MEAN: RGBColor = RGBColor(190, 40, 40);
 
-/// One for each mission.
 pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
     let par2 = data.place(&Metric::Par2);
     let missions = data.missions().into_iter();
@@ -26,14 +25,14 @@ pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figur
             let blocks: Vec<usize> = (0..data.blocks.len())
                 .filter(|block| data.blocks[*block].mission == mission)
                 .collect();
-            let summaries = |block: usize| analysis.blocks[block].summaries.iter().map(move |it| it[par2]);
+            let summaries = |block: usize| analysis.blocks[block].summaries.iter().map(move |metrics| metrics[par2]);
             let all: Vec<Summary> = blocks
                 .iter()
                 .flat_map(|block| summaries(*block))
                 .flatten()
                 .collect();
-            let least = all.iter().map(|it| it.quantiles[0]);
-            let most = all.iter().map(|it| it.quantiles[6]);
+            let least = all.iter().map(|summary| summary.quantiles[0]);
+            let most = all.iter().map(|summary| summary.quantiles[6]);
             let scale = Scale::of(
                 least.fold(f64::INFINITY, f64::min),
                 most.fold(0.0, f64::max),
@@ -56,7 +55,7 @@ pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figur
             Ok(Figure {
                 name: format!("distribution{}", ending(mission)),
                 caption: format!(
-                    "{title}, s, by a logarithmic scale. Line: from the least to the greatest; thick line: from 5 to 95 %; box: from 25 to 75 %; dark: median; red: mean."
+                    "{title}, in s, logarithmic scale. Thin line: minimum to maximum; thick line: 5 to 95 %; box: 25 to 75 %; dark stroke: median; red stroke: mean."
                 ),
                 svg,
             })
@@ -64,7 +63,7 @@ pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figur
         .collect()
 }
 
-/// By logarithms, for some teams need ten times as long as others.
+/// A logarithmic scale, because some allocators need ten times as long as others.
 #[derive(Clone, Copy)]
 struct Scale {
     from: f64,
@@ -72,7 +71,7 @@ struct Scale {
 }
 
 impl Scale {
-    /// With a margin around what is shown.
+    /// Creates a scale with a margin of 10 % around the values.
     fn of(least: f64, most: f64) -> Self {
         let least = least.clamp(1e-3, most.max(1e-3));
         Self {
@@ -81,12 +80,12 @@ impl Scale {
         }
     }
 
-    /// From 0 to 1.
+    /// Returns the position of a value on the scale, 0 to 1.
     fn at(self, value: f64) -> f64 {
         (value.max(self.from) / self.from).ln() / (self.to / self.from).ln()
     }
 
-    /// Round numbers on it, as many as have room.
+    /// Returns round numbers on the scale, as many as have room.
     fn marks(self) -> Vec<f64> {
         let steps: &[f64] = if self.to / self.from > 20.0 {
             &[1.0]

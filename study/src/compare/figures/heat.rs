@@ -1,4 +1,4 @@
-//! Allocators against classes of faults.
+//! Heat maps of mean PAR2: allocators against classes of faults.
 
 use plotters::element::Rectangle;
 use plotters::style::{Color, RGBColor};
@@ -17,13 +17,12 @@ const ROW_PX: f64 = 30.0;
 const HEAD_PX: f64 = 44.0;
 const LEGEND_PX: f64 = 46.0;
 
-/// From the best allocator's value to this many times it.
+/// The ratio to the best allocator's value at which the color is darkest.
 const DARKEST: f64 = 4.0;
 const LIGHT: RGBColor = RGBColor(236, 244, 251);
 const DARK: RGBColor = RGBColor(8, 64, 129);
 const WHITE: RGBColor = RGBColor(255, 255, 255);
 
-/// One for each mission.
 pub(super) fn draw(data: &Data) -> anyhow::Result<Vec<Figure>> {
     let missions = data.missions().into_iter();
     missions
@@ -46,8 +45,8 @@ pub(super) fn draw(data: &Data) -> anyhow::Result<Vec<Figure>> {
             Ok(Figure {
                 name: format!("heat{}", ending(mission)),
                 caption: format!(
-                    "{title}, by allocator and class of faults. The stronger the color, the more it is than the best allocator's of that column (the oracle aside). \
-                     Below in small: the share of runs that completed the mission, where it is not all. Hatched: no data."
+                    "{title}, by allocator and class of faults. A darker color means a larger ratio to the best allocator of the column (except the oracle). \
+                     Small print: the share of runs that completed the mission, if below 100 %. Hatched: no data."
                 ),
                 svg,
             })
@@ -55,7 +54,6 @@ pub(super) fn draw(data: &Data) -> anyhow::Result<Vec<Figure>> {
         .collect()
 }
 
-/// Width of a column, px.
 fn width_px(blocks: usize) -> f64 {
     ((WIDTH_PX - LEFT_PX - 4.0) / blocks.max(1) as f64).min(150.0)
 }
@@ -146,13 +144,13 @@ fn cell(
     Ok(())
 }
 
-/// In words, where it is not all.
+/// Returns the share of complete runs as text, or `None` if all completed.
 fn completion(block: &Block, rival: usize, data: &Data) -> Option<String> {
     let share = block.cells[rival].mean(data.place(&Metric::Completion))?;
     (share < 1.0).then(|| format!("{:.0} % done", (100.0 * share).floor()))
 }
 
-/// 0 for the best, 1 for [`DARKEST`] times it.
+/// Returns 0 for the best value and 1 for [`DARKEST`] times it.
 fn depth(mean: f64, least: Option<f64>) -> f64 {
     match least {
         Some(least) if least > 0.0 => ((mean / least).ln() / DARKEST.ln()).clamp(0.0, 1.0),
@@ -176,7 +174,7 @@ fn empty(area: &Area<'_>, [(left, top), (right, bottom)]: [(i32, i32); 2]) -> Dr
     let height = bottom - top;
     let mut from = left - height;
     while from < right {
-        // From the lower edge to the upper one, cut at the sides.
+        // The line runs from the lower edge to the upper one, cut off at the sides.
         let (low, high) = (from.max(left), (from + height).min(right));
         let ends = [(low, bottom - (low - from)), (high, bottom - (high - from))];
         area.draw(&PathElement::new(ends, line(FAINT, 0.75)))?;

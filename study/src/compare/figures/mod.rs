@@ -1,4 +1,4 @@
-//! The figures of a comparison, as SVG.
+//! SVG figures of a comparison.
 
 mod curves;
 mod distributions;
@@ -12,20 +12,13 @@ use super::analysis::Analysis;
 use super::data::Data;
 use crate::report::figures::canvas::{INK, Lettering, TEXT_PX};
 
-/// A figure.
 pub struct Figure {
-    /// Its file's name, without ending.
     pub name: String,
-    /// What it shows and how to read it.
     pub caption: String,
-    /// The drawing.
     pub svg: String,
 }
 
-/// Heat maps, distributions, curves and critical differences, in this order.
-///
-/// # Errors
-/// When one cannot be drawn.
+/// Draws heat maps, critical differences, curves and distributions, in this order.
 pub fn figures(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
     let mut all = heat::draw(data)?;
     all.extend(ranks::draw(data, analysis)?);
@@ -34,14 +27,13 @@ pub fn figures(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> 
     Ok(all)
 }
 
-/// A name as a part of a file's name.
 fn plain(name: &str) -> String {
     let words = name.split(|letter: char| !letter.is_ascii_alphanumeric());
     let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
     words.join("-")
 }
 
-/// `-name`, or nothing.
+/// Returns `-name`, or an empty string.
 fn ending(name: &str) -> String {
     match plain(name).as_str() {
         "" => String::new(),
@@ -49,7 +41,6 @@ fn ending(name: &str) -> String {
     }
 }
 
-/// Lettering of the usual size.
 const fn lettering(h: HPos, color: RGBColor) -> Lettering {
     Lettering {
         size_px: TEXT_PX,
@@ -64,7 +55,7 @@ const AT_LEFT: Lettering = lettering(HPos::Left, INK);
 const AT_RIGHT: Lettering = lettering(HPos::Right, INK);
 const CENTERED: Lettering = lettering(HPos::Center, INK);
 
-/// The least round number that is no less, of 1, 2, 2.5, 5 times a power of ten.
+/// Rounds up to 1, 2, 2.5 or 5 times a power of ten.
 fn round_up(number: f64) -> f64 {
     if number <= 0.0 || !number.is_finite() {
         return 1.0;

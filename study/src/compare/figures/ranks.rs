@@ -1,4 +1,4 @@
-//! Critical-difference diagrams (Demšar 2006): mean ranks on a line, and bars over those that are not shown to differ.
+//! Critical difference diagrams (Demšar 2006): mean ranks on a line, with bars over groups without significant difference.
 
 use plotters::element::{Circle, PathElement};
 use plotters::style::Color;
@@ -8,13 +8,13 @@ use crate::compare::analysis::{Analysis, Ranking};
 use crate::compare::answer::p_value;
 use crate::compare::data::Data;
 use crate::report::figures::canvas::{Area, Drawn, INK, WIDTH_PX, line, px, svg};
+use crate::sweep::task::counted;
 
 const SIDE_PX: f64 = 190.0;
 const AXIS_PX: f64 = 64.0;
 const BAR_PX: f64 = 9.0;
 const LABEL_PX: f64 = 20.0;
 
-/// One for each metric.
 pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
     let rankings = analysis.rankings.iter();
     rankings
@@ -30,12 +30,12 @@ pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figur
             let better = if ranking.metric.more_is_better() { "most" } else { "least" };
             let left = match ranking.left_out.len() {
                 0 => String::new(),
-                count => format!(" {count} blocks in which an allocator has no data, or all are alike, are left out."),
+                count => format!(" Omitted: {}, because an allocator has no data or all allocators are equal.", counted(count, "block")),
             };
             Ok(Figure {
                 caption: format!(
                     "Mean ranks of {} allocators by {name} over {} blocks; rank 1: {better}. Friedman: χ² = {:.1}, p {}. \
-                     Two of them differ where they lie CD = {:.2} or more apart (Nemenyi, 5 %); a bar joins those that are not shown to.{left}",
+                     Ranks that are CD = {:.2} or more apart differ significantly (Nemenyi, 5 %). A bar joins allocators without a significant difference.{left}",
                     data.allocators.len(),
                     ranking.friedman.blocks,
                     ranking.friedman.statistic,
@@ -49,7 +49,7 @@ pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figur
         .collect()
 }
 
-/// First and last place, in order, of the longest runs of those that do not differ.
+/// Returns the first and last index, in rank order, of each maximal group without a significant difference.
 fn bars(ranking: &Ranking) -> Vec<(usize, usize)> {
     let ranks = &ranking.friedman.mean_ranks;
     let order = ranking.order();
@@ -87,7 +87,7 @@ fn diagram(
         path(&[(x, AXIS_PX - 5.0), (x, AXIS_PX)], 1.0)?;
         CENTERED.write(area, &rank.to_string(), (x, AXIS_PX - 14.0))?;
     }
-    // No longer than the axis.
+    // The bar is not longer than the axis.
     let critical = ranking.critical.min(most - 1.0);
     path(&[(x_px(1.0), 22.0), (x_px(1.0 + critical), 22.0)], 2.0)?;
     for end in [1.0, 1.0 + critical] {
@@ -134,7 +134,7 @@ mod tests {
     use crate::compare::statistics::friedman::Friedman;
 
     #[test]
-    fn bars_join_those_that_do_not_differ_and_no_bar_is_a_part_of_another() {
+    fn bars_join_groups_without_difference_and_none_contains_another() {
         let ranking = |mean_ranks: Vec<f64>, critical| Ranking {
             metric: Metric::Par2,
             friedman: Friedman {
@@ -146,7 +146,7 @@ mod tests {
             critical,
             left_out: Vec::new(),
         };
-        // In order 1, 1.5, 2.2, 4.
+        // Mean ranks in order: 1, 1.5, 2.2, 4.
         let ranks = vec![2.2, 1.0, 4.0, 1.5];
         assert_eq!(bars(&ranking(ranks.clone(), 1.0)), [(0, 1), (1, 2)]);
         assert_eq!(bars(&ranking(ranks.clone(), 2.0)), [(0, 2), (2, 3)]);

@@ -1,7 +1,7 @@
-//! The percentile bootstrap (Efron 1979): what a statistic would have been for other seeds.
+//! The percentile bootstrap (Efron 1979).
 //!
-//! Seeds are drawn, each with all that belongs to it, so that what is paired stays paired. The draws come from a stream of their
-//! own and depend on the number of seeds alone: the same values always have the same interval.
+//! Seeds are resampled with all values that belong to them, so pairs stay paired. The draws use a separate random stream and
+//! depend only on the number of seeds, so equal values always give equal intervals.
 
 use std::collections::BTreeMap;
 
@@ -11,18 +11,18 @@ use rand_chacha::rand_core::SeedableRng;
 
 use crate::sweep::statistics::{Interval, quantile};
 
-/// How often seeds are drawn.
+/// The number of resamples.
 pub const RESAMPLES: usize = 10_000;
 
-/// Its number among the streams of seed 0; `sweep` has the first.
+/// The random stream of seed 0; `sweep` uses stream 0.
 const STREAM: u64 = 1;
 
-/// A statistic of each resample, in order.
+/// A statistic of each resample, in ascending order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resampled(Vec<f64>);
 
 impl Resampled {
-    /// The middle part of them, of that share. None are there of no values.
+    /// Returns the central part of the statistics that contains the share `level`, or `None` without values.
     #[must_use]
     pub fn interval(&self, level: f64) -> Option<Interval> {
         let tail = (1.0 - level) / 2.0;
@@ -30,7 +30,7 @@ impl Resampled {
     }
 }
 
-/// The means of resamples of each column.
+/// Returns the means of the resamples of each column.
 #[must_use]
 pub fn means(columns: &[&[f64]]) -> Vec<Resampled> {
     let mut found = vec![Vec::with_capacity(RESAMPLES); columns.len()];
@@ -47,7 +47,7 @@ pub fn means(columns: &[&[f64]]) -> Vec<Resampled> {
     found.into_iter().map(sorted).collect()
 }
 
-/// The differences of medians, second less first, of resamples of each pair of columns of one length.
+/// Returns the differences of medians, second less first, of the resamples of each pair of columns of equal length.
 #[must_use]
 pub fn median_differences(pairs: &[(&[f64], &[f64])]) -> Vec<Resampled> {
     let ranked: Vec<_> = pairs
@@ -69,7 +69,7 @@ pub fn median_differences(pairs: &[(&[f64], &[f64])]) -> Vec<Resampled> {
     found.into_iter().map(sorted).collect()
 }
 
-/// Draws seeds for all columns of one length at once, and for the next length again from the start.
+/// Draws seeds for all columns of equal length at once. The stream restarts for each length.
 fn each_length(lengths: impl Iterator<Item = usize>, mut see: impl FnMut(&[usize], &[u32])) {
     let mut by_length: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (member, length) in lengths.enumerate() {
@@ -87,11 +87,10 @@ fn each_length(lengths: impl Iterator<Item = usize>, mut see: impl FnMut(&[usize
     }
 }
 
-/// Values, each known by its place among all in order: so a median is found without sorting.
+/// Values with their positions in sorted order, so that medians of resamples need no sorting.
 struct Ranked {
-    /// In order.
     values: Vec<f64>,
-    /// Of each value as it came.
+    /// The position of each original value in `values`.
     places: Vec<u32>,
 }
 
@@ -112,7 +111,6 @@ impl Ranked {
         }
     }
 
-    /// Of those drawn.
     fn median(&self, draws: &[u32], counts: &mut Vec<u32>) -> f64 {
         counts.clear();
         counts.resize(self.values.len(), 0);
@@ -145,8 +143,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_interval_of_a_mean_is_that_of_the_normal_distribution() {
-        // 0 to 99: the mean's standard error is 28.87 / √100 = 2.887; 49.5 ± 1.96 · 2.887.
+    fn the_interval_of_a_mean_matches_the_normal_distribution() {
+        // For 0 to 99, the mean's standard error is 28.87 / √100 = 2.887; 49.5 ± 1.96 · 2.887.
         let values: Vec<f64> = (0..100).map(f64::from).collect();
         let resampled = means(&[&values]).remove(0);
         let (from, to) = resampled.interval(0.95).unwrap();
@@ -161,12 +159,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_paired_stays_paired() {
-        let first: Vec<f64> = (0..40).map(|it| f64::from(it * it % 37)).collect();
-        let second: Vec<f64> = first.iter().map(|it| it + 5.0).collect();
+    fn pairs_stay_paired() {
+        let first: Vec<f64> = (0..40).map(|seed| f64::from(seed * seed % 37)).collect();
+        let second: Vec<f64> = first.iter().map(|value| value + 5.0).collect();
         let found = median_differences(&[(&first, &second)]).remove(0);
         assert_eq!(found.interval(0.95), Some((5.0, 5.0)));
-        // And each column has its draws whatever stands beside it.
+        // The draws of a column do not depend on other columns.
         let apart = means(&[&first, &second[..7], &second]);
         assert_eq!(apart[0], means(&[&first])[0]);
         assert_eq!(apart[1], means(&[&second[..7]])[0]);

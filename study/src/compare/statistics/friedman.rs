@@ -1,23 +1,20 @@
-//! Friedman's test (Friedman 1937), corrected for ties: whether treatments differ by their ranks within blocks.
+//! Friedman's test (Friedman 1937), corrected for ties: checks whether the ranks of treatments within blocks differ.
 
 use puruspe::gammq;
 
 use super::ranks::{ranks, ties};
 
-/// What came of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Friedman {
-    /// Number of blocks, N.
     pub blocks: usize,
-    /// Mean rank of each treatment; the least value has rank 1.
+    /// The mean rank of each treatment; the least value has rank 1.
     pub mean_ranks: Vec<f64>,
-    /// χ², with one degree of freedom less than there are treatments.
+    /// χ², with one degree of freedom less than the number of treatments.
     pub statistic: f64,
-    /// How likely one so large is if the treatments are alike.
     pub p: f64,
 }
 
-/// Each block has a value for each treatment; `None` with less than two blocks or treatments.
+/// Computes the test. Each block has one value per treatment. Returns `None` with fewer than two blocks or treatments.
 #[must_use]
 pub fn friedman(blocks: &[Vec<f64>]) -> Option<Friedman> {
     let (n, k) = (blocks.len() as f64, blocks.first()?.len());
@@ -35,7 +32,7 @@ pub fn friedman(blocks: &[Vec<f64>]) -> Option<Friedman> {
     let untied = 1.0 - tied / (count * (count * count - 1.0) * n);
     let squares: f64 = sums.iter().map(|sum| sum * sum).sum();
     let plain = 12.0 / (n * count * (count + 1.0)) * squares - 3.0 * n * (count + 1.0);
-    // All alike in every block: nothing speaks for a difference.
+    // If all values are equal in every block, there is no evidence of a difference.
     let statistic = if untied > 0.0 {
         (plain / untied).max(0.0)
     } else {
@@ -54,7 +51,7 @@ pub fn friedman(blocks: &[Vec<f64>]) -> Option<Friedman> {
 mod tests {
     use super::*;
 
-    /// Rounding first base by three methods (Hollander & Wolfe, table 7.1): χ² = 11.14 with ties, p = 0.0038.
+    /// Data: rounding first base by three methods (Hollander & Wolfe, table 7.1): χ² = 11.14 with ties, p = 0.0038.
     #[test]
     fn rounding_first_base() {
         let times = [
@@ -92,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_alike_and_what_is_too_little() {
+    fn equal_values_and_too_few_values() {
         let alike = friedman(&[vec![1.0, 1.0], vec![2.0, 2.0]]).unwrap();
         assert_eq!((alike.statistic, alike.p), (0.0, 1.0));
         assert_eq!(alike.mean_ranks, [1.5, 1.5]);

@@ -1,6 +1,7 @@
 //! Holm's correction for several tests (Holm 1979).
 
-/// Each p value as it counts among all of them: the family's error stays below a level if those at most at the level are taken.
+/// Returns the adjusted p values. Rejecting all tests whose adjusted p value is at most α keeps the family-wise error rate
+/// below α.
 #[must_use]
 pub fn holm(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..p.len()).collect();
@@ -19,8 +20,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn step_down_as_calculated_by_hand() {
-        // In order 0.005·4, 0.01·3, 0.03·2, 0.04·1: the last is no less than the one before it.
+    fn step_down_matches_hand_calculation() {
+        // In order 0.005·4, 0.01·3, 0.03·2, 0.04·1: the last value is raised to the one before it.
         let found = holm(&[0.01, 0.04, 0.03, 0.005]);
         for (found, expected) in found.iter().zip([0.03, 0.06, 0.06, 0.02]) {
             assert!((found - expected).abs() < 1e-12, "{found}");

@@ -1,8 +1,8 @@
-//! McNemar's test (McNemar 1947), exact: of runs that went one way for one allocator and the other way for another.
+//! McNemar's exact test (McNemar 1947) of paired runs with different success.
 
 use puruspe::betai;
 
-/// p of so many pairs in which only the first, and only the second, was successful: a fair coin thrown for each.
+/// Returns the p value, given the numbers of pairs in which only the first and only the second run was successful.
 #[must_use]
 pub fn mcnemar(only_first: u64, only_second: u64) -> f64 {
     let fewer = only_first.min(only_second);
@@ -10,7 +10,7 @@ pub fn mcnemar(only_first: u64, only_second: u64) -> f64 {
     if above == 0.0 {
         return 1.0;
     }
-    // So few heads or fewer, by the binomial distribution.
+    // The lower tail of the binomial distribution.
     let tail = betai(above, below, 0.5);
     (2.0 * tail).min(1.0)
 }
@@ -20,7 +20,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn coins_counted_by_hand() {
+    fn p_values_match_hand_calculation() {
         assert_eq!(mcnemar(0, 0), 1.0);
         assert_eq!(mcnemar(3, 3), 1.0);
         // 2 · 1/32.
@@ -29,7 +29,7 @@ mod tests {
         assert!((mcnemar(9, 1) - 22.0 / 1024.0).abs() < 1e-12);
     }
 
-    /// Agresti, Categorical Data Analysis, table 10.1: 86 and 150 of 1,600 changed their minds; p = 3.7e-5.
+    /// Data: Agresti, Categorical Data Analysis, table 10.1: 86 and 150 of 1,600 people changed their opinion; p = 3.7e-5.
     #[test]
     fn prime_minister() {
         let p = mcnemar(86, 150);

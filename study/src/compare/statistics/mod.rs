@@ -1,7 +1,7 @@
-//! What is computed of samples; each test in a file of its own. All p values are two-sided.
+//! Statistical tests and intervals. All p values are two-sided.
 //!
-//! The incomplete gamma and beta functions are those of the crate `puruspe`, the error function that of `libm`.
-//! `tests/missions/statistics.rs` compares each with SciPy.
+//! The crate `puruspe` provides the incomplete gamma and beta functions, `libm` the error function.
+//! `tests/missions/statistics.rs` compares all tests with SciPy.
 
 pub mod bootstrap;
 pub mod friedman;
@@ -11,18 +11,18 @@ pub mod nemenyi;
 pub mod ranks;
 pub mod wilcoxon;
 
-/// Φ, the distribution function of the standard normal distribution.
+/// Returns Φ, the distribution function of the standard normal distribution.
 fn normal_cdf(x: f64) -> f64 {
     libm::erfc(-x / std::f64::consts::SQRT_2) / 2.0
 }
 
-/// How many standard deviations the middle part of a normal distribution reaches to either side.
+/// Returns the half-width, in standard deviations, of the central part of a normal distribution that has the probability `level`.
 #[must_use]
 pub fn normal_reach(level: f64) -> f64 {
     root(0.0, 40.0, |x| 2.0 * normal_cdf(-x) > 1.0 - level)
 }
 
-/// Where a condition ceases to hold that holds at `low` and not at `high`.
+/// Finds the point at which a condition changes that holds at `low` and not at `high`.
 fn root(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..60 {
         let middle = f64::midpoint(low, high);

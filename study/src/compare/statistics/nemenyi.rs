@@ -1,30 +1,30 @@
-//! Nemenyi's test (Nemenyi 1963), as Demšar (2006) uses it after Friedman's: which mean ranks differ. It goes by the range of k
-//! normal variables, the studentized range with infinitely many degrees of freedom.
+//! Nemenyi's test (Nemenyi 1963) of pairwise differences of mean ranks after Friedman's test (Demšar 2006). It uses the
+//! studentized range of k normal variables with infinitely many degrees of freedom.
 
 use std::f64::consts::{SQRT_2, TAU};
 
 use super::{normal_cdf, root};
 
-/// Steps of Simpson's rule; the integrand is smooth, and more change nothing before the twelfth digit.
+/// The number of steps of Simpson's rule. The integrand is smooth; more steps change only digits after the twelfth.
 const STEPS: usize = 600;
 
-/// Beyond so many standard deviations there is nothing.
+/// The integration limit in standard deviations. The density beyond it is negligible.
 const FAR: f64 = 9.0;
 
-/// How far two mean ranks of k treatments over n blocks must lie apart to differ at that level: CD = q √(k(k+1) / 6n).
+/// Returns the critical difference of two mean ranks of k treatments over n blocks: CD = q √(k(k+1) / 6n).
 #[must_use]
 pub fn critical_difference(level: f64, treatments: usize, blocks: usize) -> f64 {
     quantile(level, treatments) * unit(treatments, blocks)
 }
 
-/// p of two mean ranks that far apart.
+/// Returns the p value of a difference of two mean ranks.
 #[must_use]
 pub fn nemenyi(difference: f64, treatments: usize, blocks: usize) -> f64 {
     let range = difference.abs() / unit(treatments, blocks) * SQRT_2;
     (1.0 - range_cdf(range, treatments)).clamp(0.0, 1.0)
 }
 
-/// q: the upper quantile of the range, over √2.
+/// Returns q: the upper quantile of the range, divided by √2.
 #[must_use]
 pub fn quantile(level: f64, treatments: usize) -> f64 {
     root(0.0, 100.0, |range| {
@@ -37,7 +37,8 @@ fn unit(treatments: usize, blocks: usize) -> f64 {
     (k * (k + 1.0) / (6.0 * n)).sqrt()
 }
 
-/// How likely k standard normal variables lie within a range: k ∫ φ(z) (Φ(z) - Φ(z - range))^(k-1) dz, where z is the largest.
+/// Returns the probability that k standard normal variables lie within a range: k ∫ φ(z) (Φ(z) - Φ(z - range))^(k-1) dz with z
+/// as the largest.
 fn range_cdf(range: f64, k: usize) -> f64 {
     if range <= 0.0 {
         return 0.0;
@@ -65,9 +66,9 @@ fn range_cdf(range: f64, k: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// Demšar (2006), table 5, whose digits are cut off.
+    /// Values: Demšar (2006), table 5, which truncates the digits.
     #[test]
-    fn quantiles_as_published() {
+    fn quantiles_match_published_values() {
         for (k, q) in [
             (2, 1.960),
             (3, 2.343),
@@ -85,14 +86,14 @@ mod tests {
         }
     }
 
-    /// Demšar's example: 4 classifiers on 14 data sets have CD = 1.25.
+    /// Values: Demšar's example with 4 classifiers on 14 data sets, CD = 1.25.
     #[test]
     fn the_published_example() {
         assert!((critical_difference(0.05, 4, 14) - 1.25).abs() < 5e-3);
     }
 
     #[test]
-    fn at_the_critical_difference_p_is_the_level() {
+    fn p_equals_the_level_at_the_critical_difference() {
         for k in [2, 5, 12] {
             let p = nemenyi(critical_difference(0.05, k, 30), k, 30);
             assert!((p - 0.05).abs() < 1e-9, "{k}: {p}");

@@ -1,11 +1,10 @@
-//! Ranks of values: the least has 1, equal ones share the mean of theirs.
+//! Ranks of values: the least value has rank 1, and equal values share their mean rank.
 
-/// The rank of each value.
 #[must_use]
 pub fn ranks(values: &[f64]) -> Vec<f64> {
     let mut ranks = vec![0.0; values.len()];
     for group in groups(values) {
-        // 1 + the mean of the places.
+        // 1 + the mean of the positions.
         let rank = 1.0 + (group.from as f64 + (group.from + group.members.len() - 1) as f64) / 2.0;
         for place in group.members {
             ranks[place] = rank;
@@ -14,7 +13,7 @@ pub fn ranks(values: &[f64]) -> Vec<f64> {
     ranks
 }
 
-/// Σ t³ - t over the groups of equal values, t of which are in each.
+/// Returns Σ t³ - t over the groups of t equal values.
 #[must_use]
 pub fn ties(values: &[f64]) -> f64 {
     let sizes = groups(values)
@@ -23,11 +22,10 @@ pub fn ties(values: &[f64]) -> f64 {
     sizes.map(|t| t * t * t - t).sum()
 }
 
-/// Equal values.
 struct Group {
-    /// How many values are less.
+    /// The number of smaller values.
     from: usize,
-    /// Where they stand.
+    /// The indices of the values.
     members: Vec<usize>,
 }
 
@@ -54,7 +52,7 @@ mod tests {
     fn equal_values_share_their_ranks() {
         assert_eq!(ranks(&[30.0, 10.0, 20.0, 10.0]), [4.0, 1.5, 3.0, 1.5]);
         assert_eq!(ranks(&[]), [0.0; 0]);
-        // One group of two: 8 - 2; one of three: 27 - 3.
+        // One group of two values: 8 - 2; one of three: 27 - 3.
         assert_eq!(ties(&[1.0, 1.0, 2.0, 3.0, 3.0, 3.0]), 30.0);
         assert_eq!(ties(&[1.0, 2.0]), 0.0);
     }

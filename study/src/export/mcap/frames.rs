@@ -1,4 +1,4 @@
-//! Where the robots are: a frame of each in the world's.
+//! The positions of the robots: one frame per robot, relative to the world's frame.
 
 use std::io::{Seek, Write};
 
@@ -13,16 +13,15 @@ use super::merge::Stream;
 use super::recording::{Channel, Message, Recording};
 use super::well_known::{WORLD, stamp, turned, vector};
 
-/// The topic `/tf`.
+/// The topic `/tf` with the robots' frames.
 pub struct Frames {
     channel: Channel<FrameTransforms>,
-    /// Names, by rank.
+    /// Robot names, by rank.
     robots: Vec<String>,
 }
 
 impl Frames {
-    /// # Errors
-    /// Those of the recording.
+    /// Creates the topic `/tf` in a recording.
     pub fn new<W: Write + Seek>(
         recording: &mut Recording<W>,
         setup: &Setup,
@@ -34,8 +33,7 @@ impl Frames {
         })
     }
 
-    /// Tells for each tick where everybody was who was in the mission, as poses.csv has it: there every robot sensed. And at
-    /// the end, where they have come to.
+    /// Returns the poses of all present robots for each tick, from poses.csv, and their final poses at the end.
     pub fn stream<'s>(&'s self, log: &'s RunLog, end: &View) -> Stream<'s> {
         let mut rows = log.each_row::<PoseRow>().peekable();
         let ticks = std::iter::from_fn(move || {
@@ -72,7 +70,7 @@ fn frame(row: &PoseRow) -> FrameTransform {
     transform(row.t_ms, &row.robot, (row.x_m, row.y_m), row.heading_rad)
 }
 
-/// Origin at the center of the body, x ahead.
+/// Returns a robot's frame: origin at the center of the body, x ahead.
 fn transform(time: SimTime, robot: &str, at: (f32, f32), heading_rad: f32) -> FrameTransform {
     FrameTransform {
         timestamp: Some(stamp(time)),

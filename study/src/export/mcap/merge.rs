@@ -1,4 +1,4 @@
-//! Several sequences of messages as one.
+//! Merging of message streams by time.
 
 use alliance_proto::time::SimTime;
 
@@ -7,7 +7,8 @@ use super::recording::Message;
 /// Messages in order of time.
 pub type Stream<'s> = Box<dyn Iterator<Item = anyhow::Result<Message>> + 's>;
 
-/// All messages in order of time; of those at the same time first those of the first stream. An error comes at once.
+/// Merges streams in order of time. Messages with equal times come in the order of the streams. An error is returned at
+/// once.
 pub fn merge<'s>(
     streams: impl IntoIterator<Item = Stream<'s>>,
 ) -> impl Iterator<Item = anyhow::Result<Message>> {
@@ -20,7 +21,7 @@ pub fn merge<'s>(
         let heads = streams
             .iter_mut()
             .filter_map(|stream| Some((stream.peek().map(time)?, stream)));
-        // Of equal ones, the first.
+        // For equal times, the first stream comes first.
         heads.min_by_key(|(at, _)| *at)?.1.next()
     })
 }
@@ -31,7 +32,7 @@ mod tests {
 
     use super::*;
 
-    /// Messages at these times, told apart by their contents.
+    /// Returns messages at these times, identified by their contents.
     fn stream(name: &'static str, times: &'static [u64]) -> Stream<'static> {
         Box::new(times.iter().map(move |at| Ok(message(name, *at))))
     }
@@ -44,7 +45,7 @@ mod tests {
         }
     }
 
-    fn told(streams: Vec<Stream<'_>>) -> Vec<String> {
+    fn merged(streams: Vec<Stream<'_>>) -> Vec<String> {
         merge(streams)
             .map(|message| match message {
                 Ok(message) => {
@@ -66,12 +67,12 @@ mod tests {
             stream("b", &[0, 1, 5]),
             stream("c", &[]),
         ];
-        assert_eq!(told(streams), ["b0", "a1", "b1", "a4", "a4", "b5"]);
-        assert!(told(Vec::new()).is_empty());
+        assert_eq!(merged(streams), ["b0", "a1", "b1", "a4", "a4", "b5"]);
+        assert!(merged(Vec::new()).is_empty());
     }
 
     #[test]
-    fn an_error_is_not_held_back() {
+    fn an_error_is_returned_at_once() {
         let torn: Stream<'_> = Box::new(
             [
                 Ok(message("b", 2)),
@@ -81,6 +82,6 @@ mod tests {
             .into_iter(),
         );
         let streams = vec![stream("a", &[1, 9]), torn];
-        assert_eq!(told(streams), ["a1", "b2", "torn", "b3", "a9"]);
+        assert_eq!(merged(streams), ["a1", "b2", "torn", "b3", "a9"]);
     }
 }

@@ -1,4 +1,4 @@
-//! The rows of mission.csv as messages with the columns that the mission declares.
+//! Rows of mission.csv as messages with the columns that the mission declares.
 
 use alliance_proto::log::MissionRow;
 use alliance_proto::mission::columns::{Column, ColumnKind};
@@ -10,14 +10,14 @@ use foxglove::prost_types::{
 };
 use foxglove::protobuf::{encode_varint, prost_file_descriptor_set_to_vec};
 
-/// First field: the time of the row.
+/// The name of the first field, the time of the row.
 const TIME: &str = "t_ms";
 
-/// How numbers are written on the wire.
+/// Wire types of numbers in protobuf.
 const VARINT: u64 = 0;
 const FIXED_64: u64 = 1;
 
-/// What the messages are made of: the time, then a field per column.
+/// Returns the message schema: the time, then one field per column.
 pub fn schema(columns: &[Column]) -> Schema {
     let mut message = DescriptorProto {
         name: Some("Mission".to_owned()),
@@ -32,7 +32,7 @@ pub fn schema(columns: &[Column]) -> Schema {
     };
     message.field.push(time);
     for (column, number) in columns.iter().zip(2..) {
-        let may_lack = matches!(column.kind, ColumnKind::Time | ColumnKind::Real);
+        let is_optional = matches!(column.kind, ColumnKind::Time | ColumnKind::Real);
         let kind = match column.kind {
             ColumnKind::Real => Type::Double,
             _ => Type::Uint64,
@@ -43,12 +43,12 @@ pub fn schema(columns: &[Column]) -> Schema {
             number: Some(number),
             label: Some(Label::Optional.into()),
             r#type: Some(kind.into()),
-            // That is how proto3 tells a missing number from 0.
-            proto3_optional: may_lack.then_some(true),
-            oneof_index: may_lack.then_some(oneof),
+            // proto3 needs this to distinguish a missing number from 0.
+            proto3_optional: is_optional.then_some(true),
+            oneof_index: is_optional.then_some(oneof),
             ..FieldDescriptorProto::default()
         });
-        if may_lack {
+        if is_optional {
             message.oneof_decl.push(OneofDescriptorProto {
                 name: Some(format!("_{}", column.name)),
                 ..OneofDescriptorProto::default()
@@ -70,7 +70,7 @@ pub fn schema(columns: &[Column]) -> Schema {
     }
 }
 
-/// A row as such a message.
+/// Encodes a row in this schema.
 pub fn message(columns: &[Column], row: &MissionRow) -> Vec<u8> {
     let mut bytes = Vec::new();
     encode_varint(1 << 3 | VARINT, &mut bytes);
@@ -100,7 +100,7 @@ mod tests {
     use super::*;
     use crate::visit::VISIT;
 
-    /// Field by field, as protobuf has them: what is missing is left out.
+    /// Checks the bytes field by field. Missing values are left out.
     #[test]
     fn a_row_has_the_columns_of_its_mission() {
         let columns = VISIT.terms().columns;

@@ -1,19 +1,19 @@
-//! A run as an MCAP recording: what Foxglove, Lichtblick and PlotJuggler open.
+//! Export of a run as an MCAP recording for Foxglove, Lichtblick and PlotJuggler.
 //!
-//! A log does not say how everything looked, so the run is run again, with a view of each tick. All rows come from the second
-//! time, too: the file is the same whatever `--log` the first one had. Times are simulated, from 0.
+//! A log does not contain every visible detail, so the run is replayed with a view of each tick. All rows come from the
+//! replay, so the file does not depend on `--log`. Times are simulated, from 0.
 //!
 //! | topic | messages |
 //! |---|---|
-//! | `/tf` | where each robot is, as its frame in `world`; each tick |
-//! | `/scene/…` | the room, what the mission shows (marks), obstacles, items and robots; whenever they change |
-//! | `/sensors/ROBOT/…` | what the sensors with a range tell, in the robot's frame; while there is something |
+//! | `/tf` | the pose of each robot as its frame in `world`; each tick |
+//! | `/scene/…` | the room, the mission's marks, obstacles, items and robots; on each change |
+//! | `/sensors/ROBOT/…` | readings of the range sensors, in the robot's frame; while there are any |
 //! | `/motivations/ROBOT/SET`, `/allocation/ROBOT/SET` of robots with another allocator than ALLIANCE, `/poses/ROBOT`, `/targets/TARGET`, `/messages`, `/events`, `/mission` | the rows of the tables, with all columns |
-//! | `/threshold` | θ, at the beginning and the end: a line across a plot |
+//! | `/threshold` | θ at the beginning and the end: a line across a plot |
 //! | `/log` | events as sentences, those about failures as warnings |
 //!
-//! Players show the latest message of each topic when somebody jumps in time, and forget what came before. So a topic tells
-//! all there is to know in each message, and what changes by itself has its own.
+//! When a user jumps in time, players show the latest message of each topic and drop earlier ones. Each message
+//! therefore contains the full state of its topic, and parts that change independently have their own topics.
 
 mod frames;
 mod merge;
@@ -38,16 +38,16 @@ use scene::SceneTopics;
 use sensors::Sensors;
 use tables::Tables;
 
-/// The run cannot be shown as it was.
+/// An error for a run that this program does not reproduce exactly.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct Differs(String);
 
-/// Runs a logged run again and records it.
+/// Replays a logged run and records it.
 ///
 /// # Errors
-/// [`Differs`] when this program does not repeat it exactly; when the log has no whole tick, and when the file cannot be
-/// written.
+/// Returns [`Differs`] when this program does not reproduce the run exactly. Returns other errors when the log has no
+/// complete tick or the file cannot be written.
 pub fn write(logged: &RunLog, file: impl Write + Seek) -> anyhow::Result<()> {
     let setup = &logged.run.setup;
     let mut recording = Recording::new(file)?;
@@ -62,12 +62,12 @@ pub fn write(logged: &RunLog, file: impl Write + Seek) -> anyhow::Result<()> {
         sensors.see(&view, &mut seen);
         end = Some(view);
     })?;
-    let end = end.context("nothing was seen of the run")?;
+    let end = end.context("the replay has no views")?;
     if let Some(difference) = again.differs {
         return Err(Differs(difference).into());
     }
     let tables = Tables::new(&mut recording, &again.log)?;
-    // Sensors tell of the tick before; the order of what tells of the same time stays.
+    // Sensor readings belong to the previous tick. The sort is stable for equal times.
     seen.sort_by_key(|message| message.at);
 
     let mut facts = facts(logged);

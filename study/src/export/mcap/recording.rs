@@ -10,35 +10,27 @@ use alliance_proto::time::SimTime;
 use anyhow::Context;
 use foxglove::{Encode, Schema};
 
-/// A file that is being written. The foxglove crate's own writer drops the errors of a full disk; so its types are encoded
-/// by it, and written by the crate below it.
+/// An MCAP file during writing. The writer of the foxglove crate ignores the errors of a full disk. Messages are
+/// therefore encoded by foxglove and written by the mcap crate.
 pub struct Recording<W: Write + Seek> {
     writer: Writer<W>,
-    /// How many messages each channel has.
+    /// The number of messages per channel.
     counts: BTreeMap<u16, u32>,
 }
 
-/// A topic.
+/// A topic with its message type.
 pub struct Channel<M> {
     id: u16,
     messages: PhantomData<fn(M)>,
 }
 
-/// A message, encoded.
 pub struct Message {
-    /// Its simulated time.
     pub at: SimTime,
-    /// Its topic.
     pub channel: u16,
-    /// Its contents.
     pub bytes: Vec<u8>,
 }
 
 impl<W: Write + Seek> Recording<W> {
-    /// Begins a file.
-    ///
-    /// # Errors
-    /// Those of the file.
     pub fn new(file: W) -> anyhow::Result<Self> {
         let options = WriteOptions::new().compression(Some(Compression::Lz4));
         Ok(Self {
@@ -47,10 +39,10 @@ impl<W: Write + Seek> Recording<W> {
         })
     }
 
-    /// Adds a topic.
+    /// Adds a topic to the file.
     ///
     /// # Errors
-    /// Those of the file, and more topics than it can tell apart: 65 535.
+    /// Returns the errors of the file, or an error for more than 65 535 topics.
     pub fn channel<M: Encode>(&mut self, topic: &str) -> anyhow::Result<Channel<M>> {
         let schema = M::get_schema().context("a message type without schema")?;
         Ok(Channel {
@@ -59,10 +51,7 @@ impl<W: Write + Seek> Recording<W> {
         })
     }
 
-    /// Adds a topic whose messages are encoded elsewhere; gives what they name it by.
-    ///
-    /// # Errors
-    /// As [`Recording::channel`].
+    /// Adds a topic whose messages are encoded elsewhere. Returns its channel id.
     pub fn raw_channel(
         &mut self,
         topic: &str,
@@ -78,10 +67,7 @@ impl<W: Write + Seek> Recording<W> {
         Ok(id)
     }
 
-    /// Adds a record of facts about the whole.
-    ///
-    /// # Errors
-    /// Those of the file.
+    /// Adds a record of facts about the whole file.
     pub fn write_metadata(
         &mut self,
         name: &str,
@@ -92,10 +78,6 @@ impl<W: Write + Seek> Recording<W> {
         Ok(())
     }
 
-    /// Adds a message.
-    ///
-    /// # Errors
-    /// Those of the file.
     pub fn write(&mut self, message: &Message) -> anyhow::Result<()> {
         let count = self.counts.entry(message.channel).or_default();
         *count = count.wrapping_add(1);
@@ -111,10 +93,7 @@ impl<W: Write + Seek> Recording<W> {
         Ok(())
     }
 
-    /// Ends the file.
-    ///
-    /// # Errors
-    /// Those of the file.
+    /// Writes the index and closes the file.
     pub fn finish(mut self) -> anyhow::Result<()> {
         self.writer.finish()?;
         self.writer.into_inner().flush()?;
@@ -123,12 +102,12 @@ impl<W: Write + Seek> Recording<W> {
 }
 
 impl<M: Encode> Channel<M> {
-    /// A message for this topic.
+    /// Encodes a message for this topic.
     pub fn message(&self, at: SimTime, message: &M) -> Message {
         let mut bytes = Vec::with_capacity(message.encoded_len().unwrap_or(0));
         message
             .encode(&mut bytes)
-            // A `Vec` grows, and room is all that encoding can lack.
+            // Encoding fails only for lack of space, and a `Vec` grows.
             .expect("a message can be encoded");
         Message {
             at,

@@ -1,4 +1,4 @@
-//! What there is in the room, to look at.
+//! The visible scene: room, marks, obstacles, items and robots.
 
 use std::io::{Seek, Write};
 
@@ -27,33 +27,32 @@ const INK: RGBColor = RGBColor(34, 34, 34);
 
 /// Height of walls and robots, m.
 const HEIGHT: f64 = 0.3;
-/// Thickness of what lies on the floor, m.
+/// Thickness of flat objects on the floor, m.
 const FLAT: f64 = 0.01;
 /// Thickness of a line, m.
 const THIN: f32 = 0.04;
 /// Size of letters, m.
 const LETTERS: f64 = 0.22;
 
-/// The topics `/scene/…`.
 pub struct SceneTopics {
     setup: Setup,
-    room: Part,
-    marks: Part,
-    obstacles: Part,
-    items: Part,
-    /// By rank.
-    robots: Vec<(Part, RGBColor)>,
+    room: EntityTopic,
+    marks: EntityTopic,
+    obstacles: EntityTopic,
+    items: EntityTopic,
+    /// The robots with their colors, by rank.
+    robots: Vec<(EntityTopic, RGBColor)>,
 }
 
-/// One topic with one entity, which is told again as a whole when it changes.
-struct Part {
+/// One topic with one entity. A change publishes the whole entity again.
+struct EntityTopic {
     channel: Channel<SceneUpdate>,
     id: String,
     frame: String,
     shown: Option<SceneEntity>,
 }
 
-impl Part {
+impl EntityTopic {
     fn new<W: Write + Seek>(
         recording: &mut Recording<W>,
         topic: &str,
@@ -68,7 +67,7 @@ impl Part {
         })
     }
 
-    /// The entity without any parts, at rest in its frame wherever that goes.
+    /// Returns an empty entity, fixed in its frame.
     fn bare(&self) -> SceneEntity {
         SceneEntity {
             id: self.id.clone(),
@@ -78,7 +77,7 @@ impl Part {
         }
     }
 
-    /// Tells how it looks from now on, if that is new.
+    /// Publishes an entity if it differs from the last one.
     fn show(&mut self, now: SimTime, entity: SceneEntity, seen: &mut Vec<Message>) {
         if self.shown.as_ref() == Some(&entity) {
             return;
@@ -96,21 +95,20 @@ impl Part {
 }
 
 impl SceneTopics {
-    /// # Errors
-    /// Those of the recording.
+    /// Creates the topics in a recording.
     pub fn new<W: Write + Seek>(
         recording: &mut Recording<W>,
         setup: &Setup,
     ) -> anyhow::Result<Self> {
         let names = || setup.scenario.robots.iter().map(|robot| &*robot.name);
-        let mut still = |id: &str| Part::new(recording, &format!("/scene/{id}"), id, WORLD);
+        let mut still = |id: &str| EntityTopic::new(recording, &format!("/scene/{id}"), id, WORLD);
         let (room, marks) = (still("room")?, still("marks")?);
         let (obstacles, items) = (still("obstacles")?, still("items")?);
         let robots = names()
             .zip(palette::colors(names()))
             .map(|(name, color)| {
                 let topic = format!("/scene/robots/{name}");
-                Ok((Part::new(recording, &topic, name, name)?, color))
+                Ok((EntityTopic::new(recording, &topic, name, name)?, color))
             })
             .collect::<anyhow::Result<_>>()?;
         Ok(Self {
@@ -123,7 +121,7 @@ impl SceneTopics {
         })
     }
 
-    /// Tells what has changed.
+    /// Publishes the parts of the scene that have changed.
     pub fn see(&mut self, view: &View, seen: &mut Vec<Message>) {
         let now = view.now;
         let room = self.draw_room();
@@ -146,7 +144,7 @@ impl SceneTopics {
         }
     }
 
-    /// What never changes: floor and border.
+    /// Draws the static parts: floor and border.
     fn draw_room(&self) -> SceneEntity {
         let scenario = &self.setup.scenario;
         let (width, height) = (scenario.room.width_m, scenario.room.height_m);
@@ -158,7 +156,7 @@ impl SceneTopics {
             size: Some(vector(size.0, size.1, HEIGHT)),
             color: Some(color(BORDER, 1.0)),
         };
-        // Outside, so that a robot at the border touches it.
+        // The border lies outside, so that a robot at the border touches it.
         let outside = wall / 2.0;
         let floor = CubePrimitive {
             pose: Some(at(middle(-1.5 * FLAT))),
@@ -179,7 +177,7 @@ impl SceneTopics {
         }
     }
 
-    /// Those on the floor: what is carried goes with its robot.
+    /// Draws the items on the floor. A carried item belongs to its robot.
     fn draw_items(&self, items: &[ItemView]) -> SceneEntity {
         let on_floor = items.iter().filter(|item| item.carrier.is_none());
         SceneEntity {
@@ -190,17 +188,17 @@ impl SceneTopics {
         }
     }
 
-    /// Body, heading, what it carries, and what it does, in its own frame.
+    /// Draws a robot in its own frame: body, heading, load and activity.
     fn draw_robot(&self, rank: usize, robot: &RobotView, load: Option<&ItemView>) -> SceneEntity {
-        let (part, own) = &self.robots[rank];
+        let (topic, robot_color) = &self.robots[rank];
         if robot.state == AgentState::Absent {
-            return part.bare();
+            return topic.bare();
         }
         let radius = self.setup.scenario.body.radius_m;
         let alive = robot.state == AgentState::Present;
         let paint =
             |rgb: RGBColor| -> Option<Color> { Some(color(rgb, if alive { 1.0 } else { 0.4 })) };
-        let does = match robot.active {
+        let activity = match robot.active {
             _ if !alive => robot.state.as_str(),
             Some(set) => self.setup.catalog.behavior_name(set),
             None => "idle",
@@ -212,7 +210,7 @@ impl SceneTopics {
                 size: Some(vector(2.0 * radius, 2.0 * radius, HEIGHT)),
                 bottom_scale: 1.0,
                 top_scale: 1.0,
-                color: paint(*own),
+                color: paint(*robot_color),
             }],
             arrows: vec![ArrowPrimitive {
                 pose: Some(at(vector(0.0, 0.0, HEIGHT + FLAT))),
@@ -227,15 +225,14 @@ impl SceneTopics {
                 .map(|item| ball(radius, 0.0, item.radius_m))
                 .collect(),
             texts: vec![lettering(
-                format!("{name}: {does}"),
+                format!("{name}: {activity}"),
                 vector(0.0, 0.0, HEIGHT + 1.5 * LETTERS),
             )],
-            ..part.bare()
+            ..topic.bare()
         }
     }
 }
 
-/// An item.
 fn ball(x: f32, y: f32, radius: f32) -> SpherePrimitive {
     SpherePrimitive {
         pose: Some(at(vector(x, y, radius))),
@@ -244,11 +241,11 @@ fn ball(x: f32, y: f32, radius: f32) -> SpherePrimitive {
     }
 }
 
-/// What a mission shows, flat on the floor, with names.
+/// Draws the mission's marks flat on the floor, with labels.
 fn draw_marks(marks: &[Mark], bare: SceneEntity) -> SceneEntity {
     let mut entity = bare;
     for mark in marks {
-        // How far something reaches hides nothing.
+        // A range is transparent, so that it hides nothing.
         let opacity = if mark.role == MarkRole::Range {
             0.3
         } else {
@@ -304,7 +301,7 @@ fn draw_marks(marks: &[Mark], bare: SceneEntity) -> SceneEntity {
     entity
 }
 
-/// A rectangle on the floor: a block, or a patch where one can drive.
+/// Draws a rectangle on the floor: a block, or a patch that robots can cross.
 fn block(obstacle: &Obstacle) -> CubePrimitive {
     let penetrability = Penetrability(obstacle.penetrability);
     let (paint, opacity, height) = match obstacle.penetrability {
@@ -323,7 +320,7 @@ fn block(obstacle: &Obstacle) -> CubePrimitive {
     }
 }
 
-/// Text that turns to whoever looks at it.
+/// Returns a text that turns towards the viewer.
 fn lettering(text: String, position: Vector3) -> TextPrimitive {
     TextPrimitive {
         pose: Some(at(position)),
@@ -346,7 +343,7 @@ mod tests {
         let texts: Vec<&str> = entity.texts.iter().map(|text| text.text.as_str()).collect();
         assert_eq!(texts, ["place", "home", "box", "rope"]);
         assert_eq!((entity.cylinders.len(), entity.cubes.len()), (1, 3));
-        // The bar of 5 m.
+        // The bar is 5 m long.
         let size = entity.cubes[1].size.unwrap();
         assert!((size.x - 5.0).abs() < 1e-6 && (size.y - 0.4).abs() < 1e-6);
         let half_done = entity.cubes[1].color;

@@ -1,4 +1,4 @@
-//! What the sensors with a range tell: where something is that a robot must not run into.
+//! Readings of the range sensors: distances from a robot to obstacles.
 
 use std::f64::consts::FRAC_PI_2;
 use std::io::{Seek, Write};
@@ -18,26 +18,24 @@ use super::well_known::{at, stamp, vector};
 /// Height of the beams, m.
 const HEIGHT: f64 = 0.15;
 
-/// The topics `/sensors/ROBOT/…`.
+/// The topics `/sensors/ROBOT/…` of a recording.
 pub struct Sensors {
     radius_m: f32,
     step: SimTime,
-    /// By rank.
+    /// The robots' topics, by rank.
     robots: Vec<Device>,
 }
 
-/// What one robot is told.
 struct Device {
     name: String,
     border: Channel<LaserScan>,
     avoidance: Channel<PointCloud>,
-    /// Whether the latest message of each shows anything.
+    /// For each topic, `true` if its latest message contains readings.
     shows: [bool; 2],
 }
 
 impl Sensors {
-    /// # Errors
-    /// Those of the recording.
+    /// Creates the topics in a recording.
     pub fn new<W: Write + Seek>(
         recording: &mut Recording<W>,
         setup: &Setup,
@@ -61,16 +59,16 @@ impl Sensors {
         })
     }
 
-    /// Tells what robots sensed in the tick before, at its time: then they were where the beams began.
+    /// Publishes the readings of the previous tick, at the time of that tick, because the beams start at its poses.
     pub fn see(&mut self, view: &View, seen: &mut Vec<Message>) {
         if view.tick == 0 {
             return;
         }
         let time = view.now - self.step;
         for (device, robot) in self.robots.iter_mut().zip(&view.robots) {
-            // What others were told last is from another time.
+            // Absent robots have readings from an earlier time.
             let readings = (robot.state == AgentState::Present).then_some(&robot.readings);
-            let ranges = readings.map_or([f64::NAN; 2], |told| border(told, self.radius_m));
+            let ranges = readings.map_or([f64::NAN; 2], |readings| border(readings, self.radius_m));
             let shows = ranges.iter().any(|range| range.is_finite());
             if shows || device.shows[0] {
                 let scan = scan(&device.name, time, ranges);
@@ -78,8 +76,9 @@ impl Sensors {
             }
             device.shows[0] = shows;
 
-            let proximity = readings.and_then(|told| told.proximity);
-            let points = proximity.map_or_else(Vec::new, |told| points(&told, self.radius_m));
+            let proximity = readings.and_then(|readings| readings.proximity);
+            let points =
+                proximity.map_or_else(Vec::new, |proximity| points(&proximity, self.radius_m));
             let shows = !points.is_empty();
             if shows || device.shows[1] {
                 let cloud = cloud(&device.name, time, &points);
@@ -90,13 +89,13 @@ impl Sensors {
     }
 }
 
-/// Distances from the center of the body to the border ahead and to the left, m: infinite beyond the range, NaN of a device
-/// that tells nothing.
+/// Returns the distances from the center of the body to the border ahead and to the left, m. They are infinite beyond
+/// the range and NaN for a device without readings.
 fn border(readings: &Readings, radius_m: f32) -> [f64; 2] {
-    [readings.front_border, readings.side_border].map(|told| match told {
+    [readings.front_border, readings.side_border].map(|reading| match reading {
         None => f64::NAN,
         Some(None) => f64::INFINITY,
-        Some(Some(way_m)) => f64::from(radius_m + way_m),
+        Some(Some(distance_m)) => f64::from(radius_m + distance_m),
     })
 }
 
@@ -112,7 +111,7 @@ fn scan(frame: &str, time: SimTime, ranges: [f64; 2]) -> LaserScan {
     }
 }
 
-/// Where the beams of the collision avoidance end, in the robot's frame, m.
+/// Returns the end points of the proximity beams in the robot's frame, m.
 fn points(proximity: &Proximity, radius_m: f32) -> Vec<Vec2> {
     let [left, middle, right] = proximity.ahead;
     let mut points = Vec::new();
@@ -127,7 +126,7 @@ fn points(proximity: &Proximity, radius_m: f32) -> Vec<Vec2> {
             beam(hit, from, direction);
         }
     }
-    // As wide as the body: it ends where the body, moved ahead, would touch.
+    // The middle beam is as wide as the body. It ends where the body, moved ahead, would touch.
     points.extend(
         middle.map(|hit| Vec2::X * hit.distance_m - Vec2::from_angle(hit.normal_rad) * radius_m),
     );
@@ -196,7 +195,7 @@ mod tests {
 
     #[test]
     fn the_middle_beam_ends_where_the_body_would_touch() {
-        // The corner of something to the left of the way.
+        // The corner of an object to the left of the path.
         let proximity = Proximity {
             ahead: [None, hit(0.1, -3.0 * FRAC_PI_4), None],
             ..Proximity::default()
@@ -217,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn out_of_range_is_not_without_a_sensor() {
+    fn out_of_range_differs_from_a_missing_sensor() {
         let readings = Readings {
             front_border: Some(None),
             ..Readings::default()

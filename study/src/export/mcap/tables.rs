@@ -1,4 +1,4 @@
-//! The rows of the log's tables as typed messages: all columns, under their names (DESIGN §8).
+//! The rows of the log's tables as typed messages with all columns.
 
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
@@ -20,7 +20,7 @@ use super::mission;
 use super::recording::{Channel, Message, Recording};
 use super::well_known::stamp;
 
-/// Events that `/log` has as warnings.
+/// Event kinds that `/log` records as warnings.
 const WARNINGS: [EventKind; 7] = [
     EventKind::Gone,
     EventKind::Stalled,
@@ -34,14 +34,12 @@ const WARNINGS: [EventKind; 7] = [
 /// Channels by robot and behavior set.
 type ByBehavior<M> = BTreeMap<String, BTreeMap<String, Channel<M>>>;
 
-/// The topics of the tables. Those who plot ask for a topic, so what makes a curve has its own.
+/// The topics of the tables. Plots select topics, so each curve has its own.
 pub struct Tables {
     motivations: ByBehavior<Motivation>,
-    /// Of robots that have another allocator than ALLIANCE.
+    /// Topics of robots with another allocator than ALLIANCE.
     allocation: ByBehavior<Allocation>,
-    /// By robot.
     poses: BTreeMap<String, Channel<Pose>>,
-    /// By target.
     targets: BTreeMap<String, Channel<Target>>,
     messages: Channel<Reception>,
     events: Channel<Event>,
@@ -133,10 +131,7 @@ struct Threshold {
 }
 
 impl Tables {
-    /// Those of a log.
-    ///
-    /// # Errors
-    /// Those of the recording, and of reading the log.
+    /// Creates the topics for the tables of a log.
     pub fn new<W: Write + Seek>(
         recording: &mut Recording<W>,
         log: &RunLog,
@@ -160,7 +155,7 @@ impl Tables {
             poses.insert(name.clone(), recording.channel(&format!("/poses/{name}"))?);
         }
         let mut targets = BTreeMap::new();
-        // Each tick has a row of each.
+        // Each tick has one row per target.
         let mut rows = log.each_row::<TargetRow>().peekable();
         let first = rows.peek().and_then(|row| row.as_ref().ok());
         let begin = first.map(|row| row.t_ms);
@@ -187,7 +182,7 @@ impl Tables {
         })
     }
 
-    /// All messages that come from the tables of a full log.
+    /// Returns all messages from the tables of a full log.
     pub fn streams<'s>(&'s self, log: &'s RunLog) -> [Stream<'s>; 9] {
         let end = log.run.result.sim_time_ms;
         let threshold = Threshold {
@@ -243,7 +238,7 @@ impl Tables {
         let channel = self
             .poses
             .get(&row.robot)
-            .with_context(|| format!("there is no {}", row.robot))?;
+            .with_context(|| format!("run.json has no robot {}", row.robot))?;
         let message = Pose {
             t_ms: row.t_ms.0,
             robot: row.robot,
@@ -262,7 +257,7 @@ impl Tables {
         let channel = self
             .targets
             .get(&row.target)
-            .with_context(|| format!("there is no {}", row.target))?;
+            .with_context(|| format!("the log begins without target {}", row.target))?;
         let message = Target {
             t_ms: row.t_ms.0,
             target: row.target,
@@ -312,7 +307,7 @@ impl Tables {
         }
     }
 
-    /// The event once more, for people.
+    /// Returns an event as a sentence for `/log`.
     fn sentence(&self, row: &EventRow) -> Message {
         let message = Log {
             timestamp: Some(stamp(row.t_ms)),
@@ -330,7 +325,7 @@ impl Tables {
     }
 }
 
-/// A topic for each behavior set of a robot.
+/// Creates a topic for each behavior set of a robot.
 fn by_behavior<W: Write + Seek, M: Encode>(
     recording: &mut Recording<W>,
     table: &str,
@@ -369,7 +364,7 @@ fn level(kind: &str) -> Level {
     }
 }
 
-/// `activated push(left): threshold, push(left)`.
+/// Describes an event, for example `activated push(left): threshold, push(left)`.
 fn text(row: &EventRow) -> String {
     let what = [&*row.kind, &*row.subject].join(" ");
     let why: Vec<&str> = [&*row.reason, &*row.detail]

@@ -1,6 +1,6 @@
-//! Short ways to the parts of the well-known message types.
+//! Constructors for parts of the well-known message types.
 //!
-//! The world is flat: z is up from the floor, and makes things visible.
+//! The world is flat. z points up from the floor and serves only for visibility.
 
 use alliance_proto::time::SimTime;
 use foxglove::messages::{Color, Pose, Quaternion, Timestamp, Vector3};
@@ -9,13 +9,13 @@ use plotters::style::RGBColor;
 /// The frame in which the room is at rest.
 pub const WORLD: &str = "world";
 
-/// A simulated time.
+/// Converts a simulated time to a timestamp.
 pub fn stamp(time: SimTime) -> Timestamp {
     let nanos = (time.0 % 1000) as u32 * 1_000_000;
     Timestamp::new(u32::try_from(time.0 / 1000).unwrap_or(u32::MAX), nanos)
 }
 
-/// A point or a size, m.
+/// Creates a point or a size, m.
 pub fn vector(x: impl Into<f64>, y: impl Into<f64>, z: impl Into<f64>) -> Vector3 {
     Vector3 {
         x: x.into(),
@@ -24,7 +24,7 @@ pub fn vector(x: impl Into<f64>, y: impl Into<f64>, z: impl Into<f64>) -> Vector
     }
 }
 
-/// A turn about the upright axis, rad.
+/// Creates a rotation about the vertical axis, rad.
 pub fn turned(heading_rad: f32) -> Quaternion {
     let (sin, cos) = (f64::from(heading_rad) / 2.0).sin_cos();
     Quaternion {
@@ -35,7 +35,7 @@ pub fn turned(heading_rad: f32) -> Quaternion {
     }
 }
 
-/// A place without a turn.
+/// Creates a pose without rotation.
 pub fn at(position: Vector3) -> Pose {
     Pose {
         position: Some(position),
@@ -43,7 +43,7 @@ pub fn at(position: Vector3) -> Pose {
     }
 }
 
-/// A color; opacity from 0 to 1.
+/// Converts a color, with an opacity from 0 to 1.
 pub fn color(RGBColor(red, green, blue): RGBColor, opacity: f64) -> Color {
     let part = |byte: u8| f64::from(byte) / 255.0;
     Color {

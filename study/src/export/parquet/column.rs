@@ -1,4 +1,4 @@
-//! A column of a table: where its values come from, and how they are written.
+//! A table column: the source of its values and their encoding.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -12,36 +12,30 @@ use ::parquet::file::writer::SerializedColumnWriter;
 use ::parquet::schema::types::{Type, TypePtr};
 use alliance_proto::mission::columns::ColumnKind;
 
-/// A column: its name, and where a row has it.
+/// A column with its name and the source of its values.
 pub struct Column<R>(pub &'static str, pub Values<R>);
 
-/// What a column holds.
+/// The source and type of a column's values.
 pub enum Values<R> {
-    /// Times and counts.
+    /// Times and counts as 64-bit integers.
     Integer(fn(&R) -> u64),
-    /// The same; null where a row has none.
+    /// 64-bit integers; null for missing values.
     Optional(fn(&R) -> Option<u64>),
-    /// 32-bit floats.
     Single(fn(&R) -> f32),
-    /// The same; null where a row has none.
+    /// 32-bit floats; null for missing values.
     OptionalSingle(fn(&R) -> Option<f32>),
-    /// 64-bit floats.
     Double(fn(&R) -> f64),
-    /// Truth values.
     Flag(fn(&R) -> bool),
-    /// A column of mission.csv: counts, times that may be null, or 64-bit floats that may.
+    /// A column of mission.csv: counts, optional times, or optional 64-bit floats.
     Declared(ColumnKind, fn(&R, &str) -> Option<f64>),
-    /// UTF-8, empty where a row has none.
+    /// UTF-8 text; empty for missing values.
     Text(for<'r> fn(&'r R) -> Cow<'r, str>),
 }
 
 use Values::{Declared, Double, Flag, Integer, Optional, OptionalSingle, Single, Text};
 
 impl<R> Column<R> {
-    /// Its type in the file.
-    ///
-    /// # Errors
-    /// Those of the library.
+    /// Returns the column's type in the file.
     pub fn schema(&self) -> Result<TypePtr, ParquetError> {
         let (physical, logical) = match self.1 {
             Declared(ColumnKind::Real, _) => (PhysicalType::DOUBLE, None),
@@ -64,10 +58,7 @@ impl<R> Column<R> {
         Ok(Arc::new(column))
     }
 
-    /// Writes its values in these rows.
-    ///
-    /// # Errors
-    /// Those of the file.
+    /// Writes the column's values of these rows.
     pub fn write(
         &self,
         rows: &[R],
@@ -106,7 +97,8 @@ impl<R> Column<R> {
     }
 }
 
-/// Parquet's signed integers, for unsigned ones make differences in a notebook wrap around. 2^63 ms are 292 million years.
+/// Converts a number to a signed integer. Differences of unsigned integers would wrap around in notebooks. 2^63 ms are
+/// 292 million years.
 fn integer(number: u64) -> i64 {
     number as i64
 }
@@ -123,10 +115,10 @@ fn optional<T: DataType>(
     column: &mut SerializedColumnWriter<'_>,
     values: Vec<Option<T::T>>,
 ) -> Result<(), ParquetError> {
-    let there: Vec<i16> = values.iter().map(|value| value.is_some().into()).collect();
+    let levels: Vec<i16> = values.iter().map(|value| value.is_some().into()).collect();
     let values: Vec<T::T> = values.into_iter().flatten().collect();
     column
         .typed::<T>()
-        .write_batch(&values, Some(&there), None)?;
+        .write_batch(&values, Some(&levels), None)?;
     Ok(())
 }

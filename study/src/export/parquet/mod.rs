@@ -1,7 +1,7 @@
-//! The tables of a log as Parquet: a file each, with the columns of DESIGN §8 under their names.
+//! Export of a log's tables as Parquet: one file per table, with the column names of the CSV.
 //!
-//! Numbers keep their values to the bit: times and counts are 64-bit integers, positions single and motivations double
-//! floats. Flags are booleans, numbers that a row lacks are null, and texts that it lacks are empty, as in the CSV.
+//! Numbers keep their exact values: times and counts are 64-bit integers, positions are single and motivations double
+//! floats. Flags are booleans. Missing numbers are null, and missing texts are empty.
 
 mod column;
 mod tables;
@@ -27,17 +27,17 @@ use crate::new_file::NewFile;
 use column::Column;
 use tables::{Columns, of_mission};
 
-/// Rows that are held in memory at once.
+/// Rows per group, which are in memory at once.
 const GROUP_ROWS: usize = 1 << 16;
 
-/// How a table is written.
 type WriteTable = fn(&RunLog, &mut NewFile) -> anyhow::Result<()>;
 
-/// Writes the tables that the log has into a folder; says which its level does not keep. Files that an older export has
-/// left of those are removed: beside the new ones they would pass for tables of this run.
+/// Writes the log's tables into a folder. Returns the tables that the log level excludes. Files of excluded tables from
+/// an older export are removed, because they would seem to belong to this run.
 ///
 /// # Errors
-/// When the log has no tables, holds what is no row, or a file cannot be written. Older files stay until all are written.
+/// Returns an error when the log has no tables, a row is invalid, or a file cannot be written. Older files remain until
+/// all new files are written.
 pub fn write(log: &RunLog, folder: &Path) -> anyhow::Result<Vec<&'static str>> {
     let tables: [(Table, WriteTable); 8] = [
         (MotivationRow::TABLE, write_known::<MotivationRow>),
@@ -51,21 +51,21 @@ pub fn write(log: &RunLog, folder: &Path) -> anyhow::Result<Vec<&'static str>> {
     ];
     let (kept, left_out): (Vec<_>, Vec<_>) = tables
         .into_iter()
-        .partition(|(table, _)| log.run.log.keeps(*table) && !is_left_away(log, *table));
+        .partition(|(table, _)| log.run.log.keeps(*table) && !is_absent(log, *table));
     if kept.is_empty() {
         bail!(
             "the run was logged with --log {}, which keeps no tables: run it again with --log full",
             log.run.log.as_str()
         );
     }
-    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
     let path = |table: Table| folder.join(format!("{}.parquet", name(table)));
     let mut files = Vec::new();
     for (table, write) in kept {
         let path = path(table);
         let mut file = NewFile::create(&path)?;
         write(log, &mut file)
-            // What lies between says it once more.
+            // The intermediate errors repeat the same text.
             .map_err(|error| anyhow!("{}: {}", path.display(), error.root_cause()))?;
         files.push(file);
     }
@@ -82,19 +82,19 @@ pub fn write(log: &RunLog, folder: &Path) -> anyhow::Result<Vec<&'static str>> {
         }
     }
     let left_out = left_out.into_iter().map(|(table, _)| table);
-    // What need not be there is not missed.
+    // Optional tables are not reported as missing.
     Ok(left_out
         .filter(|table| !table.is_optional())
         .map(name)
         .collect())
 }
 
-/// Whether the run has no such file, because it would have no rows.
-fn is_left_away(log: &RunLog, table: Table) -> bool {
+/// Returns whether an optional table has no file because it has no rows.
+fn is_absent(log: &RunLog, table: Table) -> bool {
     table.is_optional() && log.table(table).is_empty()
 }
 
-/// Without the ending of the CSV file.
+/// Returns the table name: the CSV file name without extension.
 fn name(table: Table) -> &'static str {
     table.file_name().trim_end_matches(".csv")
 }

@@ -1,4 +1,4 @@
-//! The columns of each table, in the order of the CSV (DESIGN §8).
+//! The columns of each table, in the order of the CSV.
 
 use alliance_proto::log::{
     AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TargetRow,
@@ -11,18 +11,16 @@ use super::column::Values::{
     Declared, Double, Flag, Integer, Optional, OptionalSingle, Single, Text,
 };
 
-/// Those of mission.csv, as the mission declares them.
+/// Returns the columns of mission.csv, as the mission declares them.
 pub fn of_mission(declared: &'static [declared::Column]) -> Vec<Column<MissionRow>> {
     let time = Column("t_ms", Integer(|row: &MissionRow| row.t_ms.0));
-    let own = declared
+    let columns = declared
         .iter()
         .map(|column| Column(column.name, Declared(column.kind, MissionRow::get)));
-    [time].into_iter().chain(own).collect()
+    [time].into_iter().chain(columns).collect()
 }
 
-/// A row of a table with known columns.
 pub trait Columns: TableRow + 'static {
-    /// From left to right.
     const COLUMNS: &'static [Column<Self>];
 }
 

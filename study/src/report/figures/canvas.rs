@@ -1,4 +1,4 @@
-//! What all figures are drawn on: an SVG, panels with a common time axis, lettering, and marks that differ without color.
+//! Drawing tools for all figures: an SVG, panels with a common time axis, text, and marks that differ without color.
 
 use std::io;
 use std::ops::Range;
@@ -13,56 +13,54 @@ use plotters::prelude::{
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontDesc, FontFamily, FontStyle, FontTransform, TextStyle};
 
-/// Units of the drawing in a pixel: the backend knows whole units only, and a pixel is too coarse.
+/// Drawing units per pixel. The backend supports only whole units, and a pixel is too coarse.
 const UNITS_PER_PX: f64 = 4.0;
 
-/// Font sizes as the backend takes them are so many times what it writes.
+/// The ratio of the font size given to the backend to the font size that it writes.
 const FONT_FACTOR: f64 = 1.24;
 
-/// Width of an average letter, as a share of the font size. The backend knows no fonts.
+/// The average letter width as a share of the font size. The backend has no font metrics.
 const LETTER: f64 = 0.56;
 
-/// Bold letters are so much wider.
+/// The width factor of bold letters.
 const BOLD: f64 = 1.13;
 
 /// Free space at the left edge of a panel, px.
 pub const EDGE_PX: f64 = 6.0;
 
-/// Width of a figure of which nothing else is asked, px.
+/// The default width of a figure, px.
 pub const WIDTH_PX: f64 = 960.0;
 
-/// Size of most lettering, px.
+/// The default font size, px.
 pub const TEXT_PX: f64 = 12.0;
 
-/// Figures are no higher than this, px: more fits on no screen and no sheet of paper.
+/// The maximum height of a figure, px, which still fits a screen or a sheet of paper.
 const HIGHEST_PX: f64 = 1_980.0;
 
-/// Lettering and axes.
+/// The color of text and axes.
 pub const INK: RGBColor = RGBColor(34, 34, 34);
 
-/// What is of less weight.
+/// The color of less important elements.
 pub const FAINT: RGBColor = RGBColor(150, 150, 150);
 
-/// A drawing or a part of it, in units.
+/// A drawing or a part of it, in drawing units.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// A panel with axes.
 pub type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// Whether it could be drawn. Into memory it always can.
+/// The result of a drawing operation. Drawing into memory does not fail.
 pub type Drawn<T = ()> = Result<T, DrawingAreaErrorKind<io::Error>>;
 
-/// Units of a length in px.
+/// Converts a length in px to drawing units.
 #[must_use]
 pub fn px(length: f64) -> i32 {
     (length * UNITS_PER_PX).round() as i32
 }
 
-/// How wide a figure is laid out, and how large that is shown. All is laid out for lettering of [`TEXT_PX`]: where that shall be larger,
-/// everything is, and there is room for less.
+/// The layout width and the scale of a figure. The layout uses the font size [`TEXT_PX`]. A larger font enlarges the
+/// whole figure, which leaves room for less.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sheet {
-    /// Width of the layout, px.
     pub width_px: f64,
     scale: f64,
 }
@@ -74,7 +72,6 @@ impl Default for Sheet {
 }
 
 impl Sheet {
-    /// A figure that is shown that wide, with lettering of that size.
     #[must_use]
     pub fn new(width_px: f64, font_px: f64) -> Self {
         let scale = font_px / TEXT_PX;
@@ -84,16 +81,11 @@ impl Sheet {
         }
     }
 
-    /// The greatest height of a layout, px.
     #[must_use]
     pub fn most_px(&self) -> f64 {
         HIGHEST_PX / self.scale.max(1.0)
     }
 
-    /// Draws an SVG.
-    ///
-    /// # Errors
-    /// Those of `draw`.
     pub fn svg(
         &self,
         title: &str,
@@ -110,7 +102,7 @@ impl Sheet {
                 .and_then(|()| area.present());
             drawn.map_err(|error| anyhow::anyhow!("{title}: {error}"))?;
         }
-        // The drawing is `UNITS_PER_PX` times as large as its layout.
+        // A px of the layout has `UNITS_PER_PX` drawing units.
         let large = format!("width=\"{}\" height=\"{}\"", size.0, size.1);
         let shown =
             [self.width_px, height_px].map(|length| (length * self.scale * 100.0).round() / 100.0);
@@ -124,10 +116,7 @@ impl Sheet {
     }
 }
 
-/// Draws an SVG of the common width.
-///
-/// # Errors
-/// Those of `draw`.
+/// Draws an SVG of the default width.
 pub fn svg(
     title: &str,
     height_px: f64,
@@ -136,25 +125,21 @@ pub fn svg(
     Sheet::default().svg(title, height_px, draw)
 }
 
-/// A part of the area, all in px from its upper left corner.
+/// Returns a part of the area, given in px from its upper left corner.
 #[must_use]
 pub fn part<'a>(area: &Area<'a>, corner: (f64, f64), size: (f64, f64)) -> Area<'a> {
     area.clone()
         .shrink((px(corner.0), px(corner.1)), (px(size.0), px(size.1)))
 }
 
-/// Lettering.
 #[derive(Clone, Copy)]
 pub struct Lettering {
-    /// Font size, px.
     pub size_px: f64,
-    /// Bold or not.
     pub bold: bool,
-    /// Its color.
     pub color: RGBColor,
-    /// Which point of the text is given.
+    /// The point of the text that is placed at the given position.
     pub anchor: (HPos, VPos),
-    /// Upwards instead of to the right.
+    /// `true` for text that runs upwards.
     pub upright: bool,
 }
 
@@ -171,7 +156,6 @@ impl Default for Lettering {
 }
 
 impl Lettering {
-    /// For plotters.
     #[must_use]
     pub fn style(&self) -> TextStyle<'static> {
         let face = if self.bold {
@@ -188,22 +172,19 @@ impl Lettering {
         font.color(&self.color).pos(Pos::new(h_pos, v_pos))
     }
 
-    /// Writes a text at a place in px.
-    ///
-    /// # Errors
-    /// When it cannot be drawn.
+    /// Writes a text at a position in px.
     pub fn write(&self, area: &Area<'_>, text: &str, at: (f64, f64)) -> Drawn {
         area.draw_text(text, &self.style(), (px(at.0), px(at.1)))
     }
 
-    /// About how wide a text will be, px.
+    /// Returns the approximate width of a text, px.
     #[must_use]
     pub fn width_px(&self, text: &str) -> f64 {
         let face = if self.bold { BOLD } else { 1.0 };
         self.size_px * LETTER * face * text.chars().count() as f64
     }
 
-    /// As much of a text as fits into that width, px.
+    /// Shortens a text to a width, px, with an ellipsis at the end.
     #[must_use]
     pub fn cut(&self, text: &str, width_px: f64) -> String {
         let letters = (width_px / self.width_px("x")).max(0.0) as usize;
@@ -215,42 +196,37 @@ impl Lettering {
     }
 }
 
-/// A line of that width in px.
 #[must_use]
 pub fn line(color: RGBColor, width_px: f64) -> ShapeStyle {
     color.stroke_width((px(width_px) as u32).max(1))
 }
 
-/// Where the parts of a panel are, px from its edges; the rest is the plot.
+/// The margins of a panel, px; the rest is the plot.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
-    /// For the labels of y.
+    /// Room for the y labels.
     pub left: f64,
-    /// Free space at the right.
     pub right: f64,
-    /// For the labels of x and what they mean; 0: neither.
+    /// Room for the x labels and title; 0 hides both.
     pub bottom: f64,
 }
 
-/// Axes of a panel, and what its numbers mean.
+/// The axes of a panel with their titles.
 pub struct Axes<'t> {
-    /// What x is, with its unit.
+    /// The range of x, and its title with the unit.
     pub x: (Range<f64>, &'t str),
-    /// What y is, with its unit.
+    /// The range of y, and its title with the unit.
     pub y: (Range<f64>, &'t str),
-    /// About how many numbers stand at y; 0: none.
+    /// The approximate number of y labels; 0 for none.
     pub y_labels: usize,
 }
 
-/// Draws the axes of a panel and gives the plot.
-///
-/// # Errors
-/// When it cannot be drawn.
+/// Draws the axes of a panel and returns the plot.
 pub fn chart<'a>(area: &Area<'a>, frame: Frame, axes: &Axes<'_>) -> Drawn<Chart<'a>> {
     let mut chart = ChartBuilder::on(area)
         .margin_right(px(frame.right))
         .margin_top(px(2.0))
-        // Room for the upright lettering, which the label area cuts off.
+        // Room for the vertical title, which the label area would cut off.
         .margin_left(px(EDGE_PX))
         .x_label_area_size(px(frame.bottom))
         .y_label_area_size(px(frame.left - EDGE_PX))
@@ -280,10 +256,7 @@ pub fn chart<'a>(area: &Area<'a>, frame: Frame, axes: &Axes<'_>) -> Drawn<Chart<
     Ok(chart)
 }
 
-/// Fills a rectangle of a plot; one that is narrower than a px, such as that of an activation of one tick, is drawn a px wide.
-///
-/// # Errors
-/// When it cannot be drawn.
+/// Fills a rectangle of a plot. A rectangle narrower than 1 px is drawn 1 px wide.
 pub fn fill(
     chart: &Chart<'_>,
     x: Range<f64>,
@@ -300,10 +273,7 @@ pub fn fill(
     area.draw(&Rectangle::new(corners, style))
 }
 
-/// Hatches a rectangle of a plot, a part of `area`, with upright lines so many px apart.
-///
-/// # Errors
-/// When it cannot be drawn.
+/// Hatches a rectangle of a plot, a part of `area`, with vertical lines. `style` gives their color and distance, px.
 pub fn hatch(
     area: &Area<'_>,
     chart: &Chart<'_>,
@@ -322,40 +292,25 @@ pub fn hatch(
     Ok(())
 }
 
-/// Draws a line through points of a plot.
-///
-/// # Errors
-/// When it cannot be drawn.
 pub fn curve(chart: &Chart<'_>, points: Vec<(f64, f64)>, style: ShapeStyle) -> Drawn {
     chart.plotting_area().draw(&PathElement::new(points, style))
 }
 
-/// A mark that is told from the others by its shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
-    /// A triangle that points down.
     Triangle,
-    /// A diamond.
     Diamond,
-    /// A cross of two strokes.
     Cross,
-    /// A square.
     Square,
 }
 
 impl Mark {
-    /// Draws it around a point in units of the whole area: filled, with a dark edge.
-    ///
-    /// # Errors
-    /// When it cannot be drawn.
+    /// Draws the mark around a point in drawing units, filled and with a dark edge.
     pub fn draw(self, area: &Area<'_>, at: (i32, i32), color: RGBColor) -> Drawn {
         self.draw_sized(area, at, color, 4.5)
     }
 
-    /// The same, of that radius in px.
-    ///
-    /// # Errors
-    /// When it cannot be drawn.
+    /// Draws the mark with that radius, px.
     pub fn draw_sized(
         self,
         area: &Area<'_>,
@@ -383,18 +338,15 @@ impl Mark {
     }
 }
 
-/// An upright line in px; a broken one, if so.
-///
-/// # Errors
-/// When it cannot be drawn.
+/// Draws a vertical line between two y, px, optionally dashed.
 pub fn upright(
     area: &Area<'_>,
     x_px: f64,
     y_px: Range<f64>,
     style: ShapeStyle,
-    broken: bool,
+    dashed: bool,
 ) -> Drawn {
-    let (dash, step) = if broken {
+    let (dash, step) = if dashed {
         (4.0, 8.0)
     } else {
         (y_px.end, y_px.end)
@@ -409,10 +361,7 @@ pub fn upright(
     Ok(())
 }
 
-/// A broken level line over the whole width of a plot.
-///
-/// # Errors
-/// When it cannot be drawn.
+/// Draws a dashed horizontal line over the whole width of a plot.
 pub fn level(chart: &Chart<'_>, x: Range<f64>, y: f64, style: ShapeStyle) -> Drawn {
     let dashes = 120;
     let dash = (x.end - x.start) / f64::from(dashes);
@@ -423,8 +372,8 @@ pub fn level(chart: &Chart<'_>, x: Range<f64>, y: f64, style: ShapeStyle) -> Dra
     Ok(())
 }
 
-/// Where labels can be written beside each other: each has the x of its left edge and its width, in order of x, and gets the
-/// first of so many rows in which it does not run into the one before it, or none.
+/// Assigns labels to rows so that they do not overlap. Each label has the x of its left edge and its width, and labels
+/// are sorted by x. A label without room gets `None`.
 #[must_use]
 pub fn rows_for(labels: &[(f64, f64)], rows: usize) -> Vec<Option<usize>> {
     let mut free_from = vec![f64::NEG_INFINITY; rows];

@@ -1,5 +1,5 @@
-//! Who did what: a lane for each robot and task, or for each robot, or for some robots together; and below them the tasks that nobody
-//! was productive on.
+//! The Gantt figure: a lane for each robot and task, for each robot, or for several robots together. Lanes below show
+//! the orphan time of tasks.
 
 use std::ops::Range;
 
@@ -19,7 +19,7 @@ use crate::report::failures::Loss;
 use crate::report::spans::Spans;
 use crate::report::stints::Stint;
 
-/// Room for names at the left, px, and at most this share of the width.
+/// Room for names at the left, px, and its maximum share of the width.
 const LEFT_PX: f64 = 210.0;
 const LEFT_SHARE: f64 = 0.3;
 const X_AXIS_PX: f64 = 40.0;
@@ -27,57 +27,55 @@ const X_AXIS_PX: f64 = 40.0;
 /// Height of a lane for a robot and a task, px.
 const LANE_PX: f64 = 17.0;
 
-/// Between the robots and what nobody did where robots have one lane, px.
+/// The gap between robot lanes and task lanes, px.
 const GAP_PX: f64 = 10.0;
 
-/// Ticks of a bar are at least so far apart, px.
+/// The minimum distance between ticks on a bar, px.
 const TICK_APART_PX: f64 = 4.0;
 
-/// A lane with ticks is at least so high, px.
+/// The minimum height of a lane with ticks, px.
 const TICKED_PX: f64 = 11.0;
 
-/// Height of a bar, as shares of its lane.
+/// The vertical extent of a bar as shares of its lane.
 const BAR: Range<f64> = 0.12..0.88;
 
-/// Of several robots together: how many are active, and below how many are not there.
+/// The vertical extents in a lane of several robots: the active share above, the absent share below.
 const BUSY: Range<f64> = 0.05..0.68;
 const AWAY: Range<f64> = 0.68..0.95;
 
-/// Tasks that a legend names at most.
+/// The maximum number of tasks in a legend.
 const NAMED_TASKS: usize = 18;
 
-/// Where the lanes are, px below the upper edge of the plot.
+/// The vertical positions of all lanes, px below the upper edge of the plot.
 struct Lanes {
-    /// A robot has a lane for each task; where there is no room for that it has one, and the task is told by its color.
+    /// `true` if each robot has a lane for each task. Otherwise a robot has one lane, and colors distinguish the tasks.
     by_task: bool,
     tasks: usize,
-    /// Lanes of robots.
     robots: Rows,
-    /// A lane for each task, or for some together.
-    nobody: Rows,
+    /// A lane for each task, or for several tasks together.
+    orphans: Rows,
 }
 
 impl Lanes {
-    /// Lanes that are together no higher than that, px.
+    /// Creates lanes with a total height of at most `most_px`.
     fn fit(robots: usize, tasks: usize, most_px: f64) -> Self {
         let lanes = robots * tasks;
         let by_task = (lanes + tasks) as f64 * LANE_PX <= most_px;
         let rows = match by_task {
             true => Rows::fit(lanes, most_px),
-            // Few robots leave room for many tasks.
+            // A few robots leave room for many tasks.
             false => Rows::fit(robots, most_px * 0.7),
         };
         let mut fitted = Self {
             by_task,
             tasks,
             robots: rows,
-            nobody: Rows::fit(tasks, f64::INFINITY),
+            orphans: Rows::fit(tasks, f64::INFINITY),
         };
-        fitted.nobody = Rows::fit(tasks, most_px - fitted.nobody_px());
+        fitted.orphans = Rows::fit(tasks, most_px - fitted.orphans_px());
         fitted
     }
 
-    /// The lane for a robot and a task.
     fn of(&self, rank: usize, task: usize) -> Range<f64> {
         match self.by_task {
             true => self.robots.of(rank * self.tasks + task),
@@ -85,7 +83,6 @@ impl Lanes {
         }
     }
 
-    /// All lanes of a robot.
     fn of_robot(&self, rank: usize) -> Range<f64> {
         match self.by_task {
             true => {
@@ -96,22 +93,21 @@ impl Lanes {
         }
     }
 
-    /// Upper edge of what nobody did.
-    fn nobody_px(&self) -> f64 {
+    fn orphans_px(&self) -> f64 {
         self.robots.height_px() + if self.by_task { 0.0 } else { GAP_PX }
     }
 
-    /// The lane of a task below the robots.
+    /// Returns the lane of a task below the robots.
     fn of_task(&self, task: usize) -> Range<f64> {
-        let (lane, top) = (self.nobody.of(task), self.nobody_px());
+        let (lane, top) = (self.orphans.of(task), self.orphans_px());
         top + lane.start..top + lane.end
     }
 
     fn height_px(&self) -> f64 {
-        self.nobody_px() + self.nobody.height_px()
+        self.orphans_px() + self.orphans.height_px()
     }
 
-    /// Whether several robots have a lane together.
+    /// Returns whether several robots share a lane.
     fn is_crowd(&self) -> bool {
         self.robots.each > 1
     }
@@ -122,22 +118,18 @@ fn within(lane: &Range<f64>, shares: &Range<f64>) -> Range<f64> {
     lane.start + shares.start * height..lane.start + shares.end * height
 }
 
-/// What is drawn of a run, and where.
 struct Gantt<'r> {
     run: &'r RunFigures<'r>,
     lanes: Lanes,
     timeline: Timeline<'r>,
 }
 
-/// Draws it.
-///
-/// # Errors
-/// When it cannot be drawn.
+/// Draws the Gantt figure of a run.
 pub fn draw(run: &RunFigures<'_>) -> anyhow::Result<String> {
     let left_px = LEFT_PX.min(run.sheet.width_px * LEFT_SHARE);
     let (robots, tasks) = (run.history.robots.len(), run.history.catalog.tasks.len());
     let head = |lanes: &Lanes| Timeline::new(run, run.window.clone(), left_px, legend(run, lanes));
-    // What the legend says depends on the lanes, and how much room it leaves them on what it says.
+    // The legend depends on the lanes, and the room for the lanes depends on the legend.
     let mut lanes = Lanes::fit(robots, tasks, run.sheet.most_px());
     for _ in 0..2 {
         let above_px = head(&lanes).head_px() + X_AXIS_PX + 4.0;
@@ -156,7 +148,7 @@ fn legend<'r>(run: &RunFigures<'r>, lanes: &Lanes) -> Vec<(Sample, &'r str)> {
     let mut legend = vec![
         (Sample::Fill(FAINT, ABSENT), "dead or stopped"),
         (Sample::Mark(Mark::Diamond, INK), "took over"),
-        (Sample::Hatch(INK, 2.5), "applicable, nobody productive"),
+        (Sample::Hatch(INK, 2.5), "applicable, no robot productive"),
     ];
     if lanes.by_task {
         let of_bars = [
@@ -190,7 +182,7 @@ fn legend<'r>(run: &RunFigures<'r>, lanes: &Lanes) -> Vec<(Sample, &'r str)> {
             names.map(|(task, spec)| (Sample::Fill(palette::of_task(task), 1.0), &*spec.name));
         legend.extend(names);
     } else {
-        let text = "active, in the task's color (colors come again)";
+        let text = "active, in the task's color (colors repeat)";
         legend.insert(0, (Sample::Fill(palette::of_task(0), 1.0), text));
     }
     legend
@@ -203,7 +195,7 @@ impl Gantt<'_> {
         let height = self.lanes.height_px();
         let bottom_px = head_px + height;
         let height_px = bottom_px + X_AXIS_PX + 4.0;
-        run.sheet.svg("Who did what", height_px, |area| {
+        run.sheet.svg("Activity of the robots", height_px, |area| {
             timeline.draw_head(area, std::slice::from_ref(&(head_px..bottom_px)))?;
             let size = (run.sheet.width_px, height + X_AXIS_PX);
             let panel = part(area, (0.0, head_px), size);
@@ -232,13 +224,12 @@ impl Gantt<'_> {
         })
     }
 
-    /// The parts of spans that are shown.
     fn shown(&self, spans: &Spans) -> Vec<Range<f64>> {
         let cut = |span| self.timeline.cut(span);
         spans.iter().filter_map(cut).collect()
     }
 
-    /// When who was active, waiting, or not there.
+    /// Draws the active, waiting and absent times.
     fn bars(&self, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
         for (rank, robot) in self.run.history.robots.iter().enumerate() {
             for span in self.shown(&self.run.history.absent(rank)) {
@@ -262,7 +253,7 @@ impl Gantt<'_> {
         Ok(())
     }
 
-    /// A bar; with the name of the task, where nothing else tells it and there is room.
+    /// Draws a bar, with the task's name if nothing else shows the task and there is room.
     fn bar(
         &self,
         area: &Area<'_>,
@@ -291,7 +282,7 @@ impl Gantt<'_> {
         Ok(())
     }
 
-    /// How many of the robots of a lane were active, and how many not there.
+    /// Draws the shares of active and absent robots in each lane.
     fn crowds(&self, chart: &Chart<'_>) -> Drawn {
         let (history, window) = (self.run.history, &self.timeline.window);
         let parts = self.parts();
@@ -317,12 +308,11 @@ impl Gantt<'_> {
         ((edges.end - edges.start) / CELL_PX) as usize
     }
 
-    /// When nobody was productive.
     fn orphans(&self, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
         let tasks = &self.run.metrics.tasks;
         let window = &self.timeline.window;
-        for row in 0..self.lanes.nobody.len() {
-            let members = self.lanes.nobody.things(row);
+        for row in 0..self.lanes.orphans.len() {
+            let members = self.lanes.orphans.things(row);
             let bar = within(&self.lanes.of_task(members.start), &BAR);
             if let [task] = &tasks[members.clone()] {
                 for span in self.shown(&task.orphan) {
@@ -337,7 +327,7 @@ impl Gantt<'_> {
         Ok(())
     }
 
-    /// Effects, takeovers, and where robots have one lane also their losses.
+    /// Draws effects and takeovers. In figures with one lane per robot, it also draws losses.
     fn marks(&self, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
         let plot = chart.plotting_area();
         if self.lanes.robots.row_px >= TICKED_PX {
@@ -371,7 +361,6 @@ impl Gantt<'_> {
         Ok(())
     }
 
-    /// The effects of a stint.
     fn ticks(&self, area: &Area<'_>, chart: &Chart<'_>, stint: &Stint) -> Drawn {
         let lane = self.lanes.of(stint.robot, stint.task.index());
         let top = within(&lane, &BAR).start;
@@ -382,7 +371,7 @@ impl Gantt<'_> {
             }
             let plot = chart.plotting_area();
             let (x, y) = plot.map_coordinate(&(effect.as_secs_f64(), top));
-            // Ticks that ran into each other would hide the bar and tell no number.
+            // Overlapping ticks would hide the bar.
             if x < last.saturating_add(px(TICK_APART_PX)) {
                 continue;
             }
@@ -393,37 +382,43 @@ impl Gantt<'_> {
         Ok(())
     }
 
-    /// Robots beside their lanes, and tasks below them.
+    /// Writes the names of robots beside their lanes, and of tasks below.
     fn names(&self, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
         let (history, window) = (self.run.history, &self.timeline.window);
         let title = Lettering {
             bold: true,
             ..Lettering::default()
         };
-        let top_px = self.lanes.nobody_px();
-        for (text, top) in [("robots", 0.0), ("nobody", top_px)] {
+        let top_px = self.lanes.orphans_px();
+        for (text, top) in [("robots", 0.0), ("orphan", top_px)] {
             let at = chart.plotting_area().map_coordinate(&(0.0, top + 8.0));
             area.draw_text(text, &title.style(), (px(6.0), at.1))?;
         }
-        let room = title.width_px("nobody") + 14.0..self.timeline.edges.start - 10.0;
-        let lost = |rank| self.run.metrics.failures.iter().any(|it| it.robot == rank);
+        let room = title.width_px("orphan") + 14.0..self.timeline.edges.start - 10.0;
+        let lost = |rank| {
+            self.run
+                .metrics
+                .failures
+                .iter()
+                .any(|failure| failure.robot == rank)
+        };
         let robot = |rank: usize| (history.robots[rank].name.as_str(), INK);
-        let (robots, nobody) = (&self.lanes.robots, &self.lanes.nobody);
+        let (robots, orphans) = (&self.lanes.robots, &self.lanes.orphans);
         robots.write_names(area, chart, (room.clone(), 0.0), robot, lost)?;
         let task = |task: usize| (history.catalog.tasks[task].name.as_str(), INK);
-        nobody.write_names(area, chart, (room, top_px), task, |_| false)?;
+        orphans.write_names(area, chart, (room, top_px), task, |_| false)?;
         let edge = top_px - GAP_PX / 2.0;
         let ends = vec![(window.start, edge), (window.end, edge)];
         curve(chart, ends, line(FAINT, 0.75))
     }
 
-    /// Robots and tasks beside their lanes, and lines between the robots.
+    /// Writes the names of robots and tasks beside their lanes, with lines between robots.
     fn names_by_task(&self, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
         let (history, window) = (self.run.history, &self.timeline.window);
         let left_px = self.timeline.edges.start;
         let robots = history.robots.iter().map(|robot| robot.name.as_str());
         let robots = robots.zip(self.run.colors.iter().copied());
-        for (rank, (name, color)) in robots.chain([("nobody", INK)]).enumerate() {
+        for (rank, (name, color)) in robots.chain([("orphan", INK)]).enumerate() {
             let lanes = self.lanes.of_robot(rank);
             let ends = vec![(window.start, lanes.start), (window.end, lanes.start)];
             curve(chart, ends, line(FAINT, 0.75))?;
@@ -445,7 +440,7 @@ impl Gantt<'_> {
             };
             area.draw_text(name, &robot.style(), (px(6.0), y(0)))?;
             for (place, spec) in history.catalog.tasks.iter().enumerate() {
-                // The first stands beside the robot's name.
+                // The first task stands beside the robot's name.
                 let beside_px = if place == 0 {
                     robot.width_px(name) + 12.0
                 } else {
@@ -469,14 +464,14 @@ mod tests {
     use crate::report::metrics::Metrics;
     use crate::report::tests::run_of;
 
-    /// An element of the drawing: its box in px, and its color.
+    /// The bounding box, px, and the color of a drawn element.
     struct Painted {
         x: (f64, f64),
         y: (f64, f64),
         color: String,
     }
 
-    /// Filled rectangles and lines of an SVG, in the order in which they are drawn.
+    /// Returns the filled rectangles and lines of an SVG in drawing order.
     fn painted(svg: &str) -> Vec<Painted> {
         let value = |element: &str, name: &str| {
             let from = element.find(&format!(" {name}=\""))? + name.len() + 3;
@@ -518,7 +513,7 @@ mod tests {
         all
     }
 
-    /// Gold and green search for two minutes, with an effect in every few steps: their bars are there all the same.
+    /// Gold and green search for two minutes with an effect every few steps. Their bars remain visible.
     #[test]
     fn effects_do_not_hide_the_bars_on_which_they_are_marked() {
         let text =
@@ -555,7 +550,7 @@ mod tests {
                 continue;
             }
             seen += 1;
-            // The widest bar of the robot is that of such a search; a quarter from its upper edge it is looked at.
+            // The widest bar of the robot belongs to such a search.
             let bar = bars
                 .iter()
                 .max_by(|a, b| (a.x.1 - a.x.0).total_cmp(&(b.x.1 - b.x.0)))
@@ -568,8 +563,9 @@ mod tests {
                 };
                 let hidden = (0..places).filter(|index| {
                     let x = place(*index);
-                    let inside =
-                        |it: &&Painted| it.x.0 <= x && x <= it.x.1 && it.y.0 <= y && y <= it.y.1;
+                    let inside = |element: &&Painted| {
+                        element.x.0 <= x && x <= element.x.1 && element.y.0 <= y && y <= element.y.1
+                    };
                     all.iter().rfind(inside).unwrap().color != color
                 });
                 let hidden = hidden.count();

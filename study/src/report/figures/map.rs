@@ -1,4 +1,4 @@
-//! Where the robots went, on the map of the room.
+//! The paths of the robots on a map of the room.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -26,57 +26,51 @@ const X_AXIS_PX: f64 = 40.0;
 const TITLE_PX: f64 = 18.0;
 const LEGEND_PX: f64 = 20.0;
 
-/// Widths of ways with and without an item.
+/// Line widths of paths with and without an item, px.
 const LADEN_PX: f64 = 2.5;
 const EMPTY_PX: f64 = 0.9;
 
-/// Up to this penetrability a component is solid (thesis §3.2.2.1).
+/// The maximum penetrability of a solid component (thesis §3.2.2.1).
 const SOLID: f32 = 0.1;
 
-/// Of more robots than that each has a small map without axes.
+/// The maximum number of robots with full-size maps. More robots have small maps without axes.
 const LARGE_MAPS: usize = 12;
 
 /// Width of a small map, px: wide enough for a name.
 const SMALL_PX: f64 = 52.0;
 
-/// How much a map says.
+/// The level of detail of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Say {
-    /// What is in the room, and names of places and robots.
+    /// Objects in the room, and the names of places and robots.
     All,
-    /// What is in the room.
+    /// Objects in the room.
     Things,
-    /// Walls and ways.
+    /// Only walls and paths.
     Ways,
 }
 
-/// The ways of all robots on one map.
-///
-/// # Errors
-/// When it cannot be drawn.
+/// Draws the paths of all robots on one map.
 pub fn together(run: &RunFigures<'_>) -> anyhow::Result<String> {
     let all: Vec<usize> = (0..run.history.robots.len()).collect();
     let width = run.sheet.width_px;
     let height = map_height_px(run, width, width * 0.75);
     run.sheet
-        .svg("Ways of all robots", height + LEGEND_PX, |area| {
+        .svg("Paths of all robots", height + LEGEND_PX, |area| {
             legend(run, area)?;
             let panel = part(area, (0.0, LEGEND_PX), (width, height));
             map(run, area, &panel, (width, height), &all, Say::All)
         })
 }
 
-/// The way of each robot on a map of its own, or of some together, where they are too many.
-///
-/// # Errors
-/// When it cannot be drawn.
+/// Draws the path of each robot on its own map. Several robots share a map if there are too many.
 pub fn apart(run: &RunFigures<'_>) -> anyhow::Result<String> {
     let robots = run.history.robots.len();
     let grid = Grid::fit(run, robots);
     let (width, height) = (grid.width_px, grid.height_px);
     let full =
         LEGEND_PX + robots.div_ceil(grid.each).div_ceil(grid.columns) as f64 * (height + TITLE_PX);
-    run.sheet.svg("Way of each robot", full, |area| {
+    run.sheet.svg("Path of each robot", full, |area| {
         legend(run, area)?;
         let ranks: Vec<usize> = (0..robots).collect();
         for (place, ranks) in ranks.chunks(grid.each).enumerate() {
@@ -108,12 +102,10 @@ pub fn apart(run: &RunFigures<'_>) -> anyhow::Result<String> {
     })
 }
 
-/// Maps beside and below each other.
 struct Grid {
     columns: usize,
-    /// How many robots are on a map together.
+    /// The number of robots per map.
     each: usize,
-    /// Width and height of a map, px.
     width_px: f64,
     height_px: f64,
     say: Say,
@@ -147,18 +139,18 @@ impl Grid {
             return large;
         }
         let most_columns = ((run.sheet.width_px / SMALL_PX) as usize).max(1);
-        // Columns are many before robots share a map.
-        let own = (4.min(most_columns)..=most_columns).map(|columns| (columns, 1));
+        // The number of columns grows before robots share a map.
+        let single = (4.min(most_columns)..=most_columns).map(|columns| (columns, 1));
         let shared = (2..=robots.max(2)).map(|each| (most_columns, each));
-        let mut grids = own
+        let mut grids = single
             .chain(shared)
             .map(|(columns, each)| of(columns, each, Say::Ways));
-        // All robots on one map fit in any case.
+        // A single map of all robots always fits.
         grids.find(fits).unwrap_or(large)
     }
 }
 
-/// Height of a map of that width with its axes, px: a meter is as long in y as in x, unless the map became too high.
+/// Returns the height of a map with axes, px. A meter has the same length in x and y, unless the map would be too high.
 pub(super) fn map_height_px(run: &RunFigures<'_>, width_px: f64, highest_px: f64) -> f64 {
     let (width, height) = room(run);
     ((width_px - LEFT_PX - RIGHT_PX) * height / width).min(highest_px) + X_AXIS_PX + 2.0
@@ -196,7 +188,6 @@ fn legend(run: &RunFigures<'_>, area: &Area<'_>) -> Drawn {
     Ok(())
 }
 
-/// Draws a map in a panel of that size; if `named`, with the names of places and robots.
 fn map(
     run: &RunFigures<'_>,
     area: &Area<'_>,
@@ -208,7 +199,7 @@ fn map(
     let chart = floor(run, panel, (width_px, height_px), say)?;
     furniture(run, area, &chart, say)?;
     for &rank in robots {
-        way(run, &chart, rank)?;
+        path(run, &chart, rank)?;
     }
     for &rank in robots {
         ends(run, area, &chart, rank, say)?;
@@ -219,7 +210,7 @@ fn map(
     Ok(())
 }
 
-/// The axes of a map in a panel of that size.
+/// Draws the axes of a map in a panel of that size.
 pub(super) fn floor<'a>(
     run: &RunFigures<'_>,
     panel: &Area<'a>,
@@ -231,7 +222,7 @@ pub(super) fn floor<'a>(
         Say::Ways => (EDGE_PX, EDGE_PX, 0.0, 0),
         _ => (LEFT_PX, RIGHT_PX, X_AXIS_PX, 10),
     };
-    // A map that would be too high is narrower instead.
+    // A map that would be too high becomes narrower.
     let plot_width = (height_px - bottom - 2.0) * width / height;
     let frame = Frame {
         left,
@@ -246,7 +237,7 @@ pub(super) fn floor<'a>(
     chart(panel, frame, &axes)
 }
 
-/// What is in the room before the robots are.
+/// Draws the start state of the room without robots.
 fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, say: Say) -> Drawn {
     let scene = Scene {
         marks: &run.history.marks,
@@ -256,14 +247,13 @@ fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, say: Say)
     furnish(run, area, chart, &scene, say)
 }
 
-/// What is in a room beside robots.
+/// The objects in a room besides robots.
 pub(super) struct Scene<'s> {
     pub marks: &'s [ViewMark],
     pub items: &'s [ItemView],
     pub obstacles: &'s [Obstacle],
 }
 
-/// Draws what is in the room beside robots.
 pub(super) fn furnish(
     run: &RunFigures<'_>,
     area: &Area<'_>,
@@ -304,7 +294,7 @@ pub(super) fn furnish(
     let disc = |center: Vec2, radius: f32, color: RGBColor| {
         plot.draw(&Polygon::new(circle(center, radius), color.filled()))
     };
-    // As thick as it is, but thick enough to be seen.
+    // True thickness, but at least visible.
     let bar = |from: Vec2, to: Vec2, thickness_m: f32, color: RGBColor| {
         let ends = [from, to].map(|end| (f64::from(end.x), f64::from(end.y)));
         let (left, _) = plot.map_coordinate(&(0.0, 0.0));
@@ -323,7 +313,7 @@ pub(super) fn furnish(
         let top = match mark.outline {
             MarkOutline::Disc { center, radius_m } => {
                 match mark.role {
-                    // How far something reaches hides nothing.
+                    // A range is an outline, so that it hides nothing.
                     MarkRole::Range => curve(chart, circle(center, radius_m), line(color, 1.0))?,
                     _ => disc(center, radius_m, color)?,
                 }
@@ -351,7 +341,7 @@ pub(super) fn furnish(
         if !mark.is_labelled(marks.len()) {
             continue;
         }
-        // Beside a wall there is room inside only.
+        // At a wall, only the inside has room for a label.
         let x = f64::from(top.x).clamp(width * 0.06, width * 0.94);
         label(
             &mark.label,
@@ -382,12 +372,12 @@ pub(super) fn furnish(
     curve(chart, border, line(INK, 2.0))
 }
 
-/// A robot's way: thick where it carried something.
-fn way(run: &RunFigures<'_>, chart: &Chart<'_>, rank: usize) -> Drawn {
+/// Draws the path of a robot, thicker where it carries an item.
+fn path(run: &RunFigures<'_>, chart: &Chart<'_>, rank: usize) -> Drawn {
     trail(run, chart, rank, track(run, rank, &run.window))
 }
 
-/// Where a robot was in a window of time, s.
+/// Returns the positions of a robot in a window of time, s.
 pub(super) fn track<'h>(run: &RunFigures<'h>, rank: usize, window: &Range<f64>) -> &'h [Place] {
     let all = &run.history.robots[rank].track;
     let tick = |at: f64| ((at / run.history.step.as_secs_f64()).ceil() as usize).min(all.len());
@@ -395,7 +385,7 @@ pub(super) fn track<'h>(run: &RunFigures<'h>, rank: usize, window: &Range<f64>) 
     &all[from.min(to)..to]
 }
 
-/// Draws a robot's way.
+/// Draws the positions of a robot as a path.
 pub(super) fn trail(
     run: &RunFigures<'_>,
     chart: &Chart<'_>,
@@ -403,7 +393,7 @@ pub(super) fn trail(
     track: &[Place],
 ) -> Drawn {
     let (width, _) = room(run);
-    // Half a pixel.
+    // The tolerance is half a pixel.
     let (across, _) = chart.plotting_area().dim_in_pixel();
     let distance = width * f64::from(px(0.5)) / f64::from(across.max(1));
     let mut before: Option<&Place> = None;
@@ -421,7 +411,7 @@ pub(super) fn trail(
     Ok(())
 }
 
-/// Where it started, where it died, and where it was at the end.
+/// Marks the start, the death and the end of a robot.
 fn ends(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, rank: usize, say: Say) -> Drawn {
     let [first, .., last] = track(run, rank, &run.window) else {
         return Ok(());
@@ -444,7 +434,7 @@ fn ends(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, rank: usize, s
     Ok(())
 }
 
-/// Writes the robots' names beside their ends.
+/// Writes the robots' names beside the ends of their paths.
 fn names(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
     let ends = run
         .history
@@ -459,7 +449,8 @@ fn names(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
     beside(area, &ends.collect::<Vec<_>>(), px(6.0))
 }
 
-/// Writes beside things that reach so far around places of the drawing, in one of four corners, the first of their names for which there is room.
+/// Writes names beside objects with a radius of `reach`. Each object has several candidate names and four corners. The
+/// first combination with room is used.
 pub(super) fn beside(area: &Area<'_>, ends: &[(Vec<String>, (i32, i32))], reach: i32) -> Drawn {
     let letters = Lettering {
         bold: true,

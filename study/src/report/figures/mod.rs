@@ -1,4 +1,4 @@
-//! The figures of a report, as SVG. What they show is computed elsewhere.
+//! The figures of a report as SVG. Other modules compute the data.
 
 pub(crate) mod canvas;
 mod gantt;
@@ -27,72 +27,67 @@ use super::metrics::Metrics;
 
 const WHITE: RGBColor = RGBColor(255, 255, 255);
 
-/// Opacity of the bands in which a robot is dead or stopped: darker than those in which it is active, in gray, too.
+/// Opacity of the bands in which a robot is dead or stopped. They are darker than active bands, also in gray.
 const ABSENT: f64 = 0.75;
 
-/// A task that is not applicable any more in the last part of a run is drawn once more by itself: from this share of the run on.
+/// A share of the run. A task that is not applicable after it gets an additional figure of its applicable time.
 const OVER: f64 = 0.9;
 
-/// A figure.
 pub struct Figure {
-    /// Its file's name, without ending; also what links lead to.
+    /// The file name without extension, also used as anchor.
     pub name: String,
-    /// What it shows and how to read it.
+    /// The content and how to read it.
     pub caption: String,
-    /// The drawing.
     pub svg: String,
 }
 
-/// Which figures are wanted, and of what.
 #[derive(Clone, Debug, Default)]
 pub struct Wanted {
-    /// How large they are.
     pub sheet: Sheet,
-    /// From when, s; without it from the start.
+    /// Start of the figures, s; `None` for the start of the run.
     pub from_s: Option<f64>,
-    /// Until when, s; without it to the end.
+    /// End of the figures, s; `None` for the end of the run.
     pub to_s: Option<f64>,
-    /// The end of the axes, s, if that is later than the run's.
+    /// End of the axes, s, if later than the end of the run.
     pub end_s: f64,
-    /// Names of figures; without any all.
+    /// Names of the wanted figures; empty for all.
     pub only: Vec<String>,
-    /// The room at some moments.
+    /// The room at certain times, one figure each.
     pub rooms: Vec<Room>,
 }
 
-/// Everything that the figures of a run have in common.
+/// The data that all figures of a run share.
 pub(super) struct RunFigures<'h> {
     history: &'h History,
     metrics: &'h Metrics,
     faults: Vec<FaultSpan>,
-    /// By rank.
+    /// Robot colors, by rank.
     colors: Vec<RGBColor>,
-    /// What is shown of the run, s.
+    /// The shown time, s.
     window: Range<f64>,
     sheet: Sheet,
-    /// The highest utility of anybody at any time; 1 without any, for an axis needs a length.
+    /// The highest utility in the run; 1 if there is none, because an axis needs a length.
     highest_utility: f64,
 }
 
-/// Draws a figure, as SVG.
+/// A function that draws a figure as SVG.
 type Draw<'p> = Box<dyn Fn(&RunFigures<'_>) -> anyhow::Result<String> + 'p>;
 
-/// A figure that can be drawn.
 struct Planned<'p> {
     name: String,
     caption: String,
     draw: Draw<'p>,
 }
 
-/// What was wanted is not there.
+/// An error for an unavailable figure or time.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct NotThere(String);
 
-/// The figures that are wanted, in the order of the page.
+/// Draws the wanted figures, in page order.
 ///
 /// # Errors
-/// [`NotThere`], or when one cannot be drawn.
+/// Returns [`NotThere`] for an unavailable figure or time, and drawing errors.
 pub fn figures(
     history: &History,
     metrics: &Metrics,
@@ -137,15 +132,14 @@ pub fn figures(
     drawn.collect()
 }
 
-/// What is shown of the run, s.
 fn window(history: &History, wanted: &Wanted) -> Result<Range<f64>, NotThere> {
-    // An axis needs a length, even that of a run that was over at once.
-    let own_end = history.end.max(history.step).as_secs_f64();
-    let end = own_end.max(wanted.end_s);
+    // An axis needs a length, even for an empty run.
+    let run_end = history.end.max(history.step).as_secs_f64();
+    let end = run_end.max(wanted.end_s);
     let from = wanted.from_s.unwrap_or(0.0);
     let to = wanted.to_s.unwrap_or(end).min(end);
-    if from >= own_end {
-        let text = format!("--from {from}: the run was over at {own_end} s");
+    if from >= run_end {
+        let text = format!("--from {from}: the run ended at {run_end} s");
         return Err(NotThere(text));
     }
     if from >= to {
@@ -155,7 +149,6 @@ fn window(history: &History, wanted: &Wanted) -> Result<Range<f64>, NotThere> {
     Ok(from..to)
 }
 
-/// All figures that there are of a run.
 fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
     let history = run.history;
     let mut figures: Vec<Planned<'p>> = Vec::new();
@@ -168,8 +161,8 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
     };
     add(
         "gantt".to_owned(),
-        "Who did what. Bars: a behavior set for the task is active; ticks at their upper edge: effects on the world, as far \
-         as there is room. Below, in black: the task was applicable to somebody, and nobody was productive on it."
+        "Activity of the robots. Bars: a behavior set for the task is active; ticks at their upper edge: effects on the \
+         world, where there is room. Below, in black: the task was applicable, and no robot was productive on it."
             .to_owned(),
         Box::new(gantt::draw),
     );
@@ -177,7 +170,7 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
         add(
             room.name(),
             format!(
-                "The room at {} s, and the ways of the {} s before.",
+                "The room at {} s, and the paths of the {} s before.",
                 room.at_s(),
                 room::TRAIL_S
             ),
@@ -186,13 +179,13 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
     }
     add(
         "map".to_owned(),
-        "Ways of all robots.".to_owned(),
+        "Paths of all robots.".to_owned(),
         Box::new(map::together),
     );
     if history.robots.len() > 1 {
         add(
             "map-by-robot".to_owned(),
-            "The way of each robot by itself; of robots together, where they are too many."
+            "The path of each robot on its own map; several robots share a map if there are too many."
                 .to_owned(),
             Box::new(map::apart),
         );
@@ -214,12 +207,10 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
     }
     for recurring in &run.metrics.recurring {
         let event = recurring.event;
-        let against = recurring
-            .period
-            .map_or("", |_| ", against the wanted period");
+        let against = recurring.period.map_or("", |_| ", with the wanted period");
         add(
             format!("every-{event}"),
-            format!("From one event '{event}' to the next{against}."),
+            format!("Time between '{event}' events{against}."),
             Box::new(move |run| progress::recurring(run, recurring)),
         );
     }
@@ -240,7 +231,7 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
             && window.end < run.window.end * OVER
         {
             let caption = format!(
-                "The same while {} was applicable, as in the thesis' figure 4.11.",
+                "The same figure for the time in which {} was applicable, as in the thesis' figure 4.11.",
                 spec.name
             );
             add(
@@ -265,7 +256,6 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
     figures
 }
 
-/// What is drawn as curves, as a word.
 fn what(measures: impl IntoIterator<Item = Measure>) -> &'static str {
     let mut measures = measures.into_iter();
     let has = measures.next().unwrap_or(Measure::Motivation);
@@ -276,13 +266,13 @@ fn what(measures: impl IntoIterator<Item = Measure>) -> &'static str {
     }
 }
 
-/// What those robots have that can perform a task.
+/// Returns the measures of the robots that can perform a task.
 fn task_measures(history: &History, task: TaskId) -> impl Iterator<Item = Measure> {
     let sets = history.behaviors_for(task);
     sets.map(|(rank, _)| history.robots[rank].measure)
 }
 
-/// From the first to the last moment in which a task was applicable, if ever, and a little more, as far as it is shown, s.
+/// Returns the time from the first to the last applicable moment of a task, s, with a margin and within the window.
 fn applicable(run: &RunFigures<'_>, task: usize) -> Option<Range<f64>> {
     let spans = &run.metrics.tasks[task].applicable;
     let from = spans.iter().next()?.from.as_secs_f64();
@@ -293,7 +283,7 @@ fn applicable(run: &RunFigures<'_>, task: usize) -> Option<Range<f64>> {
     (shown.start < shown.end).then_some(shown)
 }
 
-/// A task's name as a part of a file's name.
+/// Returns a task name in a form for file names.
 fn plain(name: &str) -> String {
     let words = name.split(|letter: char| !letter.is_ascii_alphanumeric());
     let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();

@@ -1,4 +1,5 @@
-//! Motivations or utilities over time, a panel for each behavior set: of one robot (thesis Fig. 4.8) or for one task (Fig. 4.9 and 4.11).
+//! Motivations or utilities over time, one panel per behavior set: for one robot (thesis Fig. 4.8) or for one task
+//! (Fig. 4.9 and 4.11).
 
 use std::ops::Range;
 
@@ -19,13 +20,10 @@ const LEFT_PX: f64 = 58.0;
 const TITLE_PX: f64 = 25.0;
 const X_AXIS_PX: f64 = 40.0;
 
-/// One behavior set of one robot.
+/// The rank of a robot, and one of its behavior sets.
 pub(super) type Row<'s> = (usize, &'s SetHistory);
 
-/// All behavior sets of one robot.
-///
-/// # Errors
-/// When it cannot be drawn.
+/// Draws all behavior sets of one robot.
 pub fn of_robot(run: &RunFigures<'_>, rank: usize) -> anyhow::Result<String> {
     let robot = &run.history.robots[rank];
     let rows: Vec<Row<'_>> = robot.sets.iter().map(|set| (rank, set)).collect();
@@ -37,10 +35,7 @@ pub fn of_robot(run: &RunFigures<'_>, rank: usize) -> anyhow::Result<String> {
     draw(run, &title, &rows, run.window.clone())
 }
 
-/// The behavior sets of all robots for one task, in that window of time.
-///
-/// # Errors
-/// When it cannot be drawn.
+/// Draws the behavior sets of all robots for one task in a window of time.
 pub fn for_task(run: &RunFigures<'_>, task: TaskId, window: Range<f64>) -> anyhow::Result<String> {
     let rows: Vec<Row<'_>> = run.history.behaviors_for(task).collect();
     let name = run.history.catalog.task_name(task);
@@ -117,7 +112,7 @@ fn legend(of_motivations: bool) -> Vec<(Sample, &'static str)> {
     legend
 }
 
-/// The upper end of the curves of a robot: the threshold, or the highest utility of anybody.
+/// Returns the upper end of a robot's curves: the threshold, or the highest utility in the run.
 pub(super) fn ceiling(run: &RunFigures<'_>, rank: usize) -> f64 {
     match run.history.robots[rank].measure {
         Measure::Motivation => run.history.setup.alliance.threshold,
@@ -125,7 +120,8 @@ pub(super) fn ceiling(run: &RunFigures<'_>, rank: usize) -> f64 {
     }
 }
 
-/// Draws a panel; `place` is its upper edge and the height of its plot, px, and whether it bears the axis of time.
+/// Draws a panel. The last argument gives its upper edge, px, the height of its plot, px, and `true` if it has the time
+/// axis.
 fn panel(
     run: &RunFigures<'_>,
     timeline: &Timeline<'_>,
@@ -184,7 +180,9 @@ fn panel(
 
     let plot = chart.plotting_area();
     let resets = set.resets.iter().filter(|reset| timeline.shows(reset.at));
-    let resets: Vec<(f64, &Reset)> = resets.map(|it| (timeline.x_px(it.at), it)).collect();
+    let resets: Vec<(f64, &Reset)> = resets
+        .map(|reset| (timeline.x_px(reset.at), reset))
+        .collect();
     let letters = Lettering {
         size_px: 10.0,
         ..Lettering::default()
@@ -218,14 +216,14 @@ fn panel(
     Ok(())
 }
 
-/// The points of a set's curve in a window of time, s: one line for each time without a gap. A fall is a step.
+/// Returns the curve of a set in a window of time, s: one line for each part without a gap. Falls are vertical steps.
 fn lines(
     set: &SetHistory,
     step: SimTime,
     (window, width_px): (&Range<f64>, f64),
     threshold: f64,
 ) -> Vec<Vec<(f64, f64)>> {
-    // Half a pixel in time, a quarter in motivation.
+    // Tolerances: half a pixel in time, a quarter in motivation.
     let width = (window.end - window.start) / width_px / 2.0;
     let height = threshold / 300.0;
     set.levels
@@ -259,7 +257,7 @@ mod tests {
     use crate::report::figures::canvas::WIDTH_PX;
     use crate::report::tests::history_of;
 
-    /// What is drawn, against the log: every activation at the threshold, every reset from its height, and upright, in any window.
+    /// Compares the drawn curve with the log: every activation at the threshold and every reset, in any window.
     #[test]
     fn every_activation_and_reset_of_a_log_is_drawn() {
         let parts = [
@@ -288,7 +286,7 @@ mod tests {
                 for pair in set.levels.windows(2) {
                     let [(before_at, before), (at, level)] = [pair[0], pair[1]];
                     let (before_at, at) = (before_at.as_secs_f64(), at.as_secs_f64());
-                    // What falls at the very edge has nothing before it.
+                    // A fall at the edge of the window has no point before it.
                     let is_shown = window.contains(&before_at) && window.contains(&at);
                     if is_shown && (level < before || (level >= threshold && before < threshold)) {
                         let peak = before.max(level);

@@ -1,4 +1,4 @@
-//! Motivations or utilities of more behavior sets than there is room for curves: a row for each, or for some together.
+//! Motivations or utilities as rows, for more behavior sets than there is room for curves.
 
 use std::ops::Range;
 
@@ -17,14 +17,11 @@ const LEFT_PX: f64 = 210.0;
 const LEFT_SHARE: f64 = 0.3;
 const X_AXIS_PX: f64 = 40.0;
 
-/// The level, and below whether the set is active, as shares of a row.
+/// Vertical extents as shares of a row: the level above, the active share below.
 const LEVEL: Range<f64> = 0.05..0.62;
 const ACTIVE: Range<f64> = 0.62..0.95;
 
-/// Draws it; `title` is that of the figure, and what its shades are.
-///
-/// # Errors
-/// When it cannot be drawn.
+/// Draws the figure. The pair names the figure and the measure of its shades.
 pub fn draw(
     run: &RunFigures<'_>,
     (title, what): (&str, &str),
@@ -104,7 +101,7 @@ pub fn draw(
     })
 }
 
-/// A row; its color is the robot's, where it is that of one.
+/// Draws a row, in the robot's color if it shows a single robot.
 fn draw_row(
     run: &RunFigures<'_>,
     timeline: &Timeline<'_>,
@@ -141,7 +138,7 @@ fn draw_row(
     for (rank, set) in sets {
         let full = ceiling(run, *rank);
         for (at, level) in &set.levels {
-            // It holds until the next step.
+            // A level holds until the next step.
             let cell = |at: SimTime| {
                 let share = (at.as_secs_f64() - window.start) / (window.end - window.start);
                 (share * parts as f64).clamp(0.0, parts as f64)

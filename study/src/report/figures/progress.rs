@@ -1,4 +1,4 @@
-//! How the mission went on: the columns of mission.csv over time, and the time between events that recur.
+//! Progress of the mission: columns of mission.csv over time, and the time between recurring events.
 
 use alliance_proto::log::MissionRow;
 use alliance_proto::mission::columns::{Column, ColumnKind, label};
@@ -21,7 +21,8 @@ const LEFT_PX: f64 = 58.0;
 const PLOT_PX: f64 = 240.0;
 const X_AXIS_PX: f64 = 40.0;
 
-/// Of the columns but what is done, in turn, with the length of dashes and gaps, px. Without hues: those are the robots'.
+/// Line styles of all columns except done counts, in turn, with dash and gap lengths, px. They have no hue because hues
+/// belong to robots.
 const OTHERS: [(RGBColor, Option<(f64, f64)>); 4] = [
     (RGBColor(140, 140, 140), None),
     (INK, Some((9.0, 4.0))),
@@ -30,7 +31,7 @@ const OTHERS: [(RGBColor, Option<(f64, f64)>); 4] = [
 ];
 const LATE: RGBColor = RGBColor(213, 94, 0);
 
-/// How a column is drawn: color, width, and length of dashes and gaps, px.
+/// The line style of a column: color, width, and dash and gap lengths, px.
 struct Line {
     column: Column,
     color: RGBColor,
@@ -47,7 +48,7 @@ impl Line {
     }
 }
 
-/// The columns that belong onto one axis: all counts, and each other number by itself. None without columns.
+/// Groups columns by axis: all counts on one axis, and each other number on its own. Empty without columns.
 pub fn axes(columns: &[Column]) -> Vec<Vec<Column>> {
     let of = |wanted: fn(ColumnKind) -> bool| {
         let found = columns.iter().filter(move |column| wanted(column.kind));
@@ -65,10 +66,7 @@ pub fn axes(columns: &[Column]) -> Vec<Vec<Column>> {
     axes.filter(|columns| !columns.is_empty()).collect()
 }
 
-/// Columns of mission.csv on one axis.
-///
-/// # Errors
-/// When it cannot be drawn.
+/// Draws columns of mission.csv on one axis.
 pub fn columns(run: &RunFigures<'_>, title: &str, columns: &[Column]) -> anyhow::Result<String> {
     let mut others = OTHERS.iter().cycle();
     let lines: Vec<Line> = columns
@@ -151,7 +149,7 @@ fn frame(run: &RunFigures<'_>, timeline: &Timeline<'_>) -> Frame {
     }
 }
 
-/// A column as lines of steps: each row holds until the next one, and where there is no number there is no line.
+/// Returns a column as step lines. Each value holds until the next row; missing values leave a gap.
 fn steps(rows: &[MissionRow], end: SimTime, column: &str) -> Vec<Vec<(f64, f64)>> {
     let mut lines = Vec::new();
     for part in rows.chunk_by(|a, b| a.get(column).is_some() == b.get(column).is_some()) {
@@ -180,16 +178,13 @@ fn steps(rows: &[MissionRow], end: SimTime, column: &str) -> Vec<Vec<(f64, f64)>
     lines
 }
 
-/// The time since the latest event that recurs, against the wanted period if there is one.
-///
-/// # Errors
-/// When it cannot be drawn.
+/// Draws the time since the latest recurring event, with the wanted period if there is one.
 pub fn recurring(run: &RunFigures<'_>, recurring: &Recurring) -> anyhow::Result<String> {
     let period = recurring.period.map(SimTime::as_secs_f64);
     let mut legend = vec![
         (
             Sample::Line(INK, 1.5),
-            "time since the latest, or the start",
+            "time since the latest event, or the start",
         ),
         (
             Sample::Mark(Mark::Square, INK),
@@ -204,7 +199,7 @@ pub fn recurring(run: &RunFigures<'_>, recurring: &Recurring) -> anyhow::Result<
     let head_px = timeline.head_px();
     let bottom_px = head_px + PLOT_PX;
 
-    // From each event, or the start, to the next one; at last to the end of the log.
+    // Each rise starts at an event, or the start, and ends at the next event or the end of the log.
     let moments = recurring.moments.iter().map(|moment| moment.at);
     let moments: Vec<f64> = [SimTime::ZERO]
         .into_iter()
@@ -216,7 +211,7 @@ pub fn recurring(run: &RunFigures<'_>, recurring: &Recurring) -> anyhow::Result<
     let longest = rises().map(|(from, to)| to - from);
     let longest = longest.fold(period.unwrap_or(run.history.step.as_secs_f64()), f64::max);
 
-    let title = format!("Time from one '{}' to the next", recurring.event);
+    let title = format!("Time between '{}' events", recurring.event);
     run.sheet.svg(&title, bottom_px + X_AXIS_PX, |area| {
         timeline.draw_head(area, std::slice::from_ref(&(head_px..bottom_px)))?;
         let panel = part(
@@ -226,7 +221,7 @@ pub fn recurring(run: &RunFigures<'_>, recurring: &Recurring) -> anyhow::Result<
         );
         let axes = Axes {
             x: (timeline.window.clone(), "time t in s"),
-            y: (0.0..longest * 1.2, "time since then in s"),
+            y: (0.0..longest * 1.2, "time since the event in s"),
             y_labels: 6,
         };
         let chart = chart(&panel, frame(run, &timeline), &axes)?;
@@ -254,7 +249,7 @@ pub fn recurring(run: &RunFigures<'_>, recurring: &Recurring) -> anyhow::Result<
     })
 }
 
-/// A mark for each event, and as far as there is room, whose it was and how late.
+/// Draws a mark for each event, with robot and lateness where there is room.
 fn moment_marks(
     run: &RunFigures<'_>,
     recurring: &Recurring,
@@ -267,7 +262,7 @@ fn moment_marks(
         ..Lettering::default()
     };
     let moments = recurring.moments.iter();
-    let moments: Vec<&Moment> = moments.filter(|it| timeline.shows(it.at)).collect();
+    let moments: Vec<&Moment> = moments.filter(|moment| timeline.shows(moment.at)).collect();
     let texts: Vec<String> = moments
         .iter()
         .map(|moment| {
@@ -279,7 +274,7 @@ fn moment_marks(
             }
         })
         .collect();
-    // Left edges and widths, kept inside the figure.
+    // Left edges and widths, limited to the figure.
     let places: Vec<(f64, f64)> = moments
         .iter()
         .zip(&texts)

@@ -1,4 +1,4 @@
-//! The room at one moment: who is where, with what, on which task, and whence they came.
+//! The room at one time: robots, items, tasks and recent paths.
 
 use std::ops::Range;
 
@@ -13,36 +13,28 @@ use super::map::{Say, Scene, beside, floor, furnish, map_height_px, track, trail
 use super::{RunFigures, WHITE};
 use crate::palette;
 
-/// How long before the moment ways begin, s.
+/// Duration of the paths before the shown time, s.
 pub const TRAIL_S: f64 = 30.0;
 
 const TITLE_PX: f64 = 22.0;
 
-/// The run at one moment.
 #[derive(Clone, Debug)]
 pub struct Room {
-    /// What there is to see.
     pub view: View,
 }
 
 impl Room {
-    /// Name of the figure.
     #[must_use]
     pub fn name(&self) -> String {
         format!("room-at-{}s", self.at_s())
     }
 
-    /// The moment, s.
     #[must_use]
     pub fn at_s(&self) -> f64 {
         self.view.now.as_secs_f64()
     }
 }
 
-/// Draws it.
-///
-/// # Errors
-/// When it cannot be drawn.
 pub fn draw(run: &RunFigures<'_>, room: &Room) -> anyhow::Result<String> {
     let width = run.sheet.width_px;
     let height = map_height_px(run, width, width * 0.75);
@@ -79,10 +71,10 @@ pub fn draw(run: &RunFigures<'_>, room: &Room) -> anyhow::Result<String> {
     })
 }
 
-/// Lines of text, and the point of the figure that they belong to.
+/// Candidate texts, and the point that they label.
 type Label = (Vec<String>, (i32, i32));
 
-/// Draws a robot as large as it is, with its heading and what it carries; its name and its task, and where these belong.
+/// Draws a robot in its true size, with heading and load. Returns its candidate labels and their point.
 fn robot(
     run: &RunFigures<'_>,
     area: &Area<'_>,

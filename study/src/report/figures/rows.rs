@@ -1,4 +1,4 @@
-//! Rows of a figure for many things: one for each as long as it can be seen, one for several together beyond that.
+//! Rows of a figure for many things: one row each, or a shared row for several if space is short.
 
 use std::ops::Range;
 
@@ -8,37 +8,35 @@ use plotters::style::text_anchor::{HPos, VPos};
 use super::canvas::{Area, Chart, Drawn, INK, Lettering, fill, px};
 use crate::report::spans::Spans;
 
-/// Height of a row where there is room, px.
+/// The default height of a row, px.
 const ROW_PX: f64 = 17.0;
 
-/// A row that is lower cannot be told from its neighbors, px.
+/// The minimum height of a row, px. Lower rows are indistinguishable.
 const LEAST_PX: f64 = 4.0;
 
-/// Height of a row for several together, px.
+/// The height of a shared row, px.
 const TOGETHER_PX: f64 = 10.0;
 
-/// Names in a column are so far apart, px.
+/// The minimum distance between names, px.
 const NAME_PX: f64 = 12.0;
 
 /// Width of a cell of a heat map, px.
 pub const CELL_PX: f64 = 3.0;
 
-/// Shades of a heat map.
+/// The number of shades in a heat map.
 const SHADES: f64 = 10.0;
 
-/// Rows for so many things, from the top down.
+/// Rows of equal height, from the top down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rows {
-    /// How many things there are.
     pub count: usize,
-    /// How many of them have a row together.
+    /// The number of things per row.
     pub each: usize,
-    /// Height of a row, px.
     pub row_px: f64,
 }
 
 impl Rows {
-    /// Rows that are together no higher than that, px.
+    /// Creates rows with a total height of at most `most_px`.
     #[must_use]
     pub fn fit(count: usize, most_px: f64) -> Self {
         let row_px = (most_px / count.max(1) as f64).min(ROW_PX);
@@ -57,32 +55,29 @@ impl Rows {
         }
     }
 
-    /// How many rows there are.
     #[must_use]
     pub fn len(&self) -> usize {
         self.count.div_ceil(self.each)
     }
 
-    /// Height of all rows, px.
     #[must_use]
     pub fn height_px(&self) -> f64 {
         self.len() as f64 * self.row_px
     }
 
-    /// Upper and lower edge of the row of one of the things, px below the upper edge of the first row.
+    /// Returns the upper and lower edge of a thing's row, px below the upper edge of the first row.
     #[must_use]
     pub fn of(&self, thing: usize) -> Range<f64> {
         let top = (thing / self.each) as f64 * self.row_px;
         top..top + self.row_px
     }
 
-    /// What has that row together.
     #[must_use]
     pub fn things(&self, row: usize) -> Range<usize> {
         row * self.each..((row + 1) * self.each).min(self.count)
     }
 
-    /// The rows beside which a name has room: of two that are too near to each other an important one, or the upper one.
+    /// Returns the rows that have room for a name. Important rows come first, then upper rows.
     #[must_use]
     pub fn named(&self, is_important: impl Fn(usize) -> bool) -> Vec<usize> {
         let (important, others): (Vec<usize>, Vec<usize>) =
@@ -100,10 +95,7 @@ impl Rows {
         named
     }
 
-    /// Writes names beside the rows for which there is room, between those x, px; the first row begins at that y of the plot.
-    ///
-    /// # Errors
-    /// When it cannot be drawn.
+    /// Writes names beside the rows that have room, within `room_px`. The first row starts at y = `top` in the plot.
     pub fn write_names<'n>(
         &self,
         area: &Area<'_>,
@@ -138,7 +130,8 @@ impl Rows {
     }
 }
 
-/// The share of each of so many equal parts of a window of time, s, that lies in the spans, a mean over all of them.
+/// Returns, for each of `parts` equal parts of a window, s, the share covered by the spans, as a mean over all span
+/// sets.
 #[must_use]
 pub fn shares<'s>(
     window: &Range<f64>,
@@ -166,10 +159,7 @@ pub fn shares<'s>(
     shares.iter().map(|share| share / count.max(1.0)).collect()
 }
 
-/// A row of a heat map: the values, 0 to 1, of equal parts of a window of time. What is more than nothing is seen.
-///
-/// # Errors
-/// When it cannot be drawn.
+/// Draws a row of a heat map from values between 0 and 1 of equal parts of a window. Values above 0 are always visible.
 pub fn heat(
     chart: &Chart<'_>,
     window: &Range<f64>,
@@ -199,7 +189,7 @@ mod tests {
     use crate::report::spans::Span;
 
     #[test]
-    fn a_row_for_each_as_long_as_it_can_be_seen() {
+    fn each_thing_has_its_own_row_while_rows_are_visible() {
         let few = Rows::fit(3, 1000.0);
         assert_eq!((few.each, few.height_px()), (1, 51.0));
         assert_eq!(few.of(2), 34.0..51.0);
@@ -235,7 +225,7 @@ mod tests {
         assert_eq!(shares(&window, 4, &all), [1.0, 0.5, 0.5, 0.5]);
         assert_eq!(shares(&window, 2, &all), [0.75, 0.5]);
         assert_eq!(shares(&window, 2, &[]), [0.0, 0.0]);
-        // A moment between two parts is in neither twice.
+        // A span across the border of two parts.
         assert_eq!(shares(&window, 2, &[spans(19_999, 20_001)]).len(), 2);
     }
 }

@@ -1,4 +1,4 @@
-//! Figures of teams of any size: none is too high, and none hides what went wrong.
+//! Figures of teams of any size: their height is limited, and losses and takeovers remain visible.
 
 use alliance_proto::fault::{Fault, Order};
 use alliance_proto::log::{EventRow, RunFile};
@@ -12,11 +12,13 @@ use crate::report::history::History;
 use crate::report::tests::run_of;
 use crate::visit;
 
-/// The member of a mission's family with so many robots, in which one is killed after a second.
+/// Returns the member of a mission's family with that many robots. One robot is killed after 1 s.
 fn family(mission: &str, robots: usize, size: usize) -> Setup {
     let vocabulary = Registry::built_in().vocabulary();
     let mut missions = vocabulary.missions.iter();
-    let mission = missions.find(|it| it.scenario_name() == mission).unwrap();
+    let mission = missions
+        .find(|known| known.scenario_name() == mission)
+        .unwrap();
     let mut scenario = mission.family(robots, size).unwrap();
     let kill = Order {
         at_s: Some(1.0),
@@ -49,12 +51,12 @@ fn gantt(history: &History, metrics: &Metrics) -> String {
     figures(history, metrics, &wanted).unwrap()[0].svg.clone()
 }
 
-/// Strokes and outlines of a drawing.
+/// Counts the strokes and outlines of a drawing.
 fn strokes(svg: &str) -> usize {
     svg.matches("<polyline").count() + svg.matches("<line").count()
 }
 
-/// The death and a takeover are drawn, whatever else there is: without them so many strokes are missing.
+/// Checks that deaths and takeovers are drawn: without them, their strokes are missing.
 #[track_caller]
 fn marks_are_there(history: &History, metrics: &Metrics) {
     let whole = strokes(&gantt(history, metrics));
@@ -99,9 +101,9 @@ fn figures_of_any_team_fit_on_a_screen() {
     }
 }
 
-/// Gold takes the upper spill for the tick in which blue takes it.
+/// Gold and blue take the upper spill's task in the same tick. Gold keeps it for one tick.
 #[test]
-fn what_lasted_one_tick_can_be_seen() {
+fn an_activation_of_one_tick_is_visible() {
     let text = include_str!("../../../../missions/src/waste/scenarios/waste-cleanup.toml");
     let vocabulary = Registry::built_in().vocabulary();
     let mut scenario = Scenario::parse("waste-cleanup", text, &vocabulary).unwrap();
@@ -124,7 +126,7 @@ fn what_lasted_one_tick_can_be_seen() {
     }
 }
 
-/// Robots that have no row of their own any more: how many of a row were active, and who died.
+/// Draws robots that share rows: the active share of each row, and deaths.
 #[test]
 fn more_robots_than_rows_are_drawn_together() {
     let vocabulary = Registry::built_in().vocabulary();
@@ -156,7 +158,7 @@ fn more_robots_than_rows_are_drawn_together() {
     assert_eq!(metrics.failures.len(), 1);
     marks_are_there(&history, &metrics);
     let gantt = gantt(&history, &metrics);
-    // About half of each row, from 1 to 3 s.
+    // About half of each row is active from 1 to 3 s.
     let cells = |opacity: &str, color: &str| {
         let cell = format!("opacity=\"{opacity}\" fill=\"{color}\"");
         gantt.matches(&cell).count()

@@ -1,4 +1,4 @@
-//! What figures over time have in common: a window of time, the legend and the faults above, and their shade below.
+//! Common parts of figures over time: a window, a legend, fault labels above, and fault shades below.
 
 use std::ops::Range;
 
@@ -15,48 +15,45 @@ use crate::report::spans::Span;
 /// Height of a row of the legend or of labels, px.
 const ROW_PX: f64 = 17.0;
 
-/// Rows for labels of faults.
+/// The maximum number of rows for fault labels.
 const LABEL_ROWS: usize = 6;
 
-/// What is shaded because something was wrong.
+/// The color of faults.
 const FAULT: RGBColor = RGBColor(214, 140, 0);
 
-/// From an entry's sample to its text, px.
+/// The distance from a legend sample to its text, px.
 const SAMPLE_PX: f64 = 26.0;
 
-/// What a figure over time shows of the run.
+/// The time axis, legend and faults of a figure.
 pub struct Timeline<'f> {
-    /// Simulated time, s.
+    /// The shown simulated time, s.
     pub window: Range<f64>,
     /// Left and right edge of the plot, px.
     pub edges: Range<f64>,
-    /// What went wrong in the window.
     pub faults: Vec<&'f FaultSpan>,
-    /// What the signs mean.
+    /// The legend entries: sample and text.
     pub legend: Vec<(Sample, &'f str)>,
-    /// Width of the figure, px.
     width_px: f64,
 }
 
-/// How a sign looks.
+/// The sample of a legend entry.
 #[derive(Clone, Copy, Debug)]
 pub enum Sample {
-    /// A line.
+    /// A line with its width, px.
     Line(RGBColor, f64),
-    /// A broken line, with the lengths of dashes and gaps in px.
+    /// A dashed line with dash and gap lengths, px.
     Broken(RGBColor, (f64, f64)),
-    /// A filled band.
+    /// A filled band with its opacity.
     Fill(RGBColor, f64),
-    /// A band hatched with lines so many px apart.
+    /// A hatched band with the distance of its lines, px.
     Hatch(RGBColor, f64),
     /// A bar with a tick at its upper edge.
     Ticked(RGBColor),
-    /// A mark.
     Mark(Mark, RGBColor),
 }
 
 impl<'f> Timeline<'f> {
-    /// A timeline whose plot ends a little before the right edge of the figure.
+    /// Creates a timeline whose plot starts at `left_px`.
     #[must_use]
     pub fn new(
         run: &'f RunFigures<'_>,
@@ -77,18 +74,15 @@ impl<'f> Timeline<'f> {
         }
     }
 
-    /// Height of legend and labels, px.
+    /// Returns the height of legend and labels, px.
     #[must_use]
     pub fn head_px(&self) -> f64 {
         let rows = self.legend_places().last().map_or(0, |(row, _)| row + 1);
         (rows + self.label_rows()) as f64 * ROW_PX + 8.0
     }
 
-    /// Draws the legend and the faults: each as a labeled band above, and shaded in the plots below it, which lie between those
-    /// y. To be drawn before the plots are: what happened counts more than what went wrong.
-    ///
-    /// # Errors
-    /// When it cannot be drawn.
+    /// Draws the legend and the faults: labeled bands above, and shades in the plots, which lie at the y ranges
+    /// `plots`. Call it before drawing the plots, so that their content stays on top.
     pub fn draw_head(&self, area: &Area<'_>, plots: &[Range<f64>]) -> Drawn {
         let letters = Lettering::default();
         for ((sample, text), (row, x)) in self.legend.iter().zip(self.legend_places()) {
@@ -121,20 +115,22 @@ impl<'f> Timeline<'f> {
         }
         if unnamed > 0 {
             let y = top - (LABEL_ROWS as f64 + 0.5) * ROW_PX;
-            let text = format!("and {unnamed} more faults, shaded below");
+            let text = match unnamed {
+                1 => "and 1 more fault, shaded below".to_owned(),
+                _ => format!("and {unnamed} more faults, shaded below"),
+            };
             letters.write(area, &text, (self.edges.start, y))?;
         }
         Ok(())
     }
 
-    /// Where that moment is, px.
     #[must_use]
     pub fn x_px(&self, at: SimTime) -> f64 {
         let share = (at.as_secs_f64() - self.window.start) / (self.window.end - self.window.start);
         self.edges.start + share * (self.edges.end - self.edges.start)
     }
 
-    /// The part of a span that lies in the window, s.
+    /// Returns the part of a span in the window, s.
     #[must_use]
     pub fn cut(&self, span: Span) -> Option<Range<f64>> {
         let from = span.from.as_secs_f64().max(self.window.start);
@@ -142,13 +138,12 @@ impl<'f> Timeline<'f> {
         (from < to).then_some(from..to)
     }
 
-    /// Whether a moment lies in the window.
     #[must_use]
     pub fn shows(&self, at: SimTime) -> bool {
         self.window.contains(&at.as_secs_f64())
     }
 
-    /// Row and x of each entry of the legend.
+    /// Returns row and x of each legend entry.
     fn legend_places(&self) -> Vec<(usize, f64)> {
         let letters = Lettering::default();
         let (mut row, mut x) = (0, self.edges.start);
@@ -165,14 +160,13 @@ impl<'f> Timeline<'f> {
         places
     }
 
-    /// Rows that the labels take, with one for what has no room in them.
+    /// Returns the number of label rows, including one for unnamed faults.
     fn label_rows(&self) -> usize {
         let rows = self.labels().into_iter();
         let rows = rows.map(|label| label.row.map_or(LABEL_ROWS, |row| row) + 1);
         rows.max().unwrap_or(0)
     }
 
-    /// The faults that the window shows, with their places.
     fn labels(&self) -> Vec<Label<'f>> {
         let letters = Lettering::default();
         let mut labels: Vec<Label<'f>> = self
@@ -181,7 +175,7 @@ impl<'f> Timeline<'f> {
             .map(|fault| {
                 let edge = |at| self.x_px(at).clamp(self.edges.start, self.edges.end);
                 let x = edge(fault.span.from)..edge(fault.span.to);
-                // What would leave the figure at the right ends there.
+                // A text that would leave the figure ends at its right edge.
                 let text_px =
                     (x.start + 4.0).min(self.width_px - letters.width_px(&fault.label) - 2.0);
                 Label {
@@ -208,19 +202,17 @@ impl<'f> Timeline<'f> {
     }
 }
 
-/// Where a fault is drawn.
 struct Label<'f> {
     text: &'f str,
-    /// Left edge of the text, px.
     text_px: f64,
-    /// From when to when, px.
+    /// Start and end of the band, px.
     x: Range<f64>,
-    /// Row of the label, counted from below; `None` where there is no room.
+    /// Row of the label, counted from below; `None` without room.
     row: Option<usize>,
 }
 
 impl Sample {
-    /// Draws it where an entry of the legend begins.
+    /// Draws the sample at the start of a legend entry.
     fn draw(self, area: &Area<'_>, x_px: f64, y_px: f64) -> Drawn {
         let (left, right) = (px(x_px), px(x_px + SAMPLE_PX - 6.0));
         let (top, middle, bottom) = (px(y_px - 6.0), px(y_px), px(y_px + 6.0));
@@ -258,10 +250,7 @@ impl Sample {
     }
 }
 
-/// Writes what y is beside panels that have it in common.
-///
-/// # Errors
-/// When it cannot be drawn.
+/// Writes the common y title of several panels.
 pub fn y_title(area: &Area<'_>, text: &str, y_px: Range<f64>) -> Drawn {
     let letters = Lettering {
         anchor: (HPos::Center, VPos::Top),

@@ -1,4 +1,4 @@
-//! What the file varies, as factors of the design.
+//! The factors of the design, as read from the plan file.
 
 use std::collections::BTreeMap;
 
@@ -13,21 +13,20 @@ use crate::random_mission::RandomMission;
 use crate::sweep::design::{Cell, Change, FAULTS, Factor, Level, PRESET, SEED};
 use crate::sweep::sampling::{Distribution, draw};
 
-/// A value, and where the file has it.
+/// A value and its position in the file.
 pub(super) struct Leaf {
     pub(super) at: Vec<Step>,
     pub(super) path: Vec<String>,
     value: Value,
 }
 
-/// What the file states of a factor, each to be tried by itself.
+/// One setting of a factor, which is validated by itself.
 pub(super) struct Stated {
     pub(super) at: Vec<Step>,
     pub(super) changes: Vec<Change>,
 }
 
 impl Leaf {
-    /// It as a change of the scenario.
     pub(super) fn change(self) -> Change {
         Change {
             path: self.path,
@@ -44,8 +43,8 @@ pub(super) fn path(text: &str) -> Vec<String> {
     text.split('.').map(str::to_owned).collect()
 }
 
-/// All values below a table, in the order of their lines. Keys may be written as tables or with dots, also within quotes. A
-/// table is a value itself where `ends` says so.
+/// Returns all values below a table in line order. Keys may be nested tables or dotted, also within quotes. A table for which
+/// `ends` is true is a value itself.
 pub(super) fn leaves(
     file: &TomlFile<'_>,
     at: &[Step],
@@ -76,7 +75,6 @@ pub(super) fn leaves(
     found
 }
 
-/// A key of `[grid]` with its values.
 pub(super) fn grid(
     file: &TomlFile<'_>,
     leaf: Leaf,
@@ -84,7 +82,7 @@ pub(super) fn grid(
 ) -> Result<Factor, ScenarioError> {
     let Leaf { at, path, value } = leaf;
     let Value::Array(values) = value else {
-        let what = format!("{value} is no list of values");
+        let what = format!("{value} is not a list of values");
         return Err(file.mistake(&at, what, format!("write [{value}], or more of them")));
     };
     distinct(file, &at, &values)?;
@@ -104,7 +102,6 @@ pub(super) fn grid(
 }
 
 impl Level {
-    /// One key with one value.
     fn of(path: &[String], value: Value) -> Self {
         Self {
             cells: vec![Cell::of(&value)],
@@ -115,7 +112,6 @@ impl Level {
         }
     }
 
-    /// Several together.
     fn together(levels: impl IntoIterator<Item = Self>) -> Self {
         let mut all = Self {
             cells: Vec::new(),
@@ -129,10 +125,9 @@ impl Level {
     }
 }
 
-/// The places that the swept keys have in the file and in the scenario.
+/// The positions of the swept keys in the file and their paths in the scenario.
 pub(super) type Columns = Vec<(Vec<Step>, Vec<String>)>;
 
-/// The points of `[[list]]`.
 pub(super) fn list(
     file: &TomlFile<'_>,
     points: Vec<toml::Table>,
@@ -143,7 +138,7 @@ pub(super) fn list(
     for (place, point) in points.into_iter().enumerate() {
         let at = [key("list"), Step::Index(place)];
         let mut leaves = leaves(file, &at, point, |_| false);
-        // Points may have their keys in any order.
+        // The keys of a point may be in any order.
         leaves.sort_by(|a, b| a.path.cmp(&b.path));
         let names: Vec<String> = leaves.iter().map(|leaf| leaf.path.join(".")).collect();
         if names.is_empty() {
@@ -160,7 +155,10 @@ pub(super) fn list(
         });
         if known.columns != names {
             let what = format!("the point has the keys {}", names.join(", "));
-            let remedy = format!("all need those of the first, {}", known.columns.join(", "));
+            let remedy = format!(
+                "write the same keys in every point: {}",
+                known.columns.join(", ")
+            );
             return Err(file.mistake(&at, what, remedy));
         }
         let level = Level::together(
@@ -169,7 +167,7 @@ pub(super) fn list(
                 .map(|leaf| Level::of(&leaf.path, leaf.value)),
         );
         if known.levels.contains(&level) {
-            return Err(file.mistake(&at, "the point is there already", "state it once"));
+            return Err(file.mistake(&at, "the point occurs twice", "write it once"));
         }
         stated.push(Stated {
             at: at.to_vec(),
@@ -180,7 +178,6 @@ pub(super) fn list(
     Ok(factor)
 }
 
-/// The points that `[random]` asks for.
 pub(super) fn sample(
     file: &TomlFile<'_>,
     mut table: toml::Table,
@@ -194,17 +191,19 @@ pub(super) fn sample(
             (Some(Value::Integer(number)), _) if number >= 0 => Ok(number as u64),
             (Some(value), _) => Err(file.mistake(
                 &at,
-                format!("{value} does not fit"),
-                "write a whole number that is not negative",
+                format!("{value} is not valid"),
+                "write a whole number of at least 0",
             )),
             (None, Some(default)) => Ok(default as u64),
-            (None, None) => Err(file.mistake(&at, "the key is missing", "say how many points")),
+            (None, None) => {
+                Err(file.mistake(&at, "the key is missing", "write the number of points"))
+            }
         }
     };
     let (count, seed) = (number("n", None)?, number("seed", Some(1))?);
     let count = usize::try_from(count).unwrap_or(usize::MAX);
     if !(1..=MAX_RUNS).contains(&count) {
-        let what = format!("{count} points do not fit");
+        let what = format!("{count} points are out of range");
         let remedy = format!("write a number from 1 to {MAX_RUNS}");
         return Err(file.mistake(&[key("random"), key("n")], what, remedy));
     }
@@ -215,7 +214,7 @@ pub(super) fn sample(
     let leaves = leaves(file, &at, table, states_range);
     if leaves.is_empty() {
         let remedy = "write a key of the scenario with { min = …, max = … } or { choose = […] }";
-        return Err(file.mistake(&at, "nothing is drawn", remedy));
+        return Err(file.mistake(&at, "no key is drawn", remedy));
     }
     let mut names = Vec::new();
     let mut drawn = Vec::new();
@@ -254,13 +253,13 @@ fn distribution(file: &TomlFile<'_>, leaf: &Leaf) -> Result<Distribution, Scenar
         log: bool,
         choose: Option<Vec<Value>>,
     }
-    let forms = "write { min = …, max = … }, with log = true if you like, or { choose = […] }";
+    let forms = "write { min = …, max = … }, optionally with log = true, or { choose = […] }";
     let mistake = |what: String| file.mistake(&leaf.at, what, forms);
     let range: Levels = leaf
         .value
         .clone()
         .try_into()
-        .map_err(|_| mistake(format!("{} says not what to draw", leaf.value)))?;
+        .map_err(|_| mistake(format!("{} does not describe a distribution", leaf.value)))?;
     match range {
         Levels {
             min: None,
@@ -286,13 +285,16 @@ fn distribution(file: &TomlFile<'_>, leaf: &Leaf) -> Result<Distribution, Scenar
             (Some(min), Some(max)) if min < max && !log => Ok(Distribution::Even(min, max)),
             (Some(min), Some(max)) if min < max && min > 0.0 => Ok(Distribution::Log(min, max)),
             (Some(_), Some(_)) if log => Err(mistake(format!(
-                "from {min} to {max} is no range of positive numbers"
+                "from {min} to {max} is not a range of positive numbers"
             ))),
             _ => Err(mistake(format!(
-                "from {min} to {max} is no range of numbers"
+                "from {min} to {max} is not a range of numbers"
             ))),
         },
-        _ => Err(mistake(format!("{} says not what to draw", leaf.value))),
+        _ => Err(mistake(format!(
+            "{} does not describe a distribution",
+            leaf.value
+        ))),
     }
 }
 
@@ -311,7 +313,7 @@ pub(super) fn presets(file: &TomlFile<'_>, presets: &[Preset]) -> Result<Factor,
     })
 }
 
-/// Each plan takes the place of the scenario's faults.
+/// Creates the factor of fault plans. Each plan replaces the scenario's faults.
 pub(super) fn faults(
     plans: BTreeMap<String, Faults>,
     stated: &mut Vec<Stated>,
@@ -352,7 +354,7 @@ pub(super) fn seeds(file: &TomlFile<'_>, Seeds(seeds): Seeds) -> Result<Factor, 
     })
 }
 
-/// What `[random_mission]` draws, so that nothing else varies it.
+/// Returns the columns that `[random_mission]` draws, so that no other factor varies them.
 pub(super) fn drawn(
     file: &TomlFile<'_>,
     mission: &RandomMission,
@@ -374,7 +376,7 @@ pub(super) fn drawn(
     Ok(drawn.chain(section).collect())
 }
 
-/// A value that is there twice would count twice.
+/// Checks that a list is not empty and has no duplicates, which would count twice.
 fn distinct(file: &TomlFile<'_>, at: &[Step], values: &[Value]) -> Result<(), ScenarioError> {
     if values.is_empty() {
         return Err(file.mistake(
@@ -385,23 +387,21 @@ fn distinct(file: &TomlFile<'_>, at: &[Step], values: &[Value]) -> Result<(), Sc
     }
     let mut seen = std::collections::BTreeSet::new();
     match values.iter().find(|value| !seen.insert(value.to_string())) {
-        Some(value) => Err(file.mistake(
-            at,
-            format!("{value} is there twice"),
-            "state each value once",
-        )),
+        Some(value) => {
+            Err(file.mistake(at, format!("{value} occurs twice"), "write each value once"))
+        }
         None => Ok(()),
     }
 }
 
-/// Of a key that is varied twice, one value would be overwritten.
+/// Checks that no key is varied twice; one value would overwrite the other.
 pub(super) fn disjoint(file: &TomlFile<'_>, columns: &Columns) -> Result<(), ScenarioError> {
     for (place, (at, path)) in columns.iter().enumerate() {
         let other = columns[..place]
             .iter()
             .find(|(_, other)| other.starts_with(path) || path.starts_with(other));
         if let Some((other, _)) = other {
-            let what = format!("it varies what line {} varies, too", file.line_of(other));
+            let what = format!("line {} varies the same key", file.line_of(other));
             return Err(file.mistake(at, what, "vary each key in one place"));
         }
     }

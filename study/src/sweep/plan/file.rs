@@ -1,4 +1,4 @@
-//! How the file is written.
+//! The format of a plan file.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -14,7 +14,6 @@ use super::hypothesis::Claim;
 use super::tuning::Tuning;
 use crate::random_mission::RandomMission;
 
-/// The file, as it is written.
 #[derive(Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct File {
@@ -34,29 +33,27 @@ pub(super) struct File {
     pub(super) tune: Option<Tuning>,
 }
 
-/// One of several missions.
 #[derive(Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct MissionFile {
-    /// By name or file.
+    /// A name or a file.
     pub(super) scenario: Option<String>,
-    /// The family's member with so many robots.
+    /// The number of robots, for a mission that can be scaled.
     pub(super) robots: Option<usize>,
-    /// The family's member with so much to do.
+    /// The amount of work, for a mission that can be scaled.
     pub(super) size: Option<usize>,
-    /// Keys of the scenario with other values.
+    /// Scenario keys with other values.
     pub(super) set: toml::Table,
-    /// In the place of those that are for all missions, by name.
+    /// Classes of faults by name; they replace those for all missions.
     pub(super) faults: BTreeMap<String, Faults>,
 }
 
-/// The scenario, by name or file, or in place: the table `scenario` of the file.
+/// The scenario of a plan: a name or file, or the table `scenario` of the plan itself.
 pub(super) enum Source {
     Named(String),
     Here,
 }
 
-/// The seeds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seeds(pub Vec<i64>);
 
@@ -99,12 +96,12 @@ impl<'de> Deserialize<'de> for Seeds {
         struct Form;
         impl Form {
             fn range<E: Error>(from: i64, to: i64) -> Result<Seeds, E> {
-                // A million is also the most runs that there can be.
+                // The bound also limits the number of runs.
                 if 0 <= from && from <= to && to - from < MAX_RUNS as i64 {
                     Ok(Seeds((from..=to).collect()))
                 } else {
                     Err(E::custom(format!(
-                        "the seeds from {from} to {to} are none, negative, or too many"
+                        "the range of seeds {from} to {to} is empty, negative or too long"
                     )))
                 }
             }

@@ -1,7 +1,7 @@
-//! The file that says what is varied.
+//! The plan file of a sweep.
 //!
-//! - `file`: how it is written. `factors`: what it varies; `several`: missions, each with its faults. `hypothesis`: what
-//!   it claims beforehand. `tuning`: what is to be tuned.
+//! `file` defines its format. `factors` reads the varied keys, `several` missions with their faults, `hypothesis` claims, and
+//! `tuning` the parameters of a search.
 
 mod factors;
 mod file;
@@ -26,36 +26,33 @@ use hypothesis::Hypothesis;
 use several::missions;
 use tuning::Tuning;
 
-/// More than anybody runs; every run's row is held in memory.
+/// The largest number of runs. Memory holds one row per run.
 const MAX_RUNS: usize = 1_000_000;
 
-/// A sweep.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// The scenario that is varied, every default filled in; of several missions the first one's.
+    /// The base scenario with all defaults filled in; for several missions that of the first one.
     base: toml::Table,
-    /// Its runs.
     pub design: Design,
-    /// What is drawn for each seed.
+    /// The parts of the scenario that are drawn for each seed.
     mission: RandomMission,
-    /// Whether each run is checked for what must always hold.
+    /// True if the invariants of each run are checked.
     pub check: bool,
-    /// Whether each run is measured as comparisons want it.
+    /// True if each run records the measures of a comparison.
     pub measures: bool,
-    /// What its author wants to know.
+    /// The question that the plan states.
     pub question: Option<String>,
-    /// What its author expects, in the order of the file.
     pub hypotheses: Vec<Hypothesis>,
-    /// What is to be tuned.
+    /// The settings of `alliance tune`.
     pub tuning: Option<Tuning>,
 }
 
 impl Plan {
-    /// Reads a plan. `scenario` finds one by its name or file; `file_name` is for error messages. Each value is tried on the
-    /// scenario by itself, so that what is left to fail are values that do not go together.
+    /// Reads a plan. `scenario` loads a scenario by name or file; `file_name` is for error messages. Each value is validated by
+    /// itself, so a run can only fail on a combination of values.
     ///
     /// # Errors
-    /// The first mistake, in one line: where, what, and what would be right.
+    /// Returns the first mistake as one line: position, problem and remedy.
     pub fn parse(
         file_name: &str,
         text: &str,
@@ -88,8 +85,8 @@ impl Plan {
             vec![base]
         } else {
             if contents.scenario.is_some() {
-                let what = "there is a scenario beside [missions]";
-                let remedy = "state it as the scenario of a mission";
+                let what = "a plan has either a scenario or [missions]";
+                let remedy = "write it as the scenario of a mission";
                 return Err(file.mistake(&[key("scenario")], what, remedy).into());
             }
             let found = missions(
@@ -130,7 +127,7 @@ impl Plan {
         columns.extend(drawn(&file, &mission)?);
         disjoint(&file, &columns)?;
         for (number, Stated { at, changes }) in stated.iter().enumerate() {
-            // What a mission states is tried on it alone, all else on every mission.
+            // Settings of a mission are validated on that mission, all others on every mission.
             let bases = if number < of_missions {
                 &bases[..1]
             } else {
@@ -181,8 +178,7 @@ impl Plan {
         })
     }
 
-    /// Tells this plan from one that would give other runs; comments and order of tables do not matter, the program's version
-    /// does.
+    /// Returns a digest of everything that determines the runs, including the program version.
     #[must_use]
     pub fn digest(&self) -> String {
         let version = env!("CARGO_PKG_VERSION");
@@ -193,7 +189,7 @@ impl Plan {
         if let Some(tuning) = &self.tuning {
             whole.push_str(&format!("\n{tuning:?}"));
         }
-        // What is claimed after the first run has ended is no hypothesis.
+        // A hypothesis that changes after the first run would be worthless.
         for hypothesis in &self.hypotheses {
             whole.push_str(&format!("\n{}: {:?}", hypothesis.name, hypothesis.claim));
         }
@@ -203,16 +199,16 @@ impl Plan {
         format!("{:016x}", xxh3_64(whole.as_bytes()))
     }
 
-    /// The scenario that is varied, as a file; of several missions the first one's.
+    /// Returns the base scenario as TOML; for several missions that of the first one.
     #[must_use]
     pub fn base(&self) -> String {
         self.base.to_string()
     }
 
-    /// The scenario of a run, every default filled in.
+    /// Returns the scenario of a run with all defaults filled in.
     ///
     /// # Errors
-    /// When the run's settings do not go together.
+    /// Returns an error if the run's settings contradict each other.
     pub fn scenario(&self, run: usize) -> Result<toml::Table, String> {
         let mut table = self.base.clone();
         for level in self.design.levels(run) {
@@ -226,16 +222,12 @@ impl Plan {
         let scenario =
             Scenario::from_table(&table, &vocabulary()).map_err(|error| error.to_string())?;
         let drawn = self.mission.draw(scenario, self.design.seed(run));
-        // By its text, as the scenario itself.
+        // Converts through text, as for the base scenario.
         let text = drawn.to_toml().map_err(|error| error.to_string())?;
         toml::from_str(&text).map_err(|error| error.to_string())
     }
 }
 
-/// Everything that a run needs.
-///
-/// # Errors
-/// What is wrong with the scenario.
 pub fn setup(scenario: &toml::Table, seed: u64) -> anyhow::Result<Setup> {
     let scenario = Scenario::from_table(scenario, &vocabulary())?;
     let worlds = Registry::of_this_program().worlds();
@@ -243,12 +235,12 @@ pub fn setup(scenario: &toml::Table, seed: u64) -> anyhow::Result<Setup> {
     Ok(Setup::resolve(scenario, seed, None)?.setup)
 }
 
-/// By its text: so a float of 32 bits is 0.2 there, too.
+/// Converts through text, so that a 32-bit float stays 0.2.
 fn table_of(value: &impl serde::Serialize) -> anyhow::Result<toml::Table> {
     Ok(toml::from_str(&toml::to_string(value)?)?)
 }
 
-/// What scenarios of this program may speak of.
+/// Returns the missions and allocators that scenarios may name.
 fn vocabulary() -> Vocabulary {
     Registry::of_this_program().vocabulary()
 }

@@ -1,4 +1,4 @@
-//! Several missions, each with faults of its own, as one factor of the design.
+//! Several missions, each with its faults, as one factor of the design.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,19 +12,18 @@ use super::file::MissionFile;
 use super::{table_of, vocabulary};
 use crate::sweep::design::{Cell, Change, FAULTS, Factor, Level, MISSION, change};
 
-/// Most that there is to do in a mission of any size.
+/// The largest amount of work in a scaled mission.
 const MAX_SIZE: usize = 10_000;
 
-/// What `[missions]` says.
+/// The contents of `[missions]`.
 pub(super) struct Missions {
-    /// The scenario of each, every default filled in.
+    /// The scenario of each mission with all defaults filled in.
     pub(super) bases: Vec<toml::Table>,
     /// Every mission under every class of faults.
     pub(super) factor: Factor,
 }
 
-/// Reads them, in the order of their lines. `common` are the faults that are for all missions; `scenario` finds one by its name or
-/// file.
+/// Reads the missions in line order. `common` contains the faults for all missions; `scenario` loads a scenario by name or file.
 pub(super) fn missions(
     file: &TomlFile<'_>,
     missions: BTreeMap<String, MissionFile>,
@@ -62,11 +61,12 @@ pub(super) fn missions(
             continue;
         }
         for class in &classes {
-            let own = mission.faults.get(class);
-            let Some(faults) = own.or_else(|| common.get(class)) else {
-                let what = format!("the mission has no faults '{class}', and others have");
+            let specific = mission.faults.get(class);
+            let Some(faults) = specific.or_else(|| common.get(class)) else {
+                let what =
+                    format!("the mission lacks the faults '{class}' that other missions have");
                 let remedy = format!(
-                    "state [missions.{name}.faults.{class}], or [faults.{class}] for all missions"
+                    "write [missions.{name}.faults.{class}], or [faults.{class}] for all missions"
                 );
                 return Err(file.mistake(&at(&name), what, remedy).into());
             };
@@ -77,7 +77,7 @@ pub(super) fn missions(
                     value: Value::Table(table_of(faults)?),
                 },
             ];
-            let place = match own {
+            let place = match specific {
                 Some(_) => [&at(&name)[..], &[key("faults"), key(class)]].concat(),
                 None => vec![key("faults"), key(class)],
             };
@@ -94,7 +94,7 @@ pub(super) fn missions(
     Ok(found)
 }
 
-/// All classes of faults, in the order in which the file first has them.
+/// Returns all classes of faults in the order of their first line.
 fn classes(
     file: &TomlFile<'_>,
     missions: &[(String, MissionFile)],
@@ -104,13 +104,13 @@ fn classes(
         let line = file.line_of(&[key("faults"), key(class)]);
         (line, class)
     });
-    let own = missions.iter().flat_map(|(name, mission)| {
+    let for_one = missions.iter().flat_map(|(name, mission)| {
         mission.faults.keys().map(move |class| {
             let at = [key("missions"), key(name), key("faults"), key(class)];
             (file.line_of(&at), class)
         })
     });
-    let all: BTreeSet<(usize, &String)> = for_all.chain(own).collect();
+    let all: BTreeSet<(usize, &String)> = for_all.chain(for_one).collect();
     let mut classes: Vec<String> = Vec::new();
     for (_, class) in all {
         if !classes.contains(class) {
@@ -120,7 +120,6 @@ fn classes(
     classes
 }
 
-/// The scenario of a mission.
 fn base(
     file: &TomlFile<'_>,
     at: &[Step],
@@ -151,7 +150,7 @@ fn base(
     table_of(&complete)
 }
 
-/// A member of the family of a mission.
+/// Returns a mission scaled to the given number of robots and amount of work.
 fn sized(file: &TomlFile<'_>, at: &[Step], mission: &MissionFile) -> anyhow::Result<Scenario> {
     let vocabulary = vocabulary();
     let robots = mission.robots.unwrap_or(3);
@@ -169,13 +168,16 @@ fn sized(file: &TomlFile<'_>, at: &[Step], mission: &MissionFile) -> anyhow::Res
         .missions
         .iter()
         .filter(|mission| mission.family(1, 1).is_some());
-    let known: Vec<&str> = families.clone().map(|it| it.scenario_name()).collect();
+    let known: Vec<&str> = families
+        .clone()
+        .map(|mission| mission.scenario_name())
+        .collect();
     let family = match &mission.scenario {
         None => families.next(),
         Some(name) => families.find(|mission| mission.scenario_name() == name),
     };
     let Some(scenario) = family.and_then(|mission| mission.family(robots, size)) else {
-        let what = "robots and size go with a mission that comes in any size";
+        let what = "robots and size require a mission that can be scaled";
         let remedy = format!("write scenario = '{}'", known.join("' or '"));
         return Err(file.mistake(at, what, remedy).into());
     };

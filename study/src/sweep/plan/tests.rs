@@ -19,7 +19,6 @@ fn parse(text: &str) -> anyhow::Result<Plan> {
     })
 }
 
-/// The settings of all runs, a line each.
 fn runs(plan: &Plan) -> Vec<String> {
     (0..plan.design.runs().unwrap())
         .map(|run| {
@@ -31,13 +30,13 @@ fn runs(plan: &Plan) -> Vec<String> {
 
 #[track_caller]
 fn refused(text: &str, expected: &str) {
-    let said = format!("{:#}", parse(text).unwrap_err());
-    assert!(said.starts_with(expected), "{said}");
-    assert_eq!(said.lines().count(), 1, "{said}");
+    let error = format!("{:#}", parse(text).unwrap_err());
+    assert!(error.starts_with(expected), "{error}");
+    assert_eq!(error.lines().count(), 1, "{error}");
 }
 
 #[test]
-fn nothing_varied_is_one_run_of_the_default_mission() {
+fn an_empty_plan_is_one_run_of_the_default_mission() {
     let plan = parse("").unwrap();
     assert_eq!(runs(&plan), ["1"]);
     let scenario = Scenario::from_table(
@@ -49,7 +48,7 @@ fn nothing_varied_is_one_run_of_the_default_mission() {
 }
 
 #[test]
-fn grid_list_presets_faults_and_seeds_in_every_combination() {
+fn grid_list_presets_faults_and_seeds_are_combined() {
     let plan = parse(
         "scenario = 'mine'\nlimit_s = 5.0\nseeds = { from = 3, to = 4 }\npresets = ['team', 'par98']\n\
          [grid]\nroom.width_m = [12.0, 20.0]\n'waste.spills.0.items' = [2]\n\
@@ -100,7 +99,7 @@ fn grid_list_presets_faults_and_seeds_in_every_combination() {
 }
 
 #[test]
-fn points_at_random_and_a_scenario_in_place() {
+fn random_points_with_an_inline_scenario() {
     let plan = parse(
         "seeds = [5]\nscenario = { name = 'here', robots = [{ name = 'solo', side_sensor = true }] }\n\
          [random]\nn = 50\nseed = 2\nbody.speed_m_s = { min = 0.2, max = 0.8 }\nstep_ms = { min = 20, max = 40 }\n\
@@ -124,7 +123,7 @@ fn points_at_random_and_a_scenario_in_place() {
 }
 
 #[test]
-fn a_random_mission_for_each_seed_and_the_same_in_every_condition() {
+fn random_missions_depend_only_on_the_seed() {
     let plan = parse(
         "seeds = 3\ncheck = true\n[grid]\nbody.speed_m_s = [0.5, 1.0]\n\
          [random_mission]\nrobots = { min = 2, max = 8 }\nobstacles = { min = 3, max = 3 }\n\
@@ -148,7 +147,7 @@ fn a_random_mission_for_each_seed_and_the_same_in_every_condition() {
 }
 
 #[test]
-fn a_digest_of_what_is_meant() {
+fn the_digest_ignores_comments_and_table_order() {
     let digest = |text: &str| parse(text).unwrap().digest();
     let plan = digest("seeds = 2\n[grid]\nstep_ms = [50, 25]\n");
     assert_eq!(
@@ -169,7 +168,7 @@ fn a_digest_of_what_is_meant() {
 }
 
 #[test]
-fn mistakes_are_answered_in_one_line() {
+fn mistakes_give_one_line() {
     refused("seeds = ", "plan.toml:1: ");
     refused(
         "[grod]\n",
@@ -177,7 +176,7 @@ fn mistakes_are_answered_in_one_line() {
     );
     refused(
         "\nseeds = 0\n",
-        "plan.toml:2: seeds: the seeds from 1 to 0 are none",
+        "plan.toml:2: seeds: the range of seeds 1 to 0 is empty",
     );
     refused(
         "seeds = 'all'\n",
@@ -185,7 +184,7 @@ fn mistakes_are_answered_in_one_line() {
     );
     refused(
         "seeds = [3, 3]\n",
-        "plan.toml:1: seeds: 3 is there twice; state each",
+        "plan.toml:1: seeds: 3 occurs twice; write each",
     );
     refused(
         "presets = ['tam']\n",
@@ -203,7 +202,7 @@ fn mistakes_are_answered_in_one_line() {
     );
     refused(
         "[grid]\nstep_ms = 50\n",
-        "plan.toml:2: grid.step_ms: 50 is no list of values; write [50]",
+        "plan.toml:2: grid.step_ms: 50 is not a list of values; write [50]",
     );
     refused(
         "[grid]\nstep_ms = []\n",
@@ -212,15 +211,15 @@ fn mistakes_are_answered_in_one_line() {
     refused("[grid]\nstep_ms = [50,\n-1]\n", "plan.toml:3: step_ms: ");
     refused(
         "[grid]\n'waste.spills.7.items' = [1]\n",
-        "plan.toml:2: waste.spills.7.items: the array has no place '7'; use a place from 0 to 1",
+        "plan.toml:2: waste.spills.7.items: the array has no index '7'; use an index from 0 to 1",
     );
     refused(
         "[grid]\nbody.speed_m_s = [0.5]\n[[list]]\nbody = { speed_m_s = 0.2 }\n",
-        "plan.toml:4: list[0].body.speed_m_s: it varies what line 2 varies, too",
+        "plan.toml:4: list[0].body.speed_m_s: line 2 varies the same key",
     );
     refused(
         "presets = ['team']\n[grid]\nalliance.preset = ['team']\n",
-        "plan.toml:1: presets: it varies what line 3 varies, too",
+        "plan.toml:1: presets: line 3 varies the same key",
     );
     refused(
         "[[list]]\nstep_ms = 50\n[[list]]\nlimit_s = 9.0\n",
@@ -230,10 +229,10 @@ fn mistakes_are_answered_in_one_line() {
         "[random]\nstep_ms = { min = 20, max = 50 }\n",
         "plan.toml:1: random.n: the key is missing",
     );
-    refused("[random]\nn = 3\n", "plan.toml:1: random: nothing is drawn");
+    refused("[random]\nn = 3\n", "plan.toml:1: random: no key is drawn");
     refused(
         "[random]\nn = 3\nstep_ms = { min = 50, max = 20 }\n",
-        "plan.toml:3: random.step_ms: from 50 to 20 is no range",
+        "plan.toml:3: random.step_ms: from 50 to 20 is not a range",
     );
     refused(
         "[random]\nn = 3\nstep_ms = { min = 20, mx = 20 }\n",
@@ -257,7 +256,7 @@ fn mistakes_are_answered_in_one_line() {
     );
     refused(
         "[random_mission]\nrobots = { min = 1, max = 2 }\n[grid]\n'robots.0.name' = ['blue']\n",
-        "plan.toml:2: random_mission.robots: it varies what line 4 varies, too",
+        "plan.toml:2: random_mission.robots: line 4 varies the same key",
     );
     refused(
         "[random_mission]\nfaults = { min = 1, max = 2, until = 9.0 }\n",
@@ -274,7 +273,7 @@ fn mistakes_are_answered_in_one_line() {
 }
 
 #[test]
-fn missions_each_with_its_faults_in_the_order_of_the_file() {
+fn missions_with_their_faults_keep_file_order() {
     let plan = parse(
         "limit_s = 5.0\nseeds = [7]\n[grid]\nallocator = ['nearest', 'static']\n\
          [missions.wide]\nscenario = 'mine'\nset = { room.width_m = 20.0 }\n\
@@ -318,7 +317,7 @@ fn missions_each_with_its_faults_in_the_order_of_the_file() {
 }
 
 #[test]
-fn another_claim_is_another_plan_and_another_comment_is_not() {
+fn a_changed_claim_changes_the_digest_and_a_comment_does_not() {
     let digest = |text: &str| parse(text).unwrap().digest();
     let claim = "[hypotheses.h]\nat_most = 1.0\n";
     assert_eq!(digest(claim), digest(&format!("# Why.\n{claim}")));

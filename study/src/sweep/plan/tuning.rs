@@ -1,4 +1,4 @@
-//! What is to be tuned, and by what.
+//! The settings of a parameter search.
 
 use std::collections::BTreeMap;
 
@@ -7,45 +7,42 @@ use serde::Deserialize;
 use super::file::Seeds;
 use crate::tune::space::Range;
 
-/// The table `tune`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tuning {
-    /// What is to be little, or much where that is better.
+    /// The name of the metric to optimize.
     #[serde(default = "metric")]
     pub metric: String,
-    /// How much the bytes that are sent count beside it.
+    /// The weight of the sent bytes in the score; 0 ignores them.
     #[serde(default)]
     pub bytes_weight: f64,
-    /// Runs of each allocator by each method, about: the last generation is finished.
+    /// The approximate number of runs per allocator and method. The last generation always completes.
     pub budget: usize,
-    /// Of the search.
     #[serde(default = "one")]
     pub seed: u64,
-    /// Seeds that a candidate has at most.
+    /// The largest number of seeds per candidate.
     #[serde(default = "four")]
     pub seeds_per_candidate: usize,
-    /// From which those of a generation are taken in turn.
     pub training: Seeds,
-    /// By which the best of the search are told from the lucky ones.
+    /// The seeds that select the winner among the finalists; they remove lucky candidates.
     pub selection: Seeds,
-    /// How many of each method come that far.
+    /// The number of finalists per method.
     #[serde(default = "five")]
     pub finalists: usize,
-    /// By which the result is judged.
+    /// The seeds that judge the result.
     pub test: Seeds,
-    /// Classes of faults that only the test has.
+    /// Classes of faults that only the test uses.
     #[serde(default)]
     pub unseen: Vec<String>,
-    /// By allocator, the bounds of each key.
+    /// The bounds of each key, by allocator.
     pub parameters: BTreeMap<String, toml::Table>,
 }
 
 impl Tuning {
-    /// The bounds of an allocator's keys, by key, as the table has them: nested, or with dots.
+    /// Returns the bounds of an allocator's keys. The table may be nested or have dotted keys.
     ///
     /// # Errors
-    /// The key whose bounds cannot be read, and why.
+    /// Returns the key whose bounds cannot be read, and the problem.
     pub fn ranges(&self, allocator: &str) -> Result<Vec<(String, Range)>, (String, String)> {
         fn collect(
             way: &str,
@@ -60,17 +57,17 @@ impl Tuning {
                 };
                 match value {
                     toml::Value::Table(below)
-                        if !["from", "to"].iter().any(|it| below.contains_key(*it)) =>
+                        if !["from", "to"].iter().any(|end| below.contains_key(*end)) =>
                     {
                         collect(&key, below, found)?;
                     }
                     value => {
                         let range = value.clone().try_into();
                         let range = range.map_err(|error: toml::de::Error| {
-                            let said = error.message().to_owned();
+                            let message = error.message().to_owned();
                             (
                                 key.clone(),
-                                format!("{said}; write {{ from = 1.0, to = 10.0 }}"),
+                                format!("{message}; write {{ from = 1.0, to = 10.0 }}"),
                             )
                         })?;
                         found.push((key, range));
@@ -83,7 +80,7 @@ impl Tuning {
         if let Some(table) = self.parameters.get(allocator) {
             collect("", table, &mut found)?;
         }
-        // One that is a multiple comes after what it is a multiple of.
+        // A parameter that is a multiple of another one comes after it.
         found.sort_by_key(|(_, range)| range.times.is_some());
         Ok(found)
     }
