@@ -1,6 +1,6 @@
-"""The build backend of the sources: maturin's, once the program `alliance` lies where maturin packs it from.
+"""Build backend of the source package: maturin's, after a build of the program `alliance`.
 
-maturin alone would fetch a compiler where there is none. Here its absence is one line.
+maturin alone would download a compiler if there is none. This backend fails with one line instead.
 """
 
 import os
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import maturin
 
-#: From where the wheel takes the program.
+#: The folder with the program, which maturin packs into the wheel.
 SCRIPTS = Path("data/scripts")
 
 build_sdist = maturin.build_sdist
@@ -20,7 +20,7 @@ def _cargo():
     cargo = shutil.which("cargo")
     if cargo is None:
         raise SystemExit(
-            "alliance-agent: these are its sources, which take Rust (https://rustup.rs) to build; a wheel takes nothing"
+            "alliance-agent: the source package needs Rust (https://rustup.rs) to build; install a wheel instead"
         )
     return cargo
 
@@ -40,7 +40,7 @@ def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
-    # Not --locked: the lock file of the workspace has more in it than these sources.
+    # Without --locked, because the lock file of the workspace has more packages than these sources.
     target = Path(os.environ.setdefault("CARGO_TARGET_DIR", str(Path("target").resolve())))
     packages = ["--package", "launch", "--package", "bindings", "--bin", "alliance", "--lib"]
     subprocess.run([_cargo(), "build", "--release", *packages], check=True)

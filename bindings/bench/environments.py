@@ -1,7 +1,7 @@
-"""Steps of environments per second of processor time, beside what was aimed at. The median of five turns.
+"""Environment steps per second of processor time, with their targets. Each figure is the median of five rounds.
 
-Processor time of the whole process, its threads and the system's part included: other work on the machine changes it little, but for
-large batches, which do not fit into the caches that they share with it. The exit status is 1 if a row is below half of its aim.
+Processor time includes threads and system calls, so other processes affect it little, except for large batches, which share the
+caches with them. The exit status is 1 if a row is below half of its target.
 """
 
 import statistics
@@ -11,27 +11,27 @@ import numpy as np
 
 from alliance_agent.env import VecEnv, parallel_env
 
-#: Processor time of a turn, s.
+#: Processor time of a round, s.
 TURN_S = 1.0
 
 
-def turn(step, of_a_call=1):
-    """Steps per second in one turn."""
+def turn(step, steps_per_call=1):
+    """Returns the steps per second of one round. `steps_per_call` is the number of steps of one call."""
     calls, began = 0, time.process_time()
     while (spent := time.process_time() - began) < TURN_S:
         step()
         calls += 1
-    return calls * of_a_call / spent
+    return calls * steps_per_call / spent
 
 
-def rate(step, of_a_call=1):
-    """Median of five turns."""
+def rate(step, steps_per_call=1):
+    """Returns the median of five rounds."""
     step()
-    return statistics.median(turn(step, of_a_call) for _ in range(5))
+    return statistics.median(turn(step, steps_per_call) for _ in range(5))
 
 
 def parallel(level, robots):
-    """A step of PettingZoo's dicts, with random actions that were drawn before."""
+    """Returns a step of PettingZoo's dicts, with random actions drawn in advance."""
     env = parallel_env("observe" if level == "drive" else "service", level=level, robots=robots)
     env.reset(seed=1)
     for agent in env.agents:
@@ -47,7 +47,7 @@ def parallel(level, robots):
 
 
 def batch(level, envs, robots, threads=1):
-    """A step of all environments of a batch."""
+    """Returns a step of all environments of a batch."""
     env = VecEnv("observe" if level == "drive" else "service", envs, level=level, robots=robots, threads=threads)
     env.reset()
     rng = np.random.default_rng(1)
@@ -57,24 +57,24 @@ def batch(level, envs, robots, threads=1):
 
 
 def rows():
-    """Names, what makes a step, how many environments that is, and the aim."""
-    for robots, aim in {3: 60_000, 10: 25_000, 30: 9_000}.items():
-        yield f"parallel_env, drive, {robots} robots", parallel("drive", robots), 1, aim
+    """Yields name, step function, number of environments per step, and target."""
+    for robots, target in {3: 60_000, 10: 25_000, 30: 9_000}.items():
+        yield f"parallel_env, drive, {robots} robots", parallel("drive", robots), 1, target
     yield "parallel_env, decide, 3 robots", parallel("decide", 3), 1, 15_000
     for envs in (64, 256, 512, 1024):
         yield f"VecEnv, drive, {envs} of 3 robots", batch("drive", envs, 3), envs, 300_000
-    # 1.8 times as fast on two cores: 0.9 of it on each.
+    # The target is 1.8 times the speed on two cores: 0.9 of it per core.
     yield "VecEnv, drive, 64 of 3 robots, 2 threads", batch("drive", 64, 3, 2), 64, 270_000
     yield "VecEnv, decide, 64 of 3 robots", batch("decide", 64, 3), 64, None
 
 
 if __name__ == "__main__":
-    print(f"{'':<44}{'steps/s':>12}{'aim':>12}")
+    print(f"{'':<44}{'steps/s':>12}{'target':>12}")
     slow = []
-    for name, step, envs, aim in rows():
+    for name, step, envs, target in rows():
         found = rate(step, envs)
-        print(f"{name:<44}{found:>12,.0f}{aim:>12,}" if aim else f"{name:<44}{found:>12,.0f}")
-        if aim and found < aim / 2:
+        print(f"{name:<44}{found:>12,.0f}{target:>12,}" if target else f"{name:<44}{found:>12,.0f}")
+        if target and found < target / 2:
             slow.append(name)
     if slow:
-        raise SystemExit(f"below half of what is aimed at: {'; '.join(slow)}")
+        raise SystemExit(f"below half of the target: {'; '.join(slow)}")

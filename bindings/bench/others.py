@@ -1,8 +1,8 @@
-"""Steps of environments per second of processor time, in turns with others that people use: MPE2, RWARE and, where torch is there, VMAS.
+"""Environment steps per second of processor time, in turns with other environments: MPE2, RWARE and, if torch is installed, VMAS.
 
     pip install mpe2 rware vmas
 
-The missions are not the same, so that a ratio says what a step costs a learner, and nothing else. One thread each.
+The missions differ, so a ratio compares only the cost of a step for a learner. All use one thread.
 """
 
 import statistics
@@ -13,7 +13,7 @@ ROUNDS = 5
 
 
 def mpe(robots):
-    """Cooperative navigation: the parallel environment, with random actions that were drawn before."""
+    """Returns a step of cooperative navigation in the parallel API, with random actions drawn in advance."""
     from mpe2 import simple_spread_v3
 
     env = simple_spread_v3.parallel_env(N=robots)
@@ -29,9 +29,9 @@ def mpe(robots):
 
 
 def rware():
-    """The small warehouse, four agents."""
+    """Returns a step of the small warehouse with four agents."""
     import gymnasium
-    import rware  # noqa: F401: it registers its environments
+    import rware  # noqa: F401: the import registers the environments
 
     env = gymnasium.make("rware-small-4ag-v2", disable_env_checker=True)
     env.reset(seed=1)
@@ -46,7 +46,7 @@ def rware():
 
 
 def vmas(scenario, envs):
-    """A batch on the processor."""
+    """Returns a step of a batch on the processor."""
     import torch
     import vmas
 
@@ -57,7 +57,7 @@ def vmas(scenario, envs):
 
 
 def rows():
-    """Names, what makes a step, and how many environments it steps."""
+    """Yields name, constructor of the step function, and number of environments per step."""
     for robots in (3, 10, 30):
         yield f"parallel_env, drive, {robots} robots", lambda robots=robots: parallel("drive", robots), 1
         yield f"MPE2 simple_spread, {robots} robots", lambda robots=robots: mpe(robots), 1

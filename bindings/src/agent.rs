@@ -1,7 +1,8 @@
-//! A whole mind that is written in Python: it gets what the robot senses and hears, and returns what it does.
+//! A controller written in Python: it receives sensor readings and messages, and returns an action.
 //!
-//! To the engine it is a mission's mind, of which at most one behavior is applicable, the one that it says it is doing, and an allocator
-//! that obeys: so heartbeats and state changes are made for it as for all others.
+//! In the engine it consists of two parts. A mission's controller marks the current behavior of the Python object as
+//! the only applicable one, and an allocator always chooses that behavior. Heartbeats and state changes then work as
+//! for all other robots.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -30,69 +31,69 @@ use crate::mind::{Common, Object};
 use crate::readings;
 use crate::rows::rows;
 
-/// What a robot's mind says in a step, on its way from the one part of it to the other.
-type Words = Arc<Mutex<Vec<AllocationMessage>>>;
+/// Messages to teammates in a step, passed from the mission part to the allocator part.
+type Outbox = Arc<Mutex<Vec<AllocationMessage>>>;
 
-/// Those of a class in a run.
+/// The controllers of one Python class in a run.
 #[derive(Debug)]
 pub struct Agents {
     common: Arc<Common>,
-    words: Mutex<BTreeMap<RobotId, Words>>,
+    outboxes: Mutex<BTreeMap<RobotId, Outbox>>,
 }
 
 impl Agents {
     pub fn new(common: Arc<Common>) -> Self {
         Self {
             common,
-            words: Mutex::default(),
+            outboxes: Mutex::default(),
         }
     }
 
-    fn words_of(&self, robot: RobotId) -> Words {
-        let words = lock(&self.words).entry(robot).or_default().clone();
-        lock(&words).clear();
-        words
+    fn outbox_of(&self, robot: RobotId) -> Outbox {
+        let outbox = lock(&self.outboxes).entry(robot).or_default().clone();
+        lock(&outbox).clear();
+        outbox
     }
 }
 
 impl Prepared for Agents {
     fn mind(&self, me: Me, _: &Setup) -> Box<dyn Mind> {
-        let words = self.words_of(me.robot);
-        Box::new(Framed::<Obedient>::new(me, &words))
+        let outbox = self.outbox_of(me.robot);
+        Box::new(Framed::<FollowingAllocator>::new(me, &outbox))
     }
 
     fn mission(&self, robot: RobotId, setup: &Setup) -> Option<Box<dyn AgentMission>> {
         let behaviors = OwnBehavior::all_of(robot, setup);
-        Some(Box::new(Whole {
+        Some(Box::new(PythonController {
             object: Object::new(robot, &behaviors, &self.common),
             behaviors: behaviors.into(),
-            words: self.words_of(robot),
+            outbox: self.outbox_of(robot),
             position: None,
             is_laden: false,
-            done: Done::default(),
+            result: StepResult::default(),
         }))
     }
 }
 
-/// A panic ends the process, so a poisoned lock is never seen.
+/// A panic ends the process, so a poisoned lock does not occur.
 fn lock<T>(place: &Mutex<T>) -> MutexGuard<'_, T> {
     place.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The allocator of a mind that decides by itself.
+/// The allocator that follows the decision of the Python object.
 #[derive(Clone, Debug)]
-struct Obedient {
+struct FollowingAllocator {
     me: RobotId,
-    words: Words,
+    outbox: Outbox,
 }
 
-impl Allocator for Obedient {
-    type Config = Words;
+impl Allocator for FollowingAllocator {
+    type Config = Outbox;
 
-    fn new(me: &Me, words: &Words) -> Self {
+    fn new(me: &Me, outbox: &Outbox) -> Self {
         Self {
             me: me.robot,
-            words: Arc::clone(words),
+            outbox: Arc::clone(outbox),
         }
     }
 
@@ -100,35 +101,35 @@ impl Allocator for Obedient {
         let mut choices = input.choices.iter();
         let doing = choices.find(|choice| choice.applicable);
         decision.active = doing.map(|choice| choice.behavior);
-        decision.say.append(&mut lock(&self.words));
+        decision.say.append(&mut lock(&self.outbox));
         if decision.active.is_some() {
             rows(self.me, input, decision, |_| None);
         }
     }
 }
 
-/// One robot's mind.
+/// The mission part of a controller written in Python.
 #[derive(Clone, Debug)]
-struct Whole {
+struct PythonController {
     object: Object,
     behaviors: Arc<[OwnBehavior]>,
-    words: Words,
+    outbox: Outbox,
     position: Option<Vec2>,
     is_laden: bool,
-    done: Done,
+    result: StepResult,
 }
 
-/// What came of a step.
+/// The result of a step.
 #[derive(Clone, Debug, Default)]
-struct Done {
+struct StepResult {
     actuation: Actuation,
     doing: Option<BehaviorId>,
     progressed: Option<TaskId>,
 }
 
-/// `alliance_agent.Deed`.
+/// The fields of `alliance_agent.Deed`.
 #[derive(FromPyObject)]
-struct Told {
+struct ActionFields {
     speed: f32,
     turn: f32,
     gripper: String,
@@ -140,13 +141,13 @@ struct Told {
     progress: bool,
 }
 
-impl RouteCost for Whole {
+impl RouteCost for PythonController {
     fn seconds(&self, _: &[TaskId], _: TaskId) -> Option<f64> {
         None
     }
 }
 
-impl AgentMission for Whole {
+impl AgentMission for PythonController {
     fn perceive(
         &mut self,
         moment: &Moment<'_>,
@@ -156,19 +157,19 @@ impl AgentMission for Whole {
         self.position = moment.readings.pose.map(|pose| pose.position);
         self.is_laden = moment.readings.mission.items().holding == Some(true);
         let tick = moment.now.0 / self.object.common.setup.scenario.step_ms;
-        self.done = if self.object.has_failed() {
-            Done::default()
+        self.result = if self.object.has_failed() {
+            StepResult::default()
         } else {
             Python::attach(|py| {
                 let stepped = self.try_step(py, moment, tick, heard);
                 self.object.or_note(py, tick, stepped).unwrap_or_default()
             })
         };
-        let is_done = |own: &OwnBehavior| self.done.doing == Some(own.id);
+        let is_current = |behavior: &OwnBehavior| self.result.doing == Some(behavior.id);
         perception
             .applicable
-            .extend(self.behaviors.iter().map(is_done));
-        if let Some(task) = self.done.progressed {
+            .extend(self.behaviors.iter().map(is_current));
+        if let Some(task) = self.result.progressed {
             let catalog = &self.object.common.setup.catalog;
             perception.progressed.push(task);
             perception.notes.push(Note {
@@ -179,22 +180,22 @@ impl AgentMission for Whole {
     }
 
     fn choices(&self, _: &Moment<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
-        for (own, &applicable) in self.behaviors.iter().zip(applicable) {
+        for (behavior, &applicable) in self.behaviors.iter().zip(applicable) {
             choices.push(Choice {
-                behavior: own.id,
-                task: own.task,
+                behavior: behavior.id,
+                task: behavior.task,
                 round: SimTime::ZERO,
                 applicable,
                 cost_s: None,
                 reward: 1.0,
-                priority: own.priority,
-                max_robots: own.max_robots,
+                priority: behavior.priority,
+                max_robots: behavior.max_robots,
             });
         }
     }
 
     fn act(&mut self, _: &Moment<'_>, _: Option<BehaviorId>, action: &mut Action) {
-        action.actuation = self.done.actuation;
+        action.actuation = self.result.actuation;
     }
 
     fn lore(&self, lore: &mut Lore) {
@@ -214,74 +215,79 @@ impl AgentMission for Whole {
     }
 }
 
-impl Whole {
+impl PythonController {
     fn try_step(
         &self,
         py: Python<'_>,
         moment: &Moment<'_>,
         tick: u64,
         heard: &[Arc<Broadcast>],
-    ) -> PyResult<Done> {
+    ) -> PyResult<StepResult> {
         let setup = &self.object.common.setup;
         let draws = Draws::of(setup.seed, self.object.me, tick);
-        let given = |heard| {
+        let arguments = |heard| {
             let readings = readings::to_python(py, moment.readings, setup)?;
             (moment.now.as_secs_f64(), readings, heard).into_pyobject(py)
         };
-        let Some((mind, deed)) = self.object.step(py, draws, given, heard)? else {
-            return Ok(Done::default());
+        let Some((controller, action)) = self.object.step(py, draws, arguments, heard)? else {
+            return Ok(StepResult::default());
         };
         let class = py.import(intern!(py, "alliance_agent._minds"))?;
-        if !deed.is_instance(&class.getattr(intern!(py, "Deed"))?)? {
-            let what = deed.get_type().name()?;
+        if !action.is_instance(&class.getattr(intern!(py, "Deed"))?)? {
+            let class_name = action.get_type().name()?;
             return Err(PyTypeError::new_err(format!(
-                "step returned {what}; it must return a Deed"
+                "step returned {class_name}; it must return a Deed"
             )));
         }
-        let done = self.done_of(&deed.extract()?, moment)?;
-        mind.call_method1(intern!(py, "_speak"), (deed.getattr(intern!(py, "say"))?,))?;
-        *lock(&self.words) = self.object.take_words(&mind)?;
-        Ok(done)
+        let result = self.step_result(&action.extract()?, moment)?;
+        controller.call_method1(
+            intern!(py, "_speak"),
+            (action.getattr(intern!(py, "say"))?,),
+        )?;
+        *lock(&self.outbox) = self.object.take_words(&controller)?;
+        Ok(result)
     }
 
-    fn done_of(&self, told: &Told, moment: &Moment<'_>) -> PyResult<Done> {
+    fn step_result(&self, action: &ActionFields, moment: &Moment<'_>) -> PyResult<StepResult> {
         let wrong = |text: String| Err(PyValueError::new_err(text));
-        for (name, value) in [("speed", told.speed), ("turn", told.turn)] {
+        for (name, value) in [("speed", action.speed), ("turn", action.turn)] {
             if !value.is_finite() {
-                return wrong(format!("Deed: {name} is {value}, which is no number"));
+                return wrong(format!(
+                    "Deed: {name} is {value}, which is not a finite number"
+                ));
             }
         }
-        let doing = match &told.doing {
+        let doing = match &action.doing {
             None => None,
             Some(name) => {
-                let mut own = self.object.own.iter();
-                let Some(set) = own.find(|own| own.name == *name) else {
-                    let own: Vec<&str> = self.object.own.iter().map(|own| &*own.name).collect();
+                let mut sets = self.object.own.iter();
+                let Some(set) = sets.find(|set| set.name == *name) else {
+                    let names: Vec<&str> = self.object.own.iter().map(|set| &*set.name).collect();
                     return wrong(format!(
-                        "Deed: doing '{name}', which is none of its sets; these are {}",
-                        own.join(", ")
+                        "Deed: doing '{name}' is not one of the robot's sets; the sets are {}",
+                        names.join(", ")
                     ));
                 };
                 Some(set)
             }
         };
-        if told.progress && doing.is_none() {
-            return wrong("Deed: progress with what? State what it is doing".to_owned());
+        if action.progress && doing.is_none() {
+            return wrong("Deed: progress needs a set; state `doing`".to_owned());
         }
-        Ok(Done {
+        Ok(StepResult {
             actuation: Actuation {
-                speed_m_s: told.speed,
-                turn_rad_s: told.turn,
-                deed: self.deed_of(told, moment)?,
+                speed_m_s: action.speed,
+                turn_rad_s: action.turn,
+                deed: self.mission_action(action, moment)?,
             },
             doing: doing.map(|set| set.id),
-            progressed: doing.filter(|_| told.progress).map(|set| set.task),
+            progressed: doing.filter(|_| action.progress).map(|set| set.task),
         })
     }
 
-    /// What it does beside driving, as its mission has it.
-    fn deed_of(&self, told: &Told, moment: &Moment<'_>) -> PyResult<Deed> {
-        let gripper = match told.gripper.as_str() {
+    /// Returns the action besides driving, in the form of the mission.
+    fn mission_action(&self, action: &ActionFields, moment: &Moment<'_>) -> PyResult<Deed> {
+        let gripper = match action.gripper.as_str() {
             "keep" => Gripper::Keep,
             "pick" => Gripper::Pick,
             "drop" => Gripper::Drop,
@@ -298,16 +304,16 @@ impl Whole {
         match self.object.common.setup.catalog.mission.name() {
             "waste" => Ok(ItemsDeed {
                 gripper,
-                report: told.report,
+                report: action.report,
             }
             .into()),
-            // Whose device is dead has not looked.
-            "observe" if told.watch && readings::sees_targets(moment.readings) => {
+            // A robot with a dead device cannot observe.
+            "observe" if action.watch && readings::sees_targets(moment.readings) => {
                 open(Bytes::encode(&observe::bus::Watch))
             }
             "service" => open(Bytes::encode(&service::bus::Deed {
-                work: told.work,
-                read: told.read,
+                work: action.work,
+                read: action.read,
             })),
             _ => Ok(Deed::Nothing),
         }

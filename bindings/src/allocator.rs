@@ -1,6 +1,5 @@
-//! An allocator that is written in Python.
-//!
-//! To the engine it is a rule like any other: heartbeats, changes of state and the step that goes back are made for it.
+//! An allocator written in Python. The engine creates heartbeats and state changes, and undoes steps, as for all other
+//! allocators.
 
 use std::sync::Arc;
 
@@ -17,25 +16,25 @@ use crate::mind::{Common, Object};
 use crate::rows::rows;
 use crate::values::Set;
 
-/// Those of a class in a run.
+/// The allocators of one Python class in a run.
 #[derive(Debug)]
 pub struct Allocators(pub Arc<Common>);
 
 impl Prepared for Allocators {
     fn mind(&self, me: Me, _: &Setup) -> Box<dyn Mind> {
-        Box::new(Framed::<Rule>::new(me, &self.0))
+        Box::new(Framed::<PythonAllocator>::new(me, &self.0))
     }
 }
 
-/// One robot's.
+/// The allocator of one robot.
 #[derive(Clone, Debug)]
-struct Rule {
+struct PythonAllocator {
     object: Object,
-    /// Since when each set is active, or not; empty before the first step.
+    /// The time of the last activation or deactivation of each set; empty before the first step.
     since: Vec<SimTime>,
 }
 
-impl Allocator for Rule {
+impl Allocator for PythonAllocator {
     type Config = Arc<Common>;
 
     fn new(me: &Me, common: &Arc<Common>) -> Self {
@@ -65,8 +64,8 @@ impl Allocator for Rule {
             }
         });
         if decision.active != before {
-            for (own, since) in self.object.own.iter().zip(&mut self.since) {
-                if Some(own.id) == before || Some(own.id) == decision.active {
+            for (set, since) in self.object.own.iter().zip(&mut self.since) {
+                if Some(set.id) == before || Some(set.id) == decision.active {
                     *since = input.now;
                 }
             }
@@ -74,58 +73,58 @@ impl Allocator for Rule {
     }
 }
 
-impl Rule {
+impl PythonAllocator {
     fn try_step(&self, py: Python<'_>, input: &Input<'_>, decision: &mut Decision) -> PyResult<()> {
         let active = decision.active;
-        let given = |heard| {
+        let arguments = |heard| {
             let sets = self.object.own.iter().zip(&self.since).zip(input.choices);
-            let sets = sets.map(|((own, since), choice)| {
-                let is_active = active == Some(own.id);
-                Bound::new(py, Set::new(Arc::clone(own), *choice, is_active, *since))
+            let sets = sets.map(|((set, since), choice)| {
+                let is_active = active == Some(set.id);
+                Bound::new(py, Set::new(Arc::clone(set), *choice, is_active, *since))
             });
             let sets = PyList::new(py, sets.collect::<PyResult<Vec<_>>>()?)?;
             (input.now.as_secs_f64(), heard, sets).into_pyobject(py)
         };
-        let stepped = self.object.step(py, input.draws, given, input.heard)?;
-        let Some((mind, chosen)) = stepped else {
+        let stepped = self.object.step(py, input.draws, arguments, input.heard)?;
+        let Some((controller, chosen)) = stepped else {
             return Ok(());
         };
         decision.active = chosen_set(&chosen, input)?;
-        decision.say = self.object.take_words(&mind)?;
-        self.take_bids(&mind, input, decision)
+        decision.say = self.object.take_words(&controller)?;
+        self.take_bids(&controller, input, decision)
     }
 
-    /// What the log shows of its reasoning.
+    /// Moves the bids of the Python object to the log rows.
     fn take_bids(
         &self,
-        mind: &Bound<'_, PyAny>,
+        controller: &Bound<'_, PyAny>,
         input: &Input<'_>,
         decision: &mut Decision,
     ) -> PyResult<()> {
-        let bids = mind.getattr(intern!(mind.py(), "_bids"))?;
+        let bids = controller.getattr(intern!(controller.py(), "_bids"))?;
         let bids = bids.cast::<PyDict>()?;
-        let mut known: Vec<(BehaviorId, f64)> = Vec::new();
+        let mut values: Vec<(BehaviorId, f64)> = Vec::new();
         for (set, bid) in bids.iter() {
-            known.push((BehaviorId(set.extract()?), bid.extract()?));
+            values.push((BehaviorId(set.extract()?), bid.extract()?));
         }
         bids.clear();
         rows(self.object.me, input, decision, |set| {
-            let mut known = known.iter();
-            known.find(|(it, _)| *it == set).map(|(_, bid)| *bid)
+            let mut values = values.iter();
+            values.find(|(other, _)| *other == set).map(|(_, bid)| *bid)
         });
         Ok(())
     }
 }
 
-/// Which of its sets a step has returned.
+/// Returns the set that a step has chosen.
 fn chosen_set(chosen: &Bound<'_, PyAny>, input: &Input<'_>) -> PyResult<Option<BehaviorId>> {
     if chosen.is_none() {
         return Ok(None);
     }
     let Ok(set) = chosen.cast::<Set>() else {
-        let what = chosen.get_type().name()?;
+        let class_name = chosen.get_type().name()?;
         return Err(PyTypeError::new_err(format!(
-            "step returned {what}; it must return one of its sets or None"
+            "step returned {class_name}; it must return one of its sets or None"
         )));
     };
     let behavior = set.get().behavior();
@@ -133,11 +132,11 @@ fn chosen_set(chosen: &Bound<'_, PyAny>, input: &Input<'_>) -> PyResult<Option<B
     match choices.find(|choice| choice.behavior == behavior) {
         Some(choice) if choice.applicable => Ok(Some(behavior)),
         Some(_) => Err(PyValueError::new_err(format!(
-            "step returned {}, which is not applicable; it must return one that is, or None",
+            "step returned {}, which is not applicable; it must return an applicable set or None",
             set.repr()?
         ))),
         None => Err(PyValueError::new_err(format!(
-            "step returned {}, which is none of its own",
+            "step returned {}, which is not one of its sets",
             set.repr()?
         ))),
     }

@@ -1,4 +1,4 @@
-//! What is to be run: the words of `alliance run`, a scenario as a document, faults, and who has which mind.
+//! The description of a run: arguments of `alliance run`, a scenario document, faults, and the controllers of robots.
 
 use std::sync::{Arc, Mutex};
 
@@ -13,30 +13,31 @@ use world_server::args::{Known, MissionArgs};
 use crate::errors::mistake;
 use crate::mind::{Class, Failure};
 
-/// Every robot for which nothing else is said.
+/// The key for all robots without their own entry.
 const ALL: &str = "*";
 
-/// The words of the command line that say what is run.
+/// The command-line arguments that describe a run.
 #[derive(Parser)]
 #[command(name = "run")]
-struct Words {
+struct RunArguments {
     #[command(flatten)]
     mission: MissionArgs,
 }
 
-/// What a caller asks for, in Python's types.
+/// A run request from Python.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Asked {
-    /// The words, as on the command line.
+    /// The arguments, as on the command line.
     words: Vec<String>,
-    /// A scenario in JSON, in the place of one that the words name.
+    /// A scenario in JSON, which replaces a scenario in the arguments.
     document: Option<String>,
-    /// `[faults]` in JSON, in the place of the scenario's.
+    /// `[faults]` in JSON, which replaces the faults of the scenario.
     faults: Option<String>,
-    /// By robot, or for [`ALL`] others: the name of an allocator, and its class if it is one of Python.
+    /// The controllers by robot, or by [`ALL`] for all others: the name of an allocator, and its class if it is written
+    /// in Python.
     minds: Vec<(String, String, Option<Py<PyType>>)>,
-    /// Whether each of these makes each step twice.
+    /// `true` to execute each step of these controllers twice, as a check.
     twice: bool,
 }
 
@@ -44,15 +45,15 @@ pub struct Asked {
 pub struct Ready {
     pub setup: Setup,
     pub registry: Registry,
-    /// What is done about a mind in Python that fails.
+    /// The reaction to an error of a controller in Python.
     pub failure: Failure,
 }
 
 impl Asked {
-    /// Reads and checks all of it; the registry has what there is beside the minds in Python.
+    /// Reads and checks the request. `registry` contains everything except the controllers in Python.
     ///
     /// # Errors
-    /// One line, as the program has it.
+    /// Returns a `ScenarioError` with one line, as the program prints it.
     pub fn ready(self, registry: Registry) -> PyResult<Ready> {
         let failure = Failure::Kept(Arc::new(Mutex::new(None)));
         let built_in = registry.vocabulary().allocators;
@@ -77,23 +78,24 @@ impl Asked {
             vocabulary: registry.vocabulary(),
             worlds: registry.worlds().clone(),
         };
-        let mut words: Words = parse_words(&known.vocabulary, &self.words).map_err(mistake)?;
-        if let Some(asked) = &mut words.mission.scenario {
-            // A mission's name stands for the scenario that comes in any size.
+        let mut args: RunArguments =
+            parse_words(&known.vocabulary, &self.words).map_err(mistake)?;
+        if let Some(name) = &mut args.mission.scenario {
+            // The name of a mission selects its scenario of variable size.
             let mut missions = known.vocabulary.missions.iter();
-            if let Some(mission) = missions.find(|mission| mission.name() == asked.as_str()) {
-                *asked = mission.scenario_name().to_owned();
+            if let Some(mission) = missions.find(|mission| mission.name() == name.as_str()) {
+                *name = mission.scenario_name().to_owned();
             }
         }
         let mut scenario = match &self.document {
             Some(document) => read_document(document, &known)?,
-            None => words.mission.scenario(&known).map_err(one_line)?,
+            None => args.mission.scenario(&known).map_err(one_line)?,
         };
         if let Some(faults) = &self.faults {
             scenario = with_faults(&scenario, faults, &known)?;
         }
-        self.give_minds(&mut scenario)?;
-        let setup = words.mission.resolve(scenario, &known).map_err(one_line)?;
+        self.assign_controllers(&mut scenario)?;
+        let setup = args.mission.resolve(scenario, &known).map_err(one_line)?;
         Ok(Ready {
             setup,
             registry,
@@ -101,27 +103,31 @@ impl Asked {
         })
     }
 
-    fn give_minds(&self, scenario: &mut Scenario) -> PyResult<()> {
-        let mut of_others = None;
+    fn assign_controllers(&self, scenario: &mut Scenario) -> PyResult<()> {
+        let mut default = None;
         for (robot, name, class) in &self.minds {
             let is_class = class.is_some();
             if robot == ALL {
-                of_others = Some((name, is_class));
+                default = Some((name, is_class));
                 continue;
             }
             let mut robots = scenario.robots.iter_mut();
-            let Some(robot) = robots.find(|it| it.name == *robot) else {
-                let names: Vec<_> = scenario.robots.iter().map(|it| &*it.name).collect();
+            let Some(robot) = robots.find(|other| other.name == *robot) else {
+                let names: Vec<_> = scenario.robots.iter().map(|robot| &*robot.name).collect();
                 let names = names.join(", ");
-                let told = format!("minds: there is no robot '{robot}'; there are {names}");
-                return Err(mistake(told));
+                let text = format!("minds: there is no robot '{robot}'; there are {names}");
+                return Err(mistake(text));
             };
-            give(robot, name, is_class);
+            assign(robot, name, is_class);
         }
-        let stated = |robot: &str| self.minds.iter().any(|(it, ..)| it == robot);
-        for robot in scenario.robots.iter_mut().filter(|it| !stated(&it.name)) {
-            if let Some((name, is_class)) = of_others {
-                give(robot, name, is_class);
+        let stated = |robot: &str| self.minds.iter().any(|(name, ..)| name == robot);
+        for robot in scenario
+            .robots
+            .iter_mut()
+            .filter(|robot| !stated(&robot.name))
+        {
+            if let Some((name, is_class)) = default {
+                assign(robot, name, is_class);
             } else if let Some(mind) = &robot.mind {
                 return Err(mistake(format!(
                     "minds: the scenario gives the mind '{mind}' to {robot}; give its class: minds={{'{robot}': …}}",
@@ -133,8 +139,8 @@ impl Asked {
     }
 }
 
-/// A class is a mind of its own, any other name an allocator of the simulator.
-fn give(robot: &mut Robot, name: &str, is_class: bool) {
+/// Assigns a Python class as the robot's external controller, or another name as its allocator.
+fn assign(robot: &mut Robot, name: &str, is_class: bool) {
     let name = Some(name.to_owned());
     if is_class {
         robot.mind = name;
@@ -143,14 +149,14 @@ fn give(robot: &mut Robot, name: &str, is_class: bool) {
     }
 }
 
-/// A scenario in JSON, as a TOML file would state it.
+/// Parses a scenario in JSON with the structure of a TOML file.
 fn read_document(document: &str, known: &Known) -> PyResult<Scenario> {
     let table: toml::Table =
         serde_json::from_str(document).map_err(|error| mistake(format!("scenario: {error}")))?;
     Scenario::from_table(&table, &known.vocabulary).map_err(mistake)
 }
 
-/// The scenario with these faults alone.
+/// Returns the scenario with its faults replaced.
 fn with_faults(scenario: &Scenario, faults: &str, known: &Known) -> PyResult<Scenario> {
     let faults: toml::Value =
         serde_json::from_str(faults).map_err(|error| mistake(format!("faults: {error}")))?;

@@ -1,4 +1,4 @@
-//! Errors as Python has them.
+//! The exceptions of the Python package.
 
 use std::fmt::Display;
 
@@ -10,27 +10,27 @@ create_exception!(
     alliance_agent,
     AllianceError,
     PyException,
-    "What went wrong, in the one line that the program has for it."
+    "An error of the simulator. The message is the line that the program prints."
 );
 create_exception!(
     alliance_agent,
     ScenarioError,
     AllianceError,
-    "A mistake in what was asked for: what, where, and what would be right."
+    "A mistake in the request. The message states the position, the problem and the remedy."
 );
 create_exception!(
     alliance_agent,
     MindError,
     AllianceError,
-    "A mind written in Python failed: which robot's, in which tick, and where. Its cause is what was raised there."
+    "A controller written in Python failed. The message states the robot, the tick and the position. The cause is the original exception."
 );
 
-/// A mistake in what was asked for.
+/// Creates the exception for a mistake in a request.
 pub fn mistake(error: impl Display) -> PyErr {
     ScenarioError::new_err(error.to_string())
 }
 
-/// Anything else, such as a log that cannot be written.
+/// Creates the exception for any other error, such as a log that cannot be written.
 pub fn failed(error: impl Display) -> PyErr {
     AllianceError::new_err(error.to_string())
 }

@@ -1,13 +1,14 @@
 //! The engine of the Python package `alliance-agent`, imported as `alliance_agent._engine`.
 //!
-//! - [`asked`]: what is to be run, in the words of the command line.
-//! - [`mind`]: a mind that is written in Python: an [`allocator`], or all of it, an [`agent`].
-//! - [`values`], [`readings`]: what such a one is given in a step.
-//! - [`math`]: functions of numbers for such minds.
-//! - [`run`]: a whole run in this process. [`env`]: runs that are stepped from outside. [`process`]: one robot as a process.
+//! - [`asked`]: the description of a run, with the arguments of the command line.
+//! - [`mind`]: controllers written in Python, which replace an [`allocator`] or the whole controller ([`agent`]).
+//! - [`values`], [`readings`]: the arguments of a controller's step.
+//! - [`math`]: numerical functions for such controllers.
+//! - [`run`]: a whole run in this process. [`env`]: runs that are stepped from outside. [`process`]: one robot as a
+//!   process.
 //!
-//! Python's side checks its callers' types and has the documentation for people; errors of a mission have the one line that the
-//! program has for them.
+//! The Python package checks the types of its callers and contains the documentation for users. Errors of a mission
+//! have the one line that the program prints.
 
 use pyo3::prelude::*;
 
@@ -24,7 +25,7 @@ mod rows;
 mod run;
 mod values;
 
-/// `alliance_agent._engine`.
+/// The Python module `alliance_agent._engine`.
 #[pymodule]
 mod _engine {
     use pyo3::prelude::*;

@@ -1,4 +1,4 @@
-//! Functions of libm, which have the same bits on every machine. Python's own are those of the machine.
+//! Functions of libm, which return the same bits on every machine. Those of Python's `math` depend on the machine.
 
 use pyo3::prelude::*;
 
@@ -11,7 +11,7 @@ macro_rules! functions {
             }
         )+
 
-        /// Adds them to a module.
+        /// Adds the functions to a module.
         pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
             $(module.add_function(wrap_pyfunction!($name, module)?)?;)+
             Ok(())

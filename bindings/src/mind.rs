@@ -1,5 +1,5 @@
-//! A mind that is written in Python: a class derived from `alliance_agent.Allocator` or `alliance_agent.Agent`, and one robot's object
-//! of it. What it decides is `allocator`'s and `agent`'s.
+//! Controllers written in Python: a class derived from `alliance_agent.Allocator` or `alliance_agent.Agent`, and its
+//! object for one robot. The modules `allocator` and `agent` apply its decisions.
 
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,17 +20,17 @@ use crate::allocator::Allocators;
 use crate::errors::MindError;
 use crate::values::{Heard, OwnSet, Stream, loads};
 
-/// What is done about a mind that fails.
+/// The reaction to an error of a controller.
 #[derive(Clone)]
 pub enum Failure {
-    /// It is kept for whoever drives the run; all minds stand still from then on.
+    /// The error is stored for the caller of the run. All controllers stop from then on.
     Kept(Arc<Mutex<Option<PyErr>>>),
-    /// It is told, and the process ends: to the team that is a robot's death.
+    /// The error is printed and the process ends, which the team observes as a crash of the robot.
     EndsProcess,
 }
 
 impl Failure {
-    /// The error that was kept, if any.
+    /// Removes and returns the stored error, if there is one.
     pub fn take(&self) -> Option<PyErr> {
         match self {
             Self::Kept(place) => place.lock().unwrap_or_else(PoisonError::into_inner).take(),
@@ -38,7 +38,7 @@ impl Failure {
         }
     }
 
-    fn is_there(&self) -> bool {
+    fn is_stored(&self) -> bool {
         match self {
             Self::Kept(place) => {
                 let place = place.lock().unwrap_or_else(PoisonError::into_inner);
@@ -62,7 +62,7 @@ impl Failure {
     }
 }
 
-/// A class of minds under its name.
+/// A controller class with its name.
 pub struct Class {
     name: &'static str,
     class: Py<PyType>,
@@ -71,10 +71,11 @@ pub struct Class {
 }
 
 impl Class {
-    /// `twice`: each step is made twice, from a copy, and the mind fails where the two differ.
+    /// Creates a class. With `twice`, each step is executed twice from a copy, and the controller fails if the results
+    /// differ.
     pub fn new(name: &str, class: Py<PyType>, failure: Failure, twice: bool) -> Self {
         Self {
-            name: kept(name),
+            name: interned(name),
             class,
             failure,
             twice,
@@ -82,8 +83,8 @@ impl Class {
     }
 }
 
-/// Names of allocators live as long as the program; each is kept once.
-fn kept(name: &str) -> &'static str {
+/// Returns a copy of the name that lives as long as the program. Each name is stored once.
+fn interned(name: &str) -> &'static str {
     static NAMES: OnceLock<Mutex<Vec<&'static str>>> = OnceLock::new();
     let names = NAMES.get_or_init(Mutex::default);
     let mut names = names.lock().unwrap_or_else(PoisonError::into_inner);
@@ -105,7 +106,7 @@ impl Kind for Class {
     fn spec(&self) -> AllocatorSpec {
         AllocatorSpec {
             name: self.name,
-            about: "a mind in Python",
+            about: "a controller in Python",
             parameters: Vec::new(),
             wants_truth: false,
             learns: false,
@@ -113,54 +114,54 @@ impl Kind for Class {
     }
 
     fn prepare(&self, setup: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
-        let refused = |why: String| ConfigError {
+        let failure = |reason: String| ConfigError {
             subject: format!("mind '{}'", self.name),
-            why,
+            why: reason,
         };
-        let text = serde_json::to_string(setup).map_err(|error| refused(error.to_string()))?;
+        let text = serde_json::to_string(setup).map_err(|error| failure(error.to_string()))?;
         let prepared = Python::attach(|py| {
-            let is_whole = self.class.getattr(py, intern!(py, "_is_whole"))?;
+            let is_agent = self.class.getattr(py, intern!(py, "_is_whole"))?;
             let common = Arc::new(Common {
                 name: self.name,
                 class: self.class.clone_ref(py),
                 failure: self.failure.clone(),
                 twice: self.twice,
                 setup: setup.clone(),
-                told: loads(py, &text)?.unbind(),
+                setup_object: loads(py, &text)?.unbind(),
                 is_slow: AtomicBool::new(false),
             });
-            let prepared: Arc<dyn Prepared> = if is_whole.extract(py)? {
+            let prepared: Arc<dyn Prepared> = if is_agent.extract(py)? {
                 Arc::new(Agents::new(common))
             } else {
                 Arc::new(Allocators(common))
             };
             Ok(prepared)
         });
-        prepared.map_err(|error: PyErr| refused(error.to_string()))
+        prepared.map_err(|error: PyErr| failure(error.to_string()))
     }
 }
 
-/// What all minds of a class have in common in a run.
+/// The data that all controllers of a class share in a run.
 pub struct Common {
     pub name: &'static str,
     class: Py<PyType>,
     pub failure: Failure,
     twice: bool,
     pub setup: Setup,
-    /// The same as Python has it.
-    told: Py<PyAny>,
-    /// Whether it has been told that copies take long.
+    /// The setup as a Python object.
+    setup_object: Py<PyAny>,
+    /// `true` after the warning about slow copies.
     is_slow: AtomicBool,
 }
 
 impl Common {
-    /// In a live run the team waits for a checkpoint: once it is told if one takes longer than a step of the run.
-    fn tell_if_slow(&self, me: RobotId, took: Duration) {
+    /// Prints a warning, once, if a checkpoint takes longer than a step of a live run: the team waits for it.
+    fn warn_if_slow(&self, me: RobotId, took: Duration) {
         let step = Duration::from_millis(self.setup.scenario.step_ms);
         let is_live = matches!(self.failure, Failure::EndsProcess);
         if is_live && took > step && !self.is_slow.swap(true, Ordering::Relaxed) {
             alliance_proto::tell!(
-                "robot-agent {}: a copy of its mind takes {} ms, longer than a step of {} ms: name in `frozen` what does not change",
+                "robot-agent {}: a copy of its controller takes {} ms, longer than a step of {} ms: list constant attributes in `frozen`",
                 self.setup.roster.name(me),
                 took.as_millis(),
                 step.as_millis()
@@ -181,44 +182,44 @@ impl fmt::Debug for Stream {
     }
 }
 
-/// One robot's object of a class.
+/// The object of a controller class for one robot.
 #[derive(Debug)]
 pub struct Object {
     pub common: Arc<Common>,
     pub me: RobotId,
     pub own: Arc<[Arc<OwnSet>]>,
-    /// `None` if it could not be made.
-    mind: Option<Py<PyAny>>,
+    /// The Python object; `None` if its creation failed.
+    controller: Option<Py<PyAny>>,
     stream: Py<Stream>,
 }
 
 impl Clone for Object {
-    /// A checkpoint: `copy.deepcopy`, but for what the class calls frozen.
+    /// Creates a checkpoint with `copy.deepcopy`, which shares the attributes that the class lists as frozen.
     fn clone(&self) -> Self {
         #[expect(
             clippy::disallowed_methods,
-            reason = "nothing but a warning depends on it"
+            reason = "only a warning depends on the time"
         )]
         let began = Instant::now();
         let copy = Python::attach(|py| Self {
             common: Arc::clone(&self.common),
             me: self.me,
             own: Arc::clone(&self.own),
-            mind: self.mind.as_ref().and_then(|mind| {
+            controller: self.controller.as_ref().and_then(|controller| {
                 let copied = py
                     .import("copy")
-                    .and_then(|copy| copy.call_method1("deepcopy", (mind,)));
+                    .and_then(|copy| copy.call_method1("deepcopy", (controller,)));
                 self.or_note(py, 0, copied.map(Bound::unbind))
             }),
             stream: self.stream.clone_ref(py),
         });
-        self.common.tell_if_slow(self.me, began.elapsed());
+        self.common.warn_if_slow(self.me, began.elapsed());
         copy
     }
 }
 
 impl Object {
-    /// That of a robot at the start of a life.
+    /// Creates the object of a robot at the start of an incarnation.
     pub fn new(me: RobotId, behaviors: &[OwnBehavior], common: &Arc<Common>) -> Self {
         Python::attach(|py| {
             let stream = Py::new(py, Stream::new());
@@ -227,28 +228,34 @@ impl Object {
                 common: Arc::clone(common),
                 me,
                 own: [].into(),
-                mind: None,
+                controller: None,
                 stream,
             };
-            let made = object.make(py, behaviors);
-            object.mind = object.or_note(py, 0, made);
+            let created = object.make(py, behaviors);
+            object.controller = object.or_note(py, 0, created);
             object
         })
     }
 
     fn make(&mut self, py: Python<'_>, behaviors: &[OwnBehavior]) -> PyResult<Py<PyAny>> {
         let Common {
-            setup, told, class, ..
+            setup,
+            setup_object,
+            class,
+            ..
         } = &*self.common;
-        let told = told.bind(py);
+        let setup_object = setup_object.bind(py);
         let (catalog, name) = (&setup.catalog, setup.roster.name(self.me));
-        let values = told.get_item("alliance")?.get_item("robots")?;
+        let values = setup_object.get_item("alliance")?.get_item("robots")?;
         let own = behaviors.iter().map(|behavior| {
-            let set = catalog.behavior_name(behavior.id).to_owned();
-            let values = values.get_item(name)?.get_item("sets")?.get_item(&set)?;
+            let set_name = catalog.behavior_name(behavior.id).to_owned();
+            let values = values
+                .get_item(name)?
+                .get_item("sets")?
+                .get_item(&set_name)?;
             Ok(Arc::new(OwnSet {
                 id: behavior.id,
-                name: set,
+                name: set_name,
                 task: behavior.task,
                 task_name: catalog.task_name(behavior.task).to_owned(),
                 ceased_after_s: values.get_item("ceased_after_s")?.extract()?,
@@ -256,40 +263,40 @@ impl Object {
             }))
         });
         self.own = own.collect::<PyResult<Vec<_>>>()?.into();
-        let sets = self.own.iter().map(|own| own.name.as_str());
+        let sets = self.own.iter().map(|set| set.name.as_str());
         let sets = PyList::new(py, sets.collect::<Vec<_>>())?;
-        let mind = class.bind(py).call0()?;
+        let controller = class.bind(py).call0()?;
         let begin = intern!(py, "_begin");
-        mind.call_method1(begin, (name, self.me.0, told, &self.stream, sets))?;
-        Ok(mind.unbind())
+        controller.call_method1(begin, (name, self.me.0, setup_object, &self.stream, sets))?;
+        Ok(controller.unbind())
     }
 
-    /// Whether some mind of the run has failed: then all stand still.
+    /// Returns whether any controller of the run has failed. All controllers then stop.
     pub fn has_failed(&self) -> bool {
-        self.common.failure.is_there()
+        self.common.failure.is_stored()
     }
 
-    /// An error is told in one line that says whose mind failed, when and where.
-    pub fn or_note<T>(&self, py: Python<'_>, tick: u64, done: PyResult<T>) -> Option<T> {
-        let error = match done {
-            Ok(done) => return Some(done),
+    /// Returns a successful result. Stores an error as one line with the robot, the tick and the position.
+    pub fn or_note<T>(&self, py: Python<'_>, tick: u64, result: PyResult<T>) -> Option<T> {
+        let error = match result {
+            Ok(result) => return Some(result),
             Err(error) => error,
         };
         let name = self.common.setup.roster.name(self.me);
-        // An error that Rust has caught knows where it came from, and its value does not.
+        // The traceback is in the `PyErr`, but not in its value.
         let value = error.value(py);
-        let told = value
+        let line = value
             .setattr("__traceback__", error.traceback(py))
             .and_then(|()| py.import("alliance_agent._minds"))
-            .and_then(|it| it.call_method1("line_of", (name, tick, value)))
-            .and_then(|line| line.extract::<String>());
-        let failed = MindError::new_err(told.unwrap_or_else(|_| error.to_string()));
+            .and_then(|module| module.call_method1("line_of", (name, tick, value)))
+            .and_then(|text| text.extract::<String>());
+        let failed = MindError::new_err(line.unwrap_or_else(|_| error.to_string()));
         failed.set_cause(py, Some(error));
         self.common.failure.note(py, failed);
         None
     }
 
-    /// Calls its `step`, with what is given and what it hears of teammates; `None`: there is no such mind.
+    /// Calls `step` of the object with its arguments and the received messages. Returns `None` if there is no object.
     pub fn step<'py>(
         &self,
         py: Python<'py>,
@@ -297,39 +304,39 @@ impl Object {
         given: impl FnOnce(Bound<'py, PyList>) -> PyResult<Bound<'py, pyo3::types::PyTuple>>,
         heard: &[Arc<Broadcast>],
     ) -> PyResult<Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>> {
-        let Some(mind) = &self.mind else {
+        let Some(controller) = &self.controller else {
             return Ok(None);
         };
-        let mind = mind.bind(py).clone();
+        let controller = controller.bind(py).clone();
         self.stream.get().begin(draws);
         let heard = heard
             .iter()
-            .filter_map(|it| Heard::of(it, self.common.name))
-            .map(|it| Bound::new(py, it));
+            .filter_map(|message| Heard::of(message, self.common.name))
+            .map(|message| Bound::new(py, message));
         let heard = PyList::new(py, heard.collect::<PyResult<Vec<_>>>()?)?;
         let given = given(heard)?;
         let done = if self.common.twice {
             let minds = py.import(intern!(py, "alliance_agent._minds"))?;
-            minds.call_method1(intern!(py, "step_twice"), (&mind, given))?
+            minds.call_method1(intern!(py, "step_twice"), (&controller, given))?
         } else {
-            mind.call_method1(intern!(py, "step"), given)?
+            controller.call_method1(intern!(py, "step"), given)?
         };
-        Ok(Some((mind, done)))
+        Ok(Some((controller, done)))
     }
 
-    /// What it says to teammates, from its list of words.
-    pub fn take_words(&self, mind: &Bound<'_, PyAny>) -> PyResult<Vec<AllocationMessage>> {
-        let said = mind.getattr(intern!(mind.py(), "_said"))?;
-        let said = said.cast::<PyList>()?;
-        let words = said.iter().map(|words| {
-            let bytes = words.cast::<PyBytes>()?.as_bytes().to_vec();
+    /// Removes and returns the messages that the object has sent to teammates.
+    pub fn take_words(&self, controller: &Bound<'_, PyAny>) -> PyResult<Vec<AllocationMessage>> {
+        let sent = controller.getattr(intern!(controller.py(), "_said"))?;
+        let sent = sent.cast::<PyList>()?;
+        let messages = sent.iter().map(|message| {
+            let bytes = message.cast::<PyBytes>()?.as_bytes().to_vec();
             let schema = self.common.name.to_owned();
             Ok(AllocationMessage::Open(OpenMessage { schema, bytes }))
         });
-        let words = words.collect::<PyResult<Vec<_>>>()?;
-        if !said.is_empty() {
-            said.del_slice(0, said.len())?;
+        let messages = messages.collect::<PyResult<Vec<_>>>()?;
+        if !sent.is_empty() {
+            sent.del_slice(0, sent.len())?;
         }
-        Ok(words)
+        Ok(messages)
     }
 }

@@ -1,4 +1,4 @@
-//! One robot as a process of its own, with a mind in Python: all but the mind is the agent's in Rust.
+//! One robot as a separate process with a controller in Python. Everything else is that of the agent in Rust.
 
 use std::sync::Arc;
 
@@ -14,13 +14,13 @@ use crate::errors::mistake;
 use crate::mind::{Class, Failure};
 
 #[derive(Parser)]
-struct Words {
+struct Arguments {
     #[command(flatten)]
     agent: AgentArgs,
 }
 
-/// Joins the run that the words of a command line name, and lives until it ends; returns the exit status. A mind that fails ends
-/// the process.
+/// Joins the run that the command-line arguments select, and returns the exit status at its end. An error of the
+/// controller ends the process.
 #[pyfunction]
 pub fn live(
     py: Python<'_>,
@@ -31,8 +31,8 @@ pub fn live(
 ) -> PyResult<u8> {
     let class = Class::new(name, class, Failure::EndsProcess, twice);
     let registry = Registry::built_in().mind(Arc::new(class));
-    let words: Words = parse_words(&registry.vocabulary(), &words).map_err(mistake)?;
+    let args: Arguments = parse_words(&registry.vocabulary(), &words).map_err(mistake)?;
     prepare_process();
     log_to_stderr();
-    Ok(py.detach(|| words.agent.run_as(registry.agents(), Some(name))))
+    Ok(py.detach(|| args.agent.run_as(registry.agents(), Some(name))))
 }

@@ -1,4 +1,4 @@
-//! What a robot senses, as Python has it.
+//! Sensor readings as Python objects.
 
 use alliance_proto::mission::Sensed;
 use alliance_proto::readings::{Hit, Readings};
@@ -11,24 +11,24 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-/// `alliance_agent.Readings`. Numbers are those of the bus, to the bit.
+/// Returns `alliance_agent.Readings`. Numbers are bitwise equal to those on the bus.
 pub fn to_python<'py>(
     py: Python<'py>,
     readings: &Readings,
     setup: &Setup,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let text = told(readings, setup).to_string();
+    let text = to_json(readings, setup).to_string();
     let minds = py.import(intern!(py, "alliance_agent._minds"))?;
     minds.call_method1(intern!(py, "readings"), (text,))
 }
 
-fn told(readings: &Readings, setup: &Setup) -> Value {
-    let number = |it: f32| f64::from(it);
+fn to_json(readings: &Readings, setup: &Setup) -> Value {
+    let number = |value: f32| f64::from(value);
     let hits = |hits: [Option<Hit>; 3]| {
         hits.map(|hit| hit.map(|hit| [number(hit.distance_m), number(hit.normal_rad)]))
     };
-    // `false`: the device works, and there is nothing in range.
-    let border = |it: Option<Option<f32>>| match it {
+    // `false` means that the device works and nothing is in range.
+    let border = |reading: Option<Option<f32>>| match reading {
         None => Value::Null,
         Some(None) => Value::Bool(false),
         Some(Some(distance_m)) => number(distance_m).into(),
@@ -38,20 +38,21 @@ fn told(readings: &Readings, setup: &Setup) -> Value {
         "heading": readings.pose.map(|pose| number(pose.heading_rad)),
         "front_border": border(readings.front_border),
         "side_border": border(readings.side_border),
-        "ahead": readings.proximity.map(|it| hits(it.ahead)),
-        "left": readings.proximity.map(|it| hits(it.left)),
-        "right": readings.proximity.map(|it| hits(it.right)),
-        "ground": readings.ground.map(|it| [number(it.here), number(it.ahead)]),
+        "ahead": readings.proximity.map(|proximity| hits(proximity.ahead)),
+        "left": readings.proximity.map(|proximity| hits(proximity.left)),
+        "right": readings.proximity.map(|proximity| hits(proximity.right)),
+        "ground": readings.ground.map(|ground| [number(ground.here), number(ground.ahead)]),
         "energy": readings.energy_j.map(number),
         "mission": mission(&readings.mission, setup),
     })
 }
 
-fn point(at: Vec2) -> [f64; 2] {
-    at.to_array().map(f64::from)
+fn point(position: Vec2) -> [f64; 2] {
+    position.to_array().map(f64::from)
 }
 
-/// What the devices of the mission tell, by their names on the bus; the bytes of a mission that is not known here.
+/// Returns the readings of the mission's devices, by their names on the bus. For an unknown mission it returns the raw
+/// bytes.
 fn mission(sensed: &Sensed, setup: &Setup) -> Value {
     fn open<T: DeserializeOwned + Default + Serialize>(sensed: &Sensed) -> Value {
         let sensed: T = match sensed {
@@ -70,7 +71,7 @@ fn mission(sensed: &Sensed, setup: &Setup) -> Value {
     }
 }
 
-/// Whether the device that senses targets works.
+/// Returns whether the device that detects targets works.
 pub fn sees_targets(readings: &Readings) -> bool {
     match &readings.mission {
         Sensed::Open(bytes) => bytes

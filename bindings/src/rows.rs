@@ -1,10 +1,11 @@
-//! What allocation.csv shows of a mind that need not have a measure of its own.
+//! Rows of allocation.csv for controllers without a utility of their own.
 
 use alliance_proto::ids::{BehaviorId, RobotId};
 use alliance_proto::telemetry::{AllocationRow, BehaviorState};
 use robot_agent::allocator::{Decision, Input};
 
-/// Writes a row per own set: what is bid for it, or else 1 for the active one and 0 for the others.
+/// Writes a row for each of the robot's sets. The utility is the bid, or else 1 for the active set and 0 for the
+/// others.
 pub fn rows(
     me: RobotId,
     input: &Input<'_>,

@@ -1,4 +1,4 @@
-//! A whole run in this process, with the bytes of `alliance run --in-process`.
+//! A whole run in this process, with the same bytes as `alliance run --in-process`.
 
 use std::path::PathBuf;
 
@@ -11,18 +11,20 @@ use world_server::recorder::{Folder, Sink};
 use crate::asked::{Asked, Ready};
 use crate::errors::{failed, mistake};
 
-/// Ticks between two looks at whether somebody pressed Ctrl-C.
+/// The number of ticks between two checks for Ctrl-C.
 const TICKS_PER_LOOK: u64 = 256;
 
-/// Runs it to its end, with its log in that folder if there is one; returns run.json.
+/// Executes a run, writes its log to `folder` if that is given, and returns the text of run.json.
 #[pyfunction]
 pub fn run(py: Python<'_>, asked: Asked, folder: Option<PathBuf>, level: &str) -> PyResult<String> {
     let ready = asked.ready(Registry::built_in())?;
     let mut levels = LogLevel::ALL.into_iter();
-    let level = levels.find(|it| it.as_str() == level).ok_or_else(|| {
-        let known = LogLevel::ALL.map(LogLevel::as_str).join(", ");
-        mistake(format!("level: there is no '{level}'; there are {known}"))
-    })?;
+    let level = levels
+        .find(|candidate| candidate.as_str() == level)
+        .ok_or_else(|| {
+            let known = LogLevel::ALL.map(LogLevel::as_str).join(", ");
+            mistake(format!("level: there is no '{level}'; there are {known}"))
+        })?;
     py.detach(|| {
         let run = match folder {
             None => carry_out(ready, LogLevel::Off, Memory::default())?,

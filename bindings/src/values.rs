@@ -1,4 +1,4 @@
-//! What an allocator in Python is given in a step. All of it is made anew for each step, and nothing of it changes.
+//! The arguments of an allocator's step in Python. They are created for each step and are immutable.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -15,7 +15,7 @@ use robot_agent::allocator::{Choice, Draws};
 
 use crate::errors::failed;
 
-/// What a robot knows of one of its behavior sets for the whole run.
+/// Constant data of one of the robot's behavior sets.
 #[derive(Debug)]
 pub struct OwnSet {
     pub id: BehaviorId,
@@ -23,23 +23,23 @@ pub struct OwnSet {
     pub task: TaskId,
     pub task_name: String,
     pub ceased_after_s: f64,
-    /// Every ALLIANCE value in force, as the setup has it.
+    /// The ALLIANCE values in force, from the setup.
     pub values: Py<PyAny>,
 }
 
 /// A behavior set of the robot in a step.
 #[pyclass(frozen, module = "alliance_agent")]
 pub struct Set {
-    own: Arc<OwnSet>,
+    definition: Arc<OwnSet>,
     choice: Choice,
     active: bool,
     since: SimTime,
 }
 
 impl Set {
-    pub fn new(own: Arc<OwnSet>, choice: Choice, active: bool, since: SimTime) -> Self {
+    pub fn new(definition: Arc<OwnSet>, choice: Choice, active: bool, since: SimTime) -> Self {
         Self {
-            own,
+            definition,
             choice,
             active,
             since,
@@ -47,7 +47,7 @@ impl Set {
     }
 
     pub fn behavior(&self) -> BehaviorId {
-        self.own.id
+        self.definition.id
     }
 }
 
@@ -55,22 +55,22 @@ impl Set {
 impl Set {
     #[getter]
     fn id(&self) -> u16 {
-        self.own.id.0
+        self.definition.id.0
     }
 
     #[getter]
     fn name(&self) -> &str {
-        &self.own.name
+        &self.definition.name
     }
 
     #[getter]
     fn task(&self) -> u16 {
-        self.own.task.0
+        self.definition.task.0
     }
 
     #[getter]
     fn task_name(&self) -> &str {
-        &self.own.task_name
+        &self.definition.task_name
     }
 
     #[getter]
@@ -115,19 +115,19 @@ impl Set {
 
     #[getter]
     fn ceased_after(&self) -> f64 {
-        self.own.ceased_after_s
+        self.definition.ceased_after_s
     }
 
     #[getter]
     fn values(&self, py: Python<'_>) -> Py<PyAny> {
-        self.own.values.clone_ref(py)
+        self.definition.values.clone_ref(py)
     }
 
     fn __repr__(&self) -> String {
         format!(
             "<Set {} {}{}{}>",
-            self.own.id.0,
-            self.own.name,
+            self.definition.id.0,
+            self.definition.name,
             if self.choice.applicable {
                 ", applicable"
             } else {
@@ -138,20 +138,20 @@ impl Set {
     }
 }
 
-/// A heartbeat of a teammate, or what its allocator of the same kind says.
+/// A received heartbeat of a teammate, or a message of its allocator.
 #[pyclass(frozen, module = "alliance_agent")]
 pub struct Heard(Arc<Broadcast>);
 
 impl Heard {
-    /// What an allocator under that name hears of a broadcast: what others say in languages of their own it does not.
+    /// Returns the message if it is a heartbeat or has the schema of the allocator. Other messages return `None`.
     pub fn of(broadcast: &Arc<Broadcast>, allocator: &str) -> Option<Self> {
-        let is_heard = match &broadcast.body {
+        let is_relevant = match &broadcast.body {
             Content::Heartbeat(_) => true,
             Content::Bulletin(_) => false,
             Content::Allocation(AllocationMessage::Open(message)) => message.schema == allocator,
             Content::Allocation(_) => false,
         };
-        is_heard.then(|| Self(Arc::clone(broadcast)))
+        is_relevant.then(|| Self(Arc::clone(broadcast)))
     }
 
     fn heartbeat(&self) -> Option<&Heartbeat> {
@@ -181,7 +181,8 @@ impl Heard {
 
     #[getter]
     fn state(&self) -> &'static str {
-        self.heartbeat().map_or("said", |it| it.state.as_str())
+        self.heartbeat()
+            .map_or("said", |heartbeat| heartbeat.state.as_str())
     }
 
     #[getter]
@@ -196,13 +197,15 @@ impl Heard {
 
     #[getter]
     fn since(&self) -> f64 {
-        let since = self.heartbeat().map_or(self.0.sent, |it| it.since);
+        let since = self
+            .heartbeat()
+            .map_or(self.0.sent, |heartbeat| heartbeat.since);
         since.as_secs_f64()
     }
 
     #[getter]
     fn progress(&self) -> u32 {
-        self.heartbeat().map_or(0, |it| it.progress)
+        self.heartbeat().map_or(0, |heartbeat| heartbeat.progress)
     }
 
     #[getter]
@@ -212,7 +215,7 @@ impl Heard {
 
     #[getter]
     fn carrying(&self) -> bool {
-        self.heartbeat().is_some_and(|it| it.carrying)
+        self.heartbeat().is_some_and(|heartbeat| heartbeat.carrying)
     }
 
     #[getter]
@@ -244,38 +247,38 @@ impl Heard {
     }
 }
 
-/// JSON as Python reads it.
+/// Parses JSON into Python objects.
 pub fn loads<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
     py.import("json")?.call_method1("loads", (text,))
 }
 
-/// The random numbers of a robot's allocator: those of the step under way, from the first on.
+/// The random numbers of a robot's allocator for the current step.
 #[pyclass(frozen, module = "alliance_agent")]
-pub struct Stream(Mutex<OfStep>);
+pub struct Stream(Mutex<StepState>);
 
-struct OfStep {
+struct StepState {
     draws: Option<Draws>,
-    /// Made when the first number is asked for.
+    /// The generator, created for the first number.
     stream: Option<ChaCha8Rng>,
     drawn: u32,
 }
 
 impl Stream {
-    /// Numbers of 64 bits that there are for a step.
+    /// The largest number of 64-bit values in a step.
     const MOST: u32 = 2048;
 
     pub fn new() -> Self {
-        Self(Mutex::new(OfStep {
+        Self(Mutex::new(StepState {
             draws: None,
             stream: None,
             drawn: 0,
         }))
     }
 
-    /// Another step begins.
+    /// Starts a new step.
     pub fn begin(&self, draws: Draws) {
-        let mut of_step = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        *of_step = OfStep {
+        let mut step = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        *step = StepState {
             draws: Some(draws),
             stream: None,
             drawn: 0,
@@ -285,24 +288,24 @@ impl Stream {
 
 #[pymethods]
 impl Stream {
-    /// The step under way begins anew, with the same numbers.
+    /// Restarts the current step with the same numbers.
     fn begin_again(&self) {
-        let mut of_step = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        (of_step.stream, of_step.drawn) = (None, 0);
+        let mut step = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        (step.stream, step.drawn) = (None, 0);
     }
 
     fn next_u64(&self) -> PyResult<u64> {
-        let mut of_step = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(draws) = of_step.draws else {
-            let why = "there are random numbers within a step only";
+        let mut step = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(draws) = step.draws else {
+            let why = "random numbers are available only within a step";
             return Err(PyRuntimeError::new_err(why));
         };
-        of_step.drawn += 1;
-        if of_step.drawn > Self::MOST {
-            let why = format!("a step has {} random numbers and no more", Self::MOST);
+        step.drawn += 1;
+        if step.drawn > Self::MOST {
+            let why = format!("a step has at most {} random numbers", Self::MOST);
             return Err(PyRuntimeError::new_err(why));
         }
-        let stream = of_step.stream.get_or_insert_with(|| draws.stream());
+        let stream = step.stream.get_or_insert_with(|| draws.stream());
         Ok(stream.next_u64())
     }
 }

@@ -1,4 +1,4 @@
-// What the charts draw of a log, against the log: the test in Rust that made the file has put it beside each other.
+// Compares the chart data of a log with the log's rows. A Rust test writes both into one file.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -10,26 +10,26 @@ import { levels } from "../page/model/levels.js";
 const file = process.env.ALLIANCE_LOG;
 
 test("every row, activation and reset of the log is drawn", { skip: file ? false : "run from `cargo test`" }, () => {
-  const { robots, sets, duration_ms, bends, rows } = JSON.parse(readFileSync(file, "utf8"));
+  const { robots, sets, duration_ms, bends: cornersOfAll, rows } = JSON.parse(readFileSync(file, "utf8"));
   const curves = new Curves(sets.length);
-  for (const each of bends) curves.add(each);
+  for (const each of cornersOfAll) curves.add(each);
   const bySet = new Map(sets.map(({ name }, set) => [name, set]));
   const corners = robots.map((_, rank) => sets.map((_, set) => curves.of(rank, set)));
-  const moments = [];
+  const peaks = [];
   const before = new Map();
   for (const [t, robot, name, level, state] of rows) {
     const [rank, set] = [robots.indexOf(robot), bySet.get(name)];
-    const told = levelAt(corners[rank][set], t);
-    assert.ok(Math.abs(told.level - level) < 1e-6 && told.state.toLowerCase() === state, `${t} ms, ${robot}, ${name}: ${level}`);
+    const drawnAt = levelAt(corners[rank][set], t);
+    assert.ok(Math.abs(drawnAt.level - level) < 1e-6 && drawnAt.state.toLowerCase() === state, `${t} ms, ${robot}, ${name}: ${level}`);
     const key = `${robot} ${name}`;
-    const [old_level, old_state] = before.get(key) ?? [0, ""];
-    if (state === "active" && old_state !== "active") moments.push({ t, rank, set, level });
-    if (level < old_level) moments.push({ t, rank, set, level: old_level });
+    const [previousLevel, previousState] = before.get(key) ?? [0, ""];
+    if (state === "active" && previousState !== "active") peaks.push({ t, rank, set, level });
+    if (level < previousLevel) peaks.push({ t, rank, set, level: previousLevel });
     before.set(key, [level, state]);
   }
-  assert.ok(moments.length > 20, `${moments.length} activations and resets`);
+  assert.ok(peaks.length > 20, `${peaks.length} activations and resets`);
   for (const length of [duration_ms, 120_000, 30_000]) {
-    for (const { t, rank, set, level } of moments) {
+    for (const { t, rank, set, level } of peaks) {
       const from = Math.max(0, t - length / 2);
       const { columns } = levels(corners[rank], [], rank, from, from + length);
       const near = length / 600 / 1000;

@@ -1,4 +1,4 @@
-// What the page says of missions that it has never heard of, from the columns that they declare.
+// Tests the texts for a mission that the page does not contain, from its declared columns.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -13,17 +13,17 @@ const COLUMNS = [
   { name: "way_m", kind: "real" },
 ];
 
-test("how far a mission has come is counted by its own columns", () => {
+test("the progress of a mission comes from its own columns", () => {
   assert.deepEqual(progress(COLUMNS, [2, 3, 61_000, 7.5]), { done: 3, total: 5, what: "places visited" });
   assert.equal(progress(COLUMNS.slice(2), [61_000, 7.5]), null);
 });
 
-test("the other columns are told with their labels", () => {
+test("the other columns are shown with their labels", () => {
   assert.deepEqual(details(COLUMNS, [2, 3, 61_000, 7.5], 73_000), ["last visit 12 s ago", "places left 2", "way m 7.50"]);
   assert.deepEqual(details(COLUMNS, [5, 0, null, null], 0), ["last visit none yet", "places left 5", "way m –"]);
 });
 
-test("events of the mission are a group of their own", () => {
+test("events of the mission have their own group", () => {
   assert.equal(groupOf("visited", ["visited"]), "mission");
   assert.equal(groupOf("visited", []), "details");
   assert.equal(groupOf("gone", ["visited"]), "robots");

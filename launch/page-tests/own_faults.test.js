@@ -1,4 +1,4 @@
-// What the page makes of faults and devices that it has never heard of.
+// Tests faults and devices that the page does not contain.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -15,34 +15,34 @@ const SHAKE = {
   item: null,
 };
 
-test("a fault with a place takes it from the floor, and the rest from fields", () => {
+test("the place of a fault is a click on the floor, all other arguments are fields", () => {
   assert.equal(label(SHAKE), "Shake floor");
   assert.equal(sentence(SHAKE.about), "Shakes the floor");
   assert.deepEqual(fieldsOf(SHAKE), [{ key: "times" }]);
   assert.deepEqual(ownFault(SHAKE, { times: 2 }, { x: 3, y: 4.5 }), { "shake-floor": { times: 2, x_m: 3, y_m: 4.5 } });
 });
 
-test("what is left empty has the default of the mission", () => {
+test("an empty field selects the mission's default", () => {
   assert.deepEqual(ownFault(SHAKE, { times: NaN }, { x: 3, y: 4.5 }), { "shake-floor": { x_m: 3, y_m: 4.5 } });
 });
 
-test("a fault without a place has a field for everything", () => {
+test("a fault without a place has a field for every argument", () => {
   const blow = { name: "blow", arguments: [{ key: "x_m" }, { key: "speed_m_s" }], place: null };
   assert.equal(fieldsOf(blow).length, 2);
   assert.deepEqual(ownFault(blow, { x_m: 1, speed_m_s: 2 }, null), { blow: { x_m: 1, speed_m_s: 2 } });
 });
 
-test("each fault has a key that nothing else has, as long as there are any", () => {
+test("each fault has its own key while keys are free", () => {
   const named = (...names) => names.map((name) => ({ name }));
   assert.deepEqual(letters(named("waste", "move-waste", "was", "sa"), ["m", "o", "s"]), ["w", "v", "a", null]);
 });
 
-test("a fault is told as the command line takes it", () => {
+test("a fault is formatted as on the command line", () => {
   const fault = { "shake-floor": { y_m: 4.5, x_m: 3, times: 2 } };
   assert.equal(faultInWords(fault), "shake-floor --times 2 --x-m 3 --y-m 4.5");
 });
 
-test("a robot has the devices that all have, and its own", () => {
+test("a robot has the common devices and its own", () => {
   const devices = [{ name: "position" }, { name: "side-border", is_optional: true }, { name: "nose", is_optional: true }];
   const robots = [{ side_sensor: true }, { side_sensor: false }, { side_sensor: false, devices: ["nose"] }];
   const names = (rank) => devicesOf({ devices, scenario: { robots } }, rank).map(({ name }) => name);

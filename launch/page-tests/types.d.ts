@@ -1,14 +1,10 @@
-// Made from the Rust types by the test `the_page_s_types_are_those_of_rust`; not to be changed by hand.
+// Generated from the Rust types by the test `the_page_types_are_up_to_date`. Do not edit.
 
-/** A broken actuator. */
 export type ActuatorFault = {
-  /** How. */
   mode: ActuatorMode;
-  /** Whose. */
   robot: string;
 };
 
-/** How an actuator fails. */
 export type ActuatorMode = "dead" | {
   slowed: number;
 } | {
@@ -17,85 +13,76 @@ export type ActuatorMode = "dead" | {
   "one-wheel": Side;
 } | "gripper";
 
-/** What an agent is up to. */
 export type AgentState = "absent" | "dead" | "coming" | "present" | "silent";
 
-/** A behavior set, by its place in [`crate::scenario::Catalog::sets`]; the same for every robot that has it. */
+/** A behavior set: its index in [`crate::scenario::Catalog::sets`], the same for every robot that has the set. */
 export type BehaviorId = number;
 
-/** State of a behavior set (thesis §3.3.1). */
-export type BehaviorState = "Hibernating" | "Waiting" | "Active";
+/** The state of a behavior set (thesis §3.3.1). */
+export type BehaviorState = "Active" | "Hibernating" | "Waiting";
 
-/** A behavior set of a robot. */
 export type BehaviorView = {
-  /** Its motivation, with its factors and its state; the utility of its task in its place where there are no motivations, 0 while that is not applicable. */
+  /** The motivation with its factors and state. For allocators without motivations it contains the utility of the task, or 0 while the task is not applicable. */
   motivation: Motivation;
-  /** Since when it is in that state. */
+  /** The time since which the set has been in this state. */
   since: SimTime;
 };
 
-/** A corner of the curve of a motivation or a utility. Between two corners the curve is a straight line, but for a reset, which is a step. */
+/** A corner of the curve of a motivation or utility. The curve is a straight line between two corners, except for a reset, which is a step. */
 export type Bend = {
-  /** Time of the step, as in motivations.csv. */
+  /** The time of the step, as in motivations.csv. */
   at: SimTime;
-  /** Whether the curve ends here, for the robot took no part in the step after it. */
+  /** `true` if the curve ends here, because the robot did not take part in the next step. */
   last: boolean;
-  /** The motivation or utility at its end. */
   level: number;
-  /** Whose. */
   robot: RobotId;
-  /** Of which behavior set. */
   set: BehaviorId;
-  /** The state at its end, until the next corner. */
+  /** The state at the end of the step, valid until the next corner. */
   state: BehaviorState;
 };
 
-/** The kinds of broadcast; each has its own key below `team/<robot>/`. */
+/** The kinds of broadcast. Each has its own key below `team/<robot>/`. */
 export type BroadcastKind = "Heartbeat" | "FirstBulletin" | "SecondBulletin" | "Allocation";
 
-/** Something that befalls some messages on directed links. */
+/** A random effect on messages of directed links. */
 export type Chance = {
-  /** Who speaks. */
   from: Who;
-  /** Share of messages that it befalls, 0 to 1. */
+  /** The share of affected messages, 0 to 1. */
   p: number;
-  /** Who hears it. */
   to: Who;
 };
 
-/** The step clock. */
+/** The state of the step clock. */
 export type ClockStatus = {
-  /** Whether no further tick begins. */
+  /** True if no further tick starts. */
   paused: boolean;
-  /** Multiple of real time; `null`: as fast as possible. */
+  /** The multiple of real time; `null` runs as fast as possible. */
   speed: number | null;
-  /** Ticks that a step command has left. */
+  /** The number of ticks left of a step command. */
   steps_left: number;
-  /** The tick under way, or the next one. */
+  /** The tick in progress, or the next one. */
   tick: number;
-  /** For whom it waits, and what would help, once it has stood still for some seconds though nobody holds it. */
+  /** The missing robots or processes and a remedy, after an unpaused clock has stood still for some seconds. */
   waits_for: string | null;
 };
 
 /** Delay of messages on directed links. */
 export type Delay = {
-  /** Delay of every message, s. */
+  /** The delay of every message, s. */
   delay_s: number;
-  /** Who speaks. */
   from: Who;
-  /** Up to this much more, evenly distributed, s. */
+  /** The maximum additional delay, uniformly distributed, s. */
   jitter_s: number;
-  /** Who hears it. */
   to: Who;
 };
 
-/** What became of a broadcast at one receiver. */
+/** The delivery of a broadcast at one receiver. */
 export type Delivery = "Heard" | "Lost" | "Delayed" | "Duplicate" | "Dropped" | "Cut" | "Pending";
 
-/** A sensing device, by its name: one of [`Device::COMMON`], or one of the mission's own. */
+/** The name of a sensing device: one of [`Device::COMMON`] or one of the mission's own. */
 export type Device = string;
 
-/** What goes wrong. Robots go by their names. */
+/** A failure and its target. Robots are identified by name. */
 export type Fault = {
   kill: string;
 } | {
@@ -146,339 +133,286 @@ export type Fault = {
   skill: SkillFault;
 };
 
-/** A fault as the world sees it now. */
+/** The present state of a fault. */
 export type FaultStatus = {
-  /** When it last took effect. */
+  /** The simulated time at which the fault last took effect, ms. */
   applied_ms: SimTime | null;
-  /** Why it could not be done when it last should; `null` when it could. */
+  /** The reason if the latest attempt failed; `null` after a success. */
   failed: string | null;
-  /** When it last healed. */
+  /** The simulated time at which the fault last healed, ms. */
   healed_ms: SimTime | null;
-  /** How often it has changed something: messages, ticks with a false reading or a disobeyed command, signals. */
+  /** The number of effects: messages, ticks with a false reading or an ignored command, and signals. */
   hits: number;
-  /** Its id. */
   id: string;
-  /** What was ordered. */
+  /** The order that armed the fault. */
   order: Order;
-  /** Where it stands. */
   phase: Phase;
 };
 
-/** Penetrability of the ground (DESIGN §7): 1 is neutral, less slows down, more speeds up. */
+/** The penetrability of the ground: 1 is neutral, smaller values slow the robot down, larger values speed it up. */
 export type Ground = {
-  /** One body radius beyond its front. */
+  /** The value one body radius beyond the robot's front. */
   ahead: number;
-  /** Under the robot's center. */
+  /** The value under the robot's center. */
   here: number;
 };
 
-/** A solid within range of one beam. */
+/** A solid object within the range of one beam. */
 export type Hit = {
-  /** Free way along the beam, counted from the robot's edge, m; 0 is contact. */
+  /** The free distance along the beam from the robot's edge, m; 0 is contact. */
   distance_m: number;
-  /** Direction of the outward surface normal at the hit, in the robot's frame, rad in (-π, π]. */
+  /** The direction of the outward surface normal at the hit, in the robot's frame, rad in (-π, π]. */
   normal_rad: number;
 };
 
-/** An item that robots take, counted from 0. */
+/** An item that robots can carry, numbered from 0. */
 export type ItemId = number;
 
-/** An item. */
 export type ItemView = {
-  /** Who carries it. */
   carrier: RobotId | null;
-  /** Where it lies, m; while it is carried, where it was picked up. */
+  /** The position, m. For a carried item, the place where it was picked up. */
   position: [number, number];
-  /** Half its size, m. */
+  /** Half of the item's size, m. */
   radius_m: number;
 };
 
-/** Directed links: what `to` hears of `from`. */
+/** Directed links from senders to receivers. */
 export type Link = {
-  /** Who speaks. */
   from: Who;
-  /** Who hears it. */
   to: Who;
 };
 
 /** Loss of messages on directed links. */
 export type Loss = {
-  /** Mean length of a burst in which every message is lost, s; 0: each message has its own draws (Gilbert 1960). */
+  /** The mean length of a burst in which every message is lost, s; 0 makes losses independent (Gilbert 1960). */
   burst_s: number;
-  /** Who speaks. */
   from: Who;
-  /** Share of messages that get lost in the long run, 0 to 1. */
+  /** The share of messages that get lost in the long run, 0 to 1. */
   p: number;
-  /** Who hears it. */
   to: Who;
 };
 
-/** Something of a mission that can be seen, for eyes that do not know the mission. */
+/** A visible object of a mission, in a form that is independent of the mission. */
 export type Mark = {
-  /** What tells it from the others; the same in every view. Marks of several kinds begin with the number of their kind, which has a color of its own: `2/p7`. */
+  /** The identifier, constant over all views. If there are several kinds of marks, it begins with the number of the kind, which selects the color: `2/p7`. */
   id: string;
-  /** What people call it; may be empty. */
+  /** The name for people, possibly empty. */
   label: string;
-  /** Where it is. */
   outline: MarkOutline;
-  /** What it is there for. */
   role: MarkRole;
-  /** How much of it is done, 0 to 1; `None`: that means nothing here. */
+  /** The completed share, 0 to 1; `None` if it does not apply. */
   share: number | null;
 };
 
-/** The outline of a mark, m. */
 export type MarkOutline = {
   disc: {
-    /** Its center. */
     center: [number, number];
-    /** Its radius. */
     radius_m: number;
   };
 } | {
   rectangle: {
-    /** Upper right corner. */
     max: [number, number];
-    /** Lower left corner. */
     min: [number, number];
   };
 } | {
   bar: {
-    /** One end. */
     from: [number, number];
-    /** Half of its thickness. */
     half_width_m: number;
-    /** The other end. */
     to: [number, number];
   };
 } | {
   line: {
-    /** One end. */
     from: [number, number];
-    /** The other end. */
     to: [number, number];
   };
 };
 
-/** What a mark is there for: eyes have a color for each. */
+/** The role of a mark. Observers use one color per role. */
 export type MarkRole = "item" | "target" | "zone" | "goal" | "range" | "link";
 
-/** What an allocator computes for each behavior set, and what is drawn as its curve. */
+/** The quantity that an allocator computes for each behavior set, and that its curve shows. */
 export type Measure = "motivation" | "utility";
 
-/** What became of a message at a receiver. */
 export type MessageView = {
-  /** At whom. */
   receiver: RobotId;
-  /** The message and its delivery. */
   reception: Reception;
 };
 
-/** One row of motivations.csv: a motivational behavior at the end of a step, with the factors of eq. 2.7. */
+/** A row of motivations.csv: a motivational behavior at the end of a step, with the factors of eq. 2.7. */
 export type Motivation = {
-  /** Factor (eq. 2.6); `false` = yields or gives up. */
+  /** The factor of eq. 2.6; `false` if the robot yields or gives up. */
   acquiescence: boolean;
-  /** Factor (eq. 2.3); `false` = another set of the robot is active. */
+  /** The factor of eq. 2.3; `false` if another set of the robot is active. */
   activity_suppression: boolean;
-  /** Rate of this step, motivation/s (eq. 2.4). */
+  /** The rate of this step, motivation/s (eq. 2.4). */
   impatience: number;
-  /** Factor (eq. 2.5); `false` = reset in this step. */
+  /** The factor of eq. 2.5; `false` for a reset in this step. */
   impatience_reset: boolean;
-  /** m, in [0, θ]. */
+  /** The motivation m, in [0, θ]. */
   motivation: number;
-  /** Factor (eq. 2.1). */
+  /** The factor of eq. 2.1. */
   sensory_feedback: boolean;
-  /** The behavior set. */
   set: BehaviorId;
-  /** State at the end of the step. */
   state: BehaviorState;
 };
 
-/** A robot elsewhere. */
+/** A new place for a robot's body. */
 export type MoveRobot = {
-  /** New heading, degrees counter-clockwise from x; absent: as it is. */
+  /** The new heading, degrees counter-clockwise from x; absent keeps the present one. */
   heading_deg: number | null;
-  /** Which one. */
   robot: string;
-  /** Center, m. */
+  /** The x coordinate of the center, m. */
   x_m: number;
-  /** Center, m. */
+  /** The y coordinate of the center, m. */
   y_m: number;
 };
 
-/** A rectangle on the floor. */
+/** A rectangle on the floor that blocks, slows down or speeds up robots. */
 export type Obstacle = {
   /** Extent in y, m. */
   height_m: number;
-  /** [0, 0.1] solid, (0.1, 1) slows by that factor, 1 neutral, above 1 speeds up (thesis §3.2.2.1). */
+  /** The penetrability: [0, 0.1] is solid, (0.1, 1) slows a robot by that factor, 1 is neutral, above 1 speeds it up (thesis §3.2.2.1). */
   penetrability: number;
   /** Extent in x, m. */
   width_m: number;
-  /** Lower left corner, m. */
+  /** The x coordinate of the lower left corner, m. */
   x_m: number;
-  /** Lower left corner, m. */
+  /** The y coordinate of the lower left corner, m. */
   y_m: number;
 };
 
-/** "Let this happen then, for so long." Without a trigger it happens at once. */
+/** A fault with its trigger and its duration. Without a trigger it takes effect at once. */
 export type Order = {
-  /** At this simulated time, s; one that has passed is now. */
+  /** The simulated time at which the fault takes effect, s. A past time means now. */
   at_s: number | null;
-  /** Again and again, this long after the time before, s; the first time at `at_s`, or at once. */
+  /** The interval of a repeated fault, s. The first time is `at_s`, or now. */
   every_s: number | null;
-  /** What happens. */
+  /** The fault to apply when triggered. */
   fault: Fault;
-  /** How long it lasts, s; absent: until it is cleared. What happens in a moment, such as a restart, has no duration. */
+  /** The duration, s; absent lasts until the fault is cleared. Instantaneous faults, such as a restart, have none. */
   for_s: number | null;
-  /** Name, by which it can be cleared; absent: the world gives it one. */
+  /** The id that clears the fault; absent lets the world choose one. */
   id: string | null;
-  /** When this happens next. */
+  /** The event whose next occurrence triggers the fault. */
   when: When | null;
 };
 
-/** How a run ended. */
 export type Outcome = "complete" | "time-limit" | "interrupted" | "no-robot-left";
 
-/** A partition of the team. */
 export type Partition = {
-  /** Groups of robots, each robot in one at most. */
+  /** The groups of robots. A robot is in one group at most. */
   groups: ((string)[])[];
-  /** Later groups still hear earlier ones. */
+  /** True if later groups still receive messages of earlier ones. */
   one_way: boolean;
 };
 
-/** Where a fault stands. */
 export type Phase = "armed" | "in-force" | "over";
 
-/** Where a body is and where it faces. */
 export type Pose = {
-  /** Heading in (-π, π], rad counter-clockwise from x. */
+  /** The heading in (-π, π], rad counter-clockwise from x. */
   heading_rad: number;
-  /** Centre, m. */
+  /** The position of the centre, m. */
   position: [number, number];
 };
 
-/** The collision-avoidance sensor (thesis Fig. 4.5 and 4.6): what is solid ahead and beside the robot, the border included. `None` is a free beam. */
+/** The collision-avoidance sensor (thesis Fig. 4.5 and 4.6). It detects solid objects ahead and beside the robot, including the border. `None` is a free beam. */
 export type Proximity = {
-  /** Ahead: left, center, right. The outer beams run parallel to the heading at the sides of the body; the center one is as wide as the body, so that it is free exactly when the robot can move ahead by its length. */
+  /** The beams ahead: left, center, right. The outer beams run parallel to the heading at the sides of the body. The center beam is as wide as the body: it is free exactly if the robot can move ahead by its length. */
   ahead: [Hit | null, Hit | null, Hit | null];
-  /** To the left: beams at right angles to the heading from the front, the center and the rear of the body. */
+  /** The beams at right angles to the heading, from the front, center and rear of the body. */
   left: [Hit | null, Hit | null, Hit | null];
-  /** The same to the right. */
   right: [Hit | null, Hit | null, Hit | null];
 };
 
-/** Quality of the radio on all links. The figures are round numbers of this project, chosen so that a team at the default heartbeat rate of 1 in 2 s hardly notices the first, works worse with the second, and falls apart at times with the third. */
+/** The quality of the radio on all links. The values are round numbers of this project for the default rate of one heartbeat in 2 s. A good radio hardly affects a team, a poor one impairs it, and a severe one separates it at times. */
 export type RadioQuality = "good-radio" | "poor-radio" | "severe-radio";
 
-/** Radio range. */
+/** A limit of the radio range. */
 export type RangeFault = {
-  /** Greatest distance, center to center, m. */
+  /** The maximum distance, center to center, m. */
   range_m: number;
 };
 
-/** One step's sensor values. Each device is `None` when the robot lacks it or when it is dead. */
+/** The sensor values of one step. A device is `None` if the robot lacks it or if it is dead. */
 export type Readings = {
-  /** Energy left, J; `None` where energy is not simulated. */
+  /** The remaining energy, J; `None` if energy is not simulated. */
   energy_j: number | null;
-  /** Distance from the robot's edge to the border straight ahead, m, `Some(None)` beyond the sensor's range. */
+  /** The distance from the robot's edge to the border straight ahead, m; `Some(None)` beyond the sensor's range. */
   front_border: number | null;
-  /** Ground sensor. */
   ground: Ground | null;
-  /** What the mission's own devices tell. */
+  /** The readings of the mission's own devices. */
   mission: unknown;
-  /** Position sensor. */
   pose: Pose | null;
-  /** Collision avoidance. */
   proximity: Proximity | null;
-  /** The same to the left side; only robots built with a side sensor have it. */
+  /** The distance to the border on the left side. Only robots with a side sensor have it. */
   side_border: number | null;
 };
 
-/** One row of messages.csv: a broadcast at one receiver. */
+/** A row of messages.csv: a broadcast at one receiver. */
 export type Reception = {
-  /** When it was, or would have been, audible. */
+  /** The time at which it was received, or would have been. */
   at: SimTime;
-  /** What became of it. */
   delivery: Delivery;
-  /** In which incarnation. */
   incarnation: number;
-  /** What it said; `None` when it never arrived. */
+  /** The logged contents; `None` if the broadcast did not arrive. */
   said: Said | null;
-  /** Who sent it. */
   sender: RobotId;
-  /** When it was sent. */
   sent: SimTime;
 };
 
-/** A robot, by its rank: its place in the scenario's list of robots, counted from 0. */
+/** A robot's rank: its index in the scenario's list of robots, from 0. */
 export type RobotId = number;
 
-/** One robot. */
 export type RobotView = {
-  /** Active behavior set. */
   active: BehaviorId | null;
-  /** What it carries. */
   carrying: ItemId | null;
-  /** Energy left, J; `None` where energy is not simulated. */
+  /** The remaining energy, J; `None` if energy is not simulated. */
   energy_j: number | null;
-  /** Incarnation of its agent, if it has one that is alive. */
+  /** The incarnation of the agent, if it is alive. */
   incarnation: number | null;
-  /** What the levels of its behavior sets are. */
+  /** The unit of the levels of the robot's behavior sets. */
   measure: Measure;
-  /** Process id of its agent, if it has one and is not shown from a log. */
+  /** The process id of the agent; `None` in views from a log. */
   pid: number | null;
-  /** Where its body is. */
   pose: Pose;
-  /** What its sensors told it last, broken ones as they are. */
+  /** The latest sensor readings, including faulty ones. */
   readings: Readings;
-  /** Where devices of the mission's own tell that something is, in the robot's frame, m. */
+  /** The positions that devices of the mission detected, in the robot's frame, m. */
   sensed: ([number, number])[];
-  /** Its behavior sets as last reported, in the order of the catalog. */
+  /** The behavior sets as last reported, in the order of the catalog. */
   sets: (BehaviorView)[];
-  /** How fast it moved in the last step, m/s. */
+  /** The speed in the last step, m/s. */
   speed_m_s: number;
-  /** What its agent is up to. */
   state: AgentState;
 };
 
 /** The logged part of a broadcast's contents. */
 export type Said = {
-  /** Its kind. */
   kind: BroadcastKind;
-  /** Progress count it claims. */
   progress: number | null;
-  /** Running number within the incarnation. */
   seq: number;
-  /** Behavior set it is about. */
   set: BehaviorId | null;
-  /** Since when; heartbeats only. */
+  /** The start of the sender's state; heartbeats only. */
   since: SimTime | null;
-  /** State it claims; heartbeats only. */
+  /** The sender's state; heartbeats only. */
   state: TaskState | null;
-  /** Task it is about. */
   task: TaskId | null;
 };
 
-/** Size of an error: the standard deviation of noise, or the amount of a bias. Distances and coordinates, in x and y alike, are off by meters, the heading by degrees. */
+/** The size of an error: the standard deviation of noise, or the amount of a bias. Distances and both coordinates have an error in meters, the heading in degrees. */
 export type SensorError = {
-  /** Of the heading; position sensor only, degrees. */
+  /** The error of the heading, position sensor only, degrees. */
   deg: number;
-  /** Of lengths, m. */
   m: number;
 };
 
-/** A broken sensor. */
 export type SensorFault = {
-  /** Which one. */
+  /** The name of the sensing device. */
   device: Device;
-  /** How. */
   mode: SensorMode;
-  /** Whose. */
   robot: string;
 };
 
-/** How a sensor fails. */
 export type SensorMode = "dead" | "stuck" | {
   noise: SensorError;
 } | {
@@ -487,60 +421,52 @@ export type SensorMode = "dead" | "stuck" | {
   dropout: number;
 };
 
-/** A side of a robot. */
 export type Side = "left" | "right";
 
-/** Simulated time since the mission's start, in milliseconds; also used for spans of it. */
+/** The simulated time since the mission's start, or a span of it, in milliseconds. */
 export type SimTime = number;
 
-/** A skill that has got worse. */
+/** A decline of a robot's skill. */
 export type SkillFault = {
-  /** Whose. */
   robot: string;
-  /** Share that is left of it, 0 to 1. */
+  /** The remaining share of the skill, 0 to 1. */
   share: number;
-  /** Which one, by the name that the mission gives it. */
+  /** The mission's name of the skill. */
   skill: string;
 };
 
-/** A high-level task of the mission, by its place in [`crate::scenario::Catalog::tasks`]. */
+/** A task of the mission: its index in [`crate::scenario::Catalog::tasks`]. */
 export type TaskId = number;
 
-/** What a robot does about a task, as its heartbeats say it. */
+/** The state of a robot with respect to a task, as in its heartbeats. */
 export type TaskState = "Executing" | "Waiting" | "Idle" | "Released";
 
-/** What an observer sees. */
 export type View = {
-  /** Where curves of motivations have bent since the view before, by time for each robot; none in the first view. */
+  /** The corners of the motivation curves since the previous view, by time for each robot. The first view contains none. */
   bends: (Bend)[];
-  /** The step clock; `None` of a run that is shown from its log. */
+  /** The step clock; `None` for a run that is shown from its log. */
   clock: ClockStatus | null;
-  /** Faults that are armed or in force. */
   faults: (FaultStatus)[];
-  /** All items that robots can carry, by id. */
+  /** The items that robots can carry, by id. */
   items: (ItemView)[];
-  /** What else there is to see of the mission, [`MARKS_MAX`] at most. */
+  /** Other visible objects of the mission, at most [`MARKS_MAX`]. */
   marks: (Mark)[];
-  /** What has become of messages since the view before, the newest [`MESSAGES_MAX`] of them. */
+  /** The deliveries since the previous view, at most the newest [`MESSAGES_MAX`]. */
   messages: (MessageView)[];
-  /** How many more there were. */
   messages_left_out: number;
-  /** The values of mission.csv now, in the order of its columns. */
+  /** The current values of mission.csv, in the order of its columns. */
   mission: (number | null)[];
-  /** Its simulated time. */
   now: SimTime;
-  /** All rectangles on the floor, solid and not, in the order in which they were put there. */
+  /** The rectangles on the floor, solid or not, in the order in which they were added. */
   obstacles: (Obstacle)[];
-  /** How the run ended, once it has: such a view is the last one. */
+  /** The outcome of the run in the last view; `None` before. */
   outcome: Outcome | null;
-  /** One entry per robot, by rank. */
   robots: (RobotView)[];
-  /** The tick under way: those before it are finished. */
   tick: number;
 };
 
-/** The next event that fits triggers: `ROBOT|any VERB [SUBJECT]`. */
+/** A trigger by the next event that matches `ROBOT|any VERB [SUBJECT]`. */
 export type When = string;
 
-/** One end of a link: a robot by its name, or `all`. */
+/** An end of a link: a robot by its name, or `all`. */
 export type Who = string;

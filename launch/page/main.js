@@ -1,4 +1,4 @@
-// Wires the page: where the run comes from, what shows it, what the keys do.
+// Entry point of the page: connects the source of the run, the model, the panels and the keys.
 
 import { Model } from "./model/model.js";
 import { Charts } from "./panels/charts.js";
@@ -30,21 +30,21 @@ import { notify } from "./ui/notices.js";
 import { isShown, startTabs } from "./ui/tabs.js";
 import { startTheme } from "./ui/theme.js";
 
-/** Says why there is nothing to see. */
-function refuse(why) {
+/** Shows the reason reason the page has no run. */
+function showNoRun(reason) {
   document.body.dataset.state = "refused";
   text(byId("state"), "no run");
-  text(byId("refused-why"), why);
+  text(byId("refused-why"), reason);
   byId("refused").hidden = false;
 }
 
 async function start() {
-  // Another link in the same tab is another run.
+  // A link to another run in the same tab changes only the hash: the page must load again.
   addEventListener("hashchange", () => location.reload());
   const token = location.hash.slice(1);
   if (!token) {
-    refuse(
-      "This page shows a run to whoever has its link. Open the whole link that the command has printed, with what follows the #.",
+    showNoRun(
+      "This page needs the complete link that the command printed, including the part after the #.",
     );
     return;
   }
@@ -53,7 +53,7 @@ async function start() {
     const run = await api.get("/api/run");
     await show(api, run);
   } catch (error) {
-    refuse(error.message);
+    showNoRun(error.message);
   }
 }
 
@@ -63,8 +63,8 @@ async function show(api, run) {
   const model = new Model(run, changed);
   const choices = new Choices(changed);
   const orders = new Orders(api, model, changed);
-  const stop = (error) => notify("refused", error.message);
-  const log = model.isLive ? null : new Log(api, run, changed, stop);
+  const showError = (error) => notify("refused", error.message);
+  const log = model.isLive ? null : new Log(api, run, changed, showError);
   const player = log && new Player(log, model, changed);
   const clockwork = player ?? new LiveClock(model, orders);
   const seek = player && ((ms) => player.seekAfter(ms));
@@ -84,7 +84,7 @@ async function show(api, run) {
   const robots = new Robots(model, choices, orders, changed);
   const links = new Links(model, choices, orders);
   const events = new Events(model, seek, changed);
-  const load = log && ((rank) => log.bends(rank).then((bends) => model.bend(bends), stop));
+  const load = log && ((rank) => log.corners(rank).then((corners) => model.addCorners(corners), showError));
   const charts = new Charts(model, choices, seek, load);
   const matrix = new Matrix(model, choices, changed);
   const timeline = player && new Timeline(model, player, events);
@@ -112,14 +112,15 @@ async function show(api, run) {
 
   const state = () => {
     if (!model.view) return "connecting";
-    if (model.ended || (player?.paused && player.atEnd)) return "ended";
+    if (model.ended) return model.ended.isDisconnected ? "disconnected" : "ended";
+    if (player?.paused && player.atEnd) return "ended";
     if (model.isFrozen) return "frozen";
     if (clockwork.paused) return "paused";
     if (model.isOpen && model.view.clock.waits_for) return "standing";
-    const isEverybodyHere = model.view.tick > 0 || model.view.robots.every(({ state: each }) => each === "present" || each === "absent");
-    return isEverybodyHere ? "running" : "waiting";
+    const isTeamComplete = model.view.tick > 0 || model.view.robots.every(({ state: each }) => each === "present" || each === "absent");
+    return isTeamComplete ? "running" : "waiting";
   };
-  // A world that says nothing changes nothing here, but how long it has done so.
+  // No message arrives from a frozen world, so a timer redraws the state.
   if (model.isLive) setInterval(changed, 1000);
   loop.before((wall_ms) => player?.advance(wall_ms));
   loop.add(0, () => {
@@ -136,21 +137,20 @@ async function show(api, run) {
   for (const panel of [robots, new Tasks(model, changed), events, new Messages(model), new Faults(model, orders)]) {
     loop.add(100, () => panel.draw());
   }
-  // Of a large team there are thousands.
+  // A large team has thousands of links: they are redrawn less often.
   loop.add(400, () => links.draw());
   new ResizeObserver(changed).observe(byId("room"));
   new ResizeObserver(changed).observe(byId("chart-list"));
 
   window.alliance = Object.freeze({
-    /** The newest view. */
     get view() {
       return model.view;
     },
-    /** Answer of /api/run. */
+    /** The answer of `/api/run`. */
     get run() {
       return run;
     },
-    /** Where a point of the room is: CSS pixels from the upper left corner of the canvas. For tests and consoles. */
+    /** Returns the canvas position of a point of the room in CSS pixels. For tests and the console. */
     toScreen: (x_m, y_m) => room.toScreen(x_m, y_m),
   });
   startKeys(shortcuts({ model, choices, orders, player, clockwork, clock, timeline, tools, robots, select }));
@@ -159,37 +159,37 @@ async function show(api, run) {
   if (model.isLive) {
     followLive(api, model);
   } else {
-    api.accompany();
+    api.openPageSocket();
     if (wasLive(run)) player.seek(Infinity);
-    const [all, whole] = await Promise.all([api.get("/api/events"), log.overview()]);
-    model.addEvents(all);
-    model.remember(whole);
+    const [events, samples] = await Promise.all([api.get("/api/events"), log.overview()]);
+    model.addEvents(events);
+    model.addSamples(samples);
   }
 }
 
-/** What the keys do; in a log nothing can be broken. */
+/** Returns the keyboard shortcuts. Fault and obstacle keys exist only for a live run. */
 function shortcuts({ model, choices, orders, player, clockwork, clock, timeline, tools, robots, select }) {
-  const key = (keys, shown, does, run) => ({ keys, shown, does, run });
-  const chosen = (act) => () => {
+  const key = (keys, shown, action, run) => ({ keys, shown, action, run });
+  const onSelected = (act) => () => {
     if (choices.selected !== null) act(choices.selected);
-    else notify("refused", "select a robot first: click on it, or press its number");
+    else notify("refused", "Select a robot first: click on it, or press its number");
   };
-  const both = [
-    key([" "], "Space", player ? "play, pause" : "pause, go on", () => clockwork.toggle()),
+  const common = [
+    key([" "], "Space", player ? "play or pause" : "pause or resume", () => clockwork.toggle()),
     key(["."], ".", "one step", () => clockwork.step(1)),
     key([">"], ">", "ten steps", () => clockwork.step(10)),
     key(["+", "="], "+", "twice as fast", () => clock.scale(2)),
     key(["-"], "-", "half as fast", () => clock.scale(0.5)),
     key(["m"], "m", "as fast as possible", () => clockwork.setSpeed(null)),
     key([..."123456789"], "1 … 9", "select a robot", ({ key: digit }) => digit <= model.names.length && select(digit - 1)),
-    key(["r"], "r", "sensor rays, of the selected robot or of all", () => choices.toggle("rays")),
+    key(["r"], "r", "sensor rays of the selected robot, or of all robots", () => choices.toggle("rays")),
     key(["t"], "t", "trails of the last minute", () => choices.toggle("trails")),
     key(["l"], "l", "radio links", () => choices.toggle("radio")),
-    key(["0"], "0", "see all of the room", () => tools.magnify(0)),
-    key(["f"], "f", "keep the selected robot in the middle, larger", () => choices.selected !== null && tools.follow()),
-    key(["d"], "d", "dark or light", () => byId("theme").click()),
+    key(["0"], "0", "show the whole room", () => tools.magnify(0)),
+    key(["f"], "f", "follow the selected robot, zoomed in", () => choices.selected !== null && tools.follow()),
+    key(["d"], "d", "dark or light theme", () => byId("theme").click()),
     key(["?"], "?", "this list", () => byId("help").click()),
-    key(["Escape"], "Esc", "leave the field, put the tool down, select nothing", () => {
+    key(["Escape"], "Esc", "leave the field, put the tool away, clear the selection", () => {
       closeMenu();
       if (document.activeElement.matches("input, select")) document.activeElement.blur();
       else if (choices.tool !== "look") tools.take("look");
@@ -202,34 +202,34 @@ function shortcuts({ model, choices, orders, player, clockwork, clock, timeline,
       ["k"],
       "k",
       "kill the selected robot",
-      chosen((rank) => robots.kill(rank)),
+      onSelected((rank) => robots.kill(rank)),
     ),
     key(
       ["s"],
       "s",
-      "stop the selected robot, or let it go on",
-      chosen((rank) => robots.pause(rank)),
+      "pause the selected robot's process, or continue it",
+      onSelected((rank) => robots.pause(rank)),
     ),
     key(
       ["b"],
       "b",
-      "bring the selected robot back in a new life: restart",
-      chosen((rank) => robots.restart(rank)),
+      "restart the selected robot, without its memory",
+      onSelected((rank) => robots.restart(rank)),
     ),
     key(["u"], "u", "undo the latest order of this page", () => orders.undo()),
   ];
   const log = [
-    key(["ArrowRight"], "→", "a second on; with Shift ten", ({ shiftKey }) => player.move(shiftKey ? 10_000 : 1000)),
-    key(["ArrowLeft"], "←", "a second back; with Shift ten", ({ shiftKey }) => player.move(shiftKey ? -10_000 : -1000)),
+    key(["ArrowRight"], "→", "one second forward; with Shift ten", ({ shiftKey }) => player.move(shiftKey ? 10_000 : 1000)),
+    key(["ArrowLeft"], "←", "one second back; with Shift ten", ({ shiftKey }) => player.move(shiftKey ? -10_000 : -1000)),
     key(["Home"], "Home", "to the start", () => player.seek(0)),
     key(["End"], "End", "to the end", () => player.seek(Infinity)),
-    key(["n"], "n", "next event of those listed", () => timeline.jump(1)),
-    key(["p"], "p", "previous event of those listed", () => timeline.jump(-1)),
+    key(["n"], "n", "next listed event", () => timeline.jump(1)),
+    key(["p"], "p", "previous listed event", () => timeline.jump(-1)),
   ];
-  if (!model.isLive) return [...both, ...log];
-  const taken = [...both, ...live].flatMap(({ keys }) => keys);
-  const own = tools.faultKeys(taken).map(({ letter, about, tool }) => key([letter], letter, about, () => tools.take(tool)));
-  return [...both, ...live, ...own];
+  if (!model.isLive) return [...common, ...log];
+  const taken = [...common, ...live].flatMap(({ keys }) => keys);
+  const faultKeys = tools.faultKeys(taken).map(({ letter, about, tool }) => key([letter], letter, about, () => tools.take(tool)));
+  return [...common, ...live, ...faultKeys];
 }
 
 start();

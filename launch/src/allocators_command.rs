@@ -1,4 +1,4 @@
-//! `alliance allocators`: the rules by which robots choose their tasks, and the parameters of one.
+//! `alliance allocators`: lists the allocators, or the parameters of one.
 
 use std::process::ExitCode;
 
@@ -18,7 +18,7 @@ pub struct AllocatorsCommand {
 }
 
 impl AllocatorsCommand {
-    /// Exit status 0, or 2 for an unknown name.
+    /// Prints the list or the description. Exit status 0, or 2 for an unknown name.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let specs = Registry::of_this_program().vocabulary().allocators;
@@ -41,12 +41,12 @@ fn say(text: String) -> ExitCode {
     terminal::answer("alliance allocators", text, ExitCode::SUCCESS)
 }
 
-/// What it does, and a block for each parameter.
+/// Returns the description of an allocator with a block for each parameter.
 fn description(spec: &AllocatorSpec) -> String {
     let mut text = format!("{}: {}\n", spec.name, spec.about);
     if spec.name == AllocatorSpec::alliance().name {
         text +=
-            "\nIts parameters stand in [alliance]; `alliance scenarios reference` explains each.\n";
+            "\nIts parameters are in [alliance]; `alliance scenarios reference` explains each.\n";
     } else if spec.parameters.is_empty() {
         text += "\nIt has no parameters.\n";
     } else {

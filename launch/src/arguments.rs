@@ -1,4 +1,4 @@
-//! The arguments of this process. A mistake in them is answered in one line, like every other mistake.
+//! The arguments of this process. A mistake results in a one-line message.
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -9,13 +9,13 @@ use clap::Parser;
 use clap::error::ErrorKind;
 use world_server::size::with_size_words;
 
-/// What the arguments say. Beside `--size` there are the words of the missions.
+/// Parses the arguments of this process. The size options of the missions are accepted like `--size`.
 ///
 /// # Errors
-/// The exit status, when everything has been said that there is to say.
+/// The exit status, after the message or the help has been printed.
 pub fn parse<C: Parser>(vocabulary: &Vocabulary) -> Result<C, ExitCode> {
     read(vocabulary, std::env::args_os()).map_err(|error| match error.kind() {
-        // Whoever gave no argument at all wants to know what there is.
+        // Without any argument the help is printed.
         ErrorKind::DisplayHelp
         | ErrorKind::DisplayVersion
         | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
@@ -26,10 +26,7 @@ pub fn parse<C: Parser>(vocabulary: &Vocabulary) -> Result<C, ExitCode> {
     })
 }
 
-/// The same of words that are no arguments of this process; the first is the command's name.
-///
-/// # Errors
-/// One line.
+/// Parses arguments from a list; the first is the name of the command.
 pub fn parse_words<C: Parser>(vocabulary: &Vocabulary, words: &[String]) -> Result<C, String> {
     read(vocabulary, words.iter().map(OsString::from)).map_err(|error| one_line(&error.to_string()))
 }
@@ -42,20 +39,20 @@ fn read<C: Parser>(
     C::from_arg_matches_mut(&mut command.try_get_matches_from(words)?)
 }
 
-/// What clap says without the usage, which is for whoever asks for help.
+/// Converts a message of clap to one line without the usage.
 fn one_line(text: &str) -> String {
     let mut line = String::new();
-    let said = text
+    let parts = text
         .lines()
         .map(str::trim)
-        .take_while(|said| !said.starts_with("Usage:") && !said.starts_with("For more information"))
-        // "-5" where no such option is: that it could be passed on after "--" helps nobody.
-        .filter(|said| !said.is_empty() && !said.starts_with("tip: to pass '-"));
-    for said in said {
+        .take_while(|part| !part.starts_with("Usage:") && !part.starts_with("For more information"))
+        // The tip to pass an unknown option such as "-5" after "--" is misleading.
+        .filter(|part| !part.is_empty() && !part.starts_with("tip: to pass '-"));
+    for part in parts {
         if !line.is_empty() {
             line += if line.ends_with(':') { " " } else { "; " };
         }
-        line += said.strip_prefix("error: ").unwrap_or(said);
+        line += part.strip_prefix("error: ").unwrap_or(part);
     }
     line
 }
@@ -82,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_and_what_would_be_right_in_one_line() {
+    fn problem_and_remedy_are_in_one_line() {
         check(
             &[],
             "the following required arguments were not provided: --robot <NAME>",

@@ -1,4 +1,4 @@
-//! `alliance clock`: holds and drives the step clock of a live run, which changes no byte of it.
+//! `alliance clock`: controls the step clock of a live run. This does not change the log.
 
 use std::process::ExitCode;
 
@@ -8,31 +8,31 @@ use world_server::pace::Speed;
 
 use crate::control::{ControlArgs, unexpected};
 
-/// Hold and drive the step clock of a live run.
+/// Pause, resume, step or change the speed of a live run.
 #[derive(Args, Clone, Debug)]
 #[command(arg_required_else_help = true)]
 pub struct ClockArgs {
     #[command(subcommand)]
-    part: Part,
+    action: Action,
     #[command(flatten)]
     control: ControlArgs,
 }
 
 #[derive(Subcommand, Clone, Copy, Debug)]
-enum Part {
-    /// Begin no further tick
+enum Action {
+    /// Pause before the next tick
     Pause,
-    /// Go on
+    /// Resume after a pause
     Resume,
-    /// So many further ticks, then a pause
+    /// Run a number of ticks, then pause
     Step {
-        /// How many
+        /// Number of ticks to run
         #[arg(value_name = "N", default_value_t = 1, value_parser = steps)]
         ticks: u64,
     },
-    /// So many times real time, or as fast as possible
+    /// Set the speed relative to real time
     Speed {
-        /// max, or a factor of real time such as 5x
+        /// max (as fast as possible), or a factor of real time such as 5x
         #[arg(value_name = "max|FACTORx")]
         speed: Speed,
     },
@@ -44,15 +44,15 @@ fn steps(text: &str) -> Result<u64, String> {
 }
 
 impl ClockArgs {
-    /// Exit status 0, 2 when the world refuses, 3 when no run is live or none answers.
+    /// Sends the command. Exit status 0, 2 if the world refuses it, 3 if no run is live or none answers.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        let command = match self.part {
-            Part::Pause => ClockCommand::Pause,
-            Part::Resume => ClockCommand::Resume,
-            Part::Step { ticks } => ClockCommand::Step(ticks),
-            Part::Speed { speed: Speed::Max } => ClockCommand::Speed(None),
-            Part::Speed {
+        let command = match self.action {
+            Action::Pause => ClockCommand::Pause,
+            Action::Resume => ClockCommand::Resume,
+            Action::Step { ticks } => ClockCommand::Step(ticks),
+            Action::Speed { speed: Speed::Max } => ClockCommand::Speed(None),
+            Action::Speed {
                 speed: Speed::Factor(factor),
             } => ClockCommand::Speed(Some(factor)),
         };
@@ -64,7 +64,7 @@ impl ClockArgs {
     }
 }
 
-/// How the clock goes, in words.
+/// Returns the state of the clock as text.
 pub fn describe(clock: &ClockStatus) -> String {
     let pace = match clock.speed {
         None => "as fast as possible".to_owned(),
@@ -77,7 +77,7 @@ pub fn describe(clock: &ClockStatus) -> String {
         (steps, _) => format!("{pace}, {steps} steps left"),
     };
     match &clock.waits_for {
-        Some(whom) => format!("stands still: it waits for {whom}"),
+        Some(robots) => format!("stands still: it waits for {robots}"),
         None => pace,
     }
 }

@@ -1,4 +1,4 @@
-//! `alliance completions`: what a shell needs to complete the command line.
+//! `alliance completions`: scripts for command line completion.
 
 use std::process::ExitCode;
 
@@ -6,17 +6,17 @@ use alliance_proto::terminal;
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};
 
-/// Print what a shell needs to complete the command line.
+/// Print a completion script for a shell.
 ///
 /// For bash: alliance completions bash > ~/.local/share/bash-completion/completions/alliance
 #[derive(Args, Clone, Debug)]
 pub struct CompletionsCommand {
-    /// Which shell
+    /// Name of the shell
     shell: Shell,
 }
 
 impl CompletionsCommand {
-    /// Exit status 0, or 3 when it cannot be printed. `command` is the whole one.
+    /// Prints the script for the full `command`. Exit status 0, or 3 if it cannot be printed.
     #[must_use]
     pub fn run(&self, mut command: Command) -> ExitCode {
         let mut script = Vec::new();

@@ -1,4 +1,4 @@
-//! A client of the control topic of a live run, for every command that asks the world something.
+//! A client for the control topic of a live run.
 
 use std::process::ExitCode;
 use std::time::Duration;
@@ -18,16 +18,13 @@ use zenoh::query::{ConsolidationMode, QueryTarget};
 use crate::observer::Observer;
 use crate::runtime;
 
-/// How long the world may take to answer.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// How long the session may take to close; the process ends anyway.
 const CLOSE_DEADLINE: Duration = Duration::from_millis(200);
 
-/// Which run is asked, and how its reply is shown.
 #[derive(Args, Clone, Debug)]
 pub struct ControlArgs {
-    /// Id of the run [default: the one that is live; of several, what only looks takes the newest]
+    /// Id of the run [default: the only live run; with several, read-only commands use the newest]
     #[arg(long, value_name = "ID", global = true)]
     run: Option<String>,
     /// Print the reply as JSON on stdout
@@ -36,7 +33,7 @@ pub struct ControlArgs {
 }
 
 impl ControlArgs {
-    /// The run that is meant now, and the same arguments for that one, whichever begins later; `None` where it is not live.
+    /// Returns the id of the selected run, and these options fixed to it, so that a later run is not selected. `None` if no run is live.
     pub fn of_one_run(&self) -> Option<(String, Self)> {
         let run = Rendezvous::find(self.run.as_deref()).ok()?.run;
         let control = Self {
@@ -46,18 +43,18 @@ impl ControlArgs {
         Some((run, control))
     }
 
-    /// Asks the run, and shows the reply on stderr in these words, or on stdout as JSON. `part` is the command's name.
+    /// Sends a command and prints the reply: as text by `words` on stderr, or as JSON on stdout. `name` is the name of the subcommand.
     ///
-    /// Exit status 0, 2 when the world refuses or it is not clear which run is meant, 3 when no run is live or none answers.
+    /// Exit status 0, 2 if the world refuses or several runs are live, 3 if no run is live or none answers.
     #[must_use]
     pub fn ask(
         &self,
-        part: &str,
+        name: &str,
         command: ControlCommand,
         words: impl FnOnce(&Reply) -> String,
     ) -> ExitCode {
         let failed = |error: anyhow::Error, status| {
-            tell!("alliance {part}: {error:#}");
+            tell!("alliance {name}: {error:#}");
             ExitCode::from(status)
         };
         let live = match rendezvous::live() {
@@ -68,7 +65,7 @@ impl ControlArgs {
         if changes && self.run.is_none() && live.len() > 1 {
             let runs: Vec<&str> = live.iter().map(|run| run.run.as_str()).collect();
             let which = anyhow!(
-                "{} runs are live; say --run {}",
+                "{} runs are live; choose one with --run {}",
                 runs.len(),
                 runs.join(" or --run ")
             );
@@ -81,34 +78,34 @@ impl ControlArgs {
         if self.json
             && let Err(error) = print(&reply)
         {
-            tell!("alliance {part}: {error:#}");
+            tell!("alliance {name}: {error:#}");
             return ExitCode::from(3);
         }
         if let Reply::Refused(why) = &reply {
-            tell!("alliance {part}: {why}");
+            tell!("alliance {name}: {why}");
             return ExitCode::from(2);
         }
         if !self.json {
             let words = words(&reply);
-            // What changes a run names it.
-            let whose = if changes {
+            // The message of a command that changes a run contains its id.
+            let suffix = if changes {
                 format!(" [run {run}]")
             } else {
                 String::new()
             };
-            tell!("{words}{whose}");
+            tell!("{words}{suffix}");
         }
         ExitCode::SUCCESS
     }
 
-    /// The id of the run that was asked, and its reply.
+    /// Sends a command and returns the id of the run with its reply.
     fn reply_to(&self, command: ControlCommand) -> anyhow::Result<(String, Reply)> {
         let run = Rendezvous::find(self.run.as_deref())?;
         let id = run.run.clone();
         if OsProcess::of(run.pid).is_some_and(|world| world.is_stopped) {
             let pid = run.pid;
             bail!(
-                "run '{id}' stands still: its world (process {pid}) is stopped; `kill -CONT {pid}` lets it go on"
+                "run '{id}' stands still: its world (process {pid}) is stopped; `kill -CONT {pid}` resumes it"
             );
         }
         let runtime = runtime::start()?;
@@ -116,22 +113,22 @@ impl ControlArgs {
     }
 }
 
-/// Asks the world of that run.
+/// Connects to a run, sends a command and returns the reply.
 ///
 /// # Errors
-/// When it cannot be reached, does not answer or cannot read the request.
+/// If the world cannot be reached, does not answer or cannot read the request.
 pub async fn ask(run: Rendezvous, command: ControlCommand) -> anyhow::Result<Reply> {
     let observer = Observer::join(run, User::Operator).await?;
     let reply = query(&observer, command).await;
-    // Teardown may hang.
+    // Closing may hang, so its time is limited.
     let _ = timeout(CLOSE_DEADLINE, observer.session.close()).await;
     reply
 }
 
-/// The first reply that bears the seal of the run for this request: on a bus anybody may answer.
+/// Sends a command and returns the first reply with the seal of the run for this request. Replies with other seals are ignored.
 ///
 /// # Errors
-/// When the world does not answer or cannot read the request.
+/// If the world does not answer or cannot read the request.
 pub async fn query(observer: &Observer, command: ControlCommand) -> anyhow::Result<Reply> {
     const FORM: Form = Form::Bincode;
     let run = &observer.run;
@@ -163,7 +160,7 @@ pub async fn query(observer: &Observer, command: ControlCommand) -> anyhow::Resu
                     return Ok(reply);
                 }
             }
-            // Without a seal it may be anybody's: it counts for want of anything better.
+            // An error has no seal, so it is used only if no sealed reply arrives.
             Err(error) => complaint = error.payload().try_to_string().ok().map(String::from),
         }
     }
@@ -177,18 +174,15 @@ pub async fn query(observer: &Observer, command: ControlCommand) -> anyhow::Resu
     }
 }
 
-/// Prints JSON on stdout.
-///
-/// # Errors
-/// When it cannot be written.
+/// Prints a value as JSON on stdout.
 pub fn print(json: &impl Serialize) -> anyhow::Result<()> {
     let text = serde_json::to_string_pretty(json)?;
     Ok(terminal::print(format_args!("{text}\n"))?)
 }
 
-/// What is said of a reply to some other question.
+/// Returns the message for a reply of the wrong kind.
 pub fn unexpected(reply: &Reply) -> String {
-    format!("the world gave an answer to something else: {reply:?}")
+    format!("unexpected reply from the world: {reply:?}")
 }
 
 #[cfg(test)]
@@ -214,8 +208,8 @@ mod tests {
         waits_for: None,
     };
 
-    /// Asks a world that answers like this. The world gives the request's nonce and a way to write.
-    fn ask_one_that(
+    /// Sends a request to a world that replies with `answers`, called with the query, the wire and the nonce of the request.
+    fn ask_world(
         answers: impl Fn(&Query, &Wire, &str) + Send + Sync + 'static,
     ) -> anyhow::Result<Reply> {
         let free = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
@@ -272,8 +266,8 @@ mod tests {
     }
 
     #[test]
-    fn the_reply_that_counts_is_the_one_with_the_seal_of_this_request() {
-        let reply = ask_one_that(|query, wire, nonce| {
+    fn only_a_reply_with_the_seal_of_the_request_is_accepted() {
+        let reply = ask_world(|query, wire, nonce| {
             let write = |nonce: &str, tick| {
                 let reply = Reply::Clock(ClockStatus { tick, ..STATUS });
                 wire.write_reply(Form::Bincode, nonce, &reply).unwrap()
@@ -289,8 +283,8 @@ mod tests {
     }
 
     #[test]
-    fn a_world_that_cannot_read_the_request_says_why() {
-        let reply = ask_one_that(|query, _, _| query.reply_err("wrong\nseal").wait().unwrap());
+    fn the_error_of_an_unreadable_request_is_returned() {
+        let reply = ask_world(|query, _, _| query.reply_err("wrong\nseal").wait().unwrap());
         assert_eq!(
             reply.unwrap_err().to_string(),
             "run 'r' answers: wrong seal"
@@ -298,8 +292,8 @@ mod tests {
     }
 
     #[test]
-    fn a_world_that_does_not_answer_is_not_waited_for() {
-        let reply = ask_one_that(|_, _, _| {});
+    fn a_missing_answer_is_an_error() {
+        let reply = ask_world(|_, _, _| {});
         assert_eq!(reply.unwrap_err().to_string(), "run 'r' does not answer");
     }
 }

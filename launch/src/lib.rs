@@ -1,12 +1,12 @@
-//! The `alliance` command: runs a mission with one process per robot, or one part of it by hand.
+//! The `alliance` command and its subcommands.
 //!
-//! - [`run`]: starts world and agents by running this very program again, watches them, and shows how it went.
-//! - [`cluster`], [`keys`]: a team on several machines, and what its members prove by who they are.
-//! - `control`: a client of a live run, for `fault`, `clock` and `status`.
-//! - [`page`]: a run in the browser, live or from its log; [`observer`]: what it and the launcher see of a live run.
-//! - What is made of runs is [`study`]'s.
+//! - [`run`]: starts the world and the agents as further processes of this program, supervises them and prints the result.
+//! - [`cluster`], [`keys`]: runs over several machines, and their certificates and secrets.
+//! - [`control`]: a client of a live run, for `fault`, `clock` and `status`.
+//! - [`page`]: a page in the browser for a live or finished run. [`observer`]: subscriptions of the page and the launcher.
+//! - The crate [`study`] contains the analysis of recorded runs.
 
-// They panic where nothing can be written; `alliance_proto::terminal` does not.
+// These macros panic if the output is closed; `alliance_proto::terminal` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 use std::process::ExitCode;
@@ -41,60 +41,60 @@ mod status;
 #[cfg(test)]
 mod tampered;
 
-/// Studies fault-tolerant robot teams: a world, one process per robot, ALLIANCE, and faults that repeat exactly.
+/// Compare task allocation in multi-robot teams under reproducible faults, with one process per robot.
 #[derive(Parser)]
 #[command(name = "alliance", version)]
 struct AllianceCli {
     #[command(subcommand)]
-    part: Part,
+    command: Command,
 }
 
 #[derive(Subcommand)]
-enum Part {
-    /// Run a mission: one world and one process per robot
+enum Command {
+    /// Run a mission with one world process and one process per robot
     Run(run::args::RunCommand),
-    /// Own a run by hand: physics, sensing and the step clock
+    /// Start the world process of a run: physics, sensing and the step clock
     World(WorldArgs),
-    /// Be one robot of a live run by hand
+    /// Start one robot process of a live run
     Agent(AgentArgs),
-    /// Be a host of runs over a network: start and watch the agents of its robots
+    /// Start and watch the agents of one host in runs over several machines
     Host(cluster::host::HostCommand),
-    /// Be a router on the way to the world of a run over a network
+    /// Route messages between a remote host's robots and the world
     Router(cluster::host::RouterCommand),
-    /// Run over several machines, as a cluster file says
+    /// Run a mission over several machines, described by a cluster file
     Cluster(cluster::ClusterCommand),
     #[command(hide = true)]
     Shell(run::shell::ShellCommand),
-    /// Make certificates and secrets of a team on several machines
+    /// Create certificates and secrets for a team on several machines
     Keys(keys::KeysCommand),
-    /// Run a logged run again and compare every tick
+    /// Replay a logged run and compare every tick
     Replay(study::replay::ReplayCommand),
-    /// Name the first difference between two runs
+    /// Find the first difference between two runs
     Diff(study::diff::DiffCommand),
-    /// Break things in a live run, list and heal them
+    /// Inject, list and clear faults in a live run
     Fault(fault::FaultArgs),
-    /// Hold and drive the step clock of a live run
+    /// Pause, resume, step or change the speed of a live run
     Clock(clock::ClockArgs),
-    /// Show how a live run goes: robots, processes, tasks, motivations, faults
+    /// Show the state of a live run: robots, processes, tasks, motivations, faults
     Status(status::StatusArgs),
-    /// List live runs, and those whose logs lie in a folder
+    /// List live runs and the recorded runs in a folder
     Ls(ls_command::LsCommand),
-    /// Serve a page on which a live run is watched and interfered with
+    /// Serve a page to watch and control a live run
     Watch(page::watch::WatchCommand),
     /// Show a finished run on a page
     View(page::view::ViewCommand),
-    /// Show what happened in a run, or in two: figures and metrics on a page
+    /// Create a page with figures and metrics of one or two runs
     Report(study::report::command::ReportCommand),
-    /// Write a run as MCAP or Parquet, for other tools, or as a scenario to run again
+    /// Export a run as MCAP or Parquet for other tools, or as a scenario to run again
     Export(study::export::ExportCommand),
-    /// Run a mission in many variants and with many seeds, on all cores
+    /// Run many variants of a mission with many seeds, on all cores
     Sweep(study::sweep::command::SweepCommand),
-    /// Compare allocators under the same faults, and say how sure the differences are
+    /// Compare allocators under the same faults, with the significance of the differences
     Compare(study::compare::command::CompareCommand),
-    /// Find good parameters of allocators, and judge them on seeds that the search has never seen
+    /// Search for good allocator parameters and test them on unseen seeds
     Tune(study::tune::command::TuneCommand),
     LallianceStrategies(study::strategies::command::StrategiesCommand),
-    /// Say what the parameters of a scenario mean, and which of them do not go together
+    /// Explain the parameters of a scenario and report conflicts between them
     Check(study::check::CheckCommand),
     /// List the built-in scenarios, or print one
     Scenarios(scenarios_command::ScenariosCommand),
@@ -102,13 +102,13 @@ enum Part {
     Allocators(allocators_command::AllocatorsCommand),
     /// List the missions, or the parameters of one
     Missions(missions_command::MissionsCommand),
-    /// Print what a shell needs to complete the command line
+    /// Print a completion script for a shell
     Completions(completions_command::CompletionsCommand),
-    /// Write manual pages of the command and of each of its parts
+    /// Write manual pages of all commands
     Man(man_command::ManCommand),
 }
 
-/// What scenarios of this program may speak of, and which are built in.
+/// Returns the scenarios, missions and allocators of this program.
 #[must_use]
 pub fn known() -> Known {
     Known {
@@ -117,21 +117,21 @@ pub fn known() -> Known {
     }
 }
 
-/// The command as this program has it, with the words of its missions.
-fn whole() -> clap::Command {
+/// Returns the command with the size options of this program's missions.
+fn full_command() -> clap::Command {
     with_size_words(
         AllianceCli::command(),
         &Registry::of_this_program().vocabulary(),
     )
 }
 
-/// The whole command: reads the arguments of this process and does what they say. The registry says which allocators there are; every
-/// process that the command starts is this program again, so it knows them too.
+/// Parses the arguments of this process and executes the command. The registry contains the missions and allocators. Child processes
+/// run the same program, so they have the same registry.
 #[must_use]
 pub fn main(registry: Registry) -> ExitCode {
     registry.install();
     alliance_proto::session::prepare_process();
-    // Before anything else: a child whose launcher has died meanwhile shall not begin.
+    // First, so that a child of a dead launcher does not start.
     let ready = run::children::die_with_launcher().and_then(|()| limits::allow_a_process());
     if let Err(error) = ready {
         tell!("alliance: {error:#}");
@@ -142,34 +142,34 @@ pub fn main(registry: Registry) -> ExitCode {
         Ok(command) => command,
         Err(status) => return status,
     };
-    match command.part {
-        Part::Run(command) => command.run(),
-        Part::World(world) => world.run(&known()),
-        Part::Agent(agent) => agent.run(Registry::of_this_program().agents()),
-        Part::Host(host) => host.run(),
-        Part::Router(router) => router.run(),
-        Part::Cluster(cluster) => cluster.run(),
-        Part::Shell(command) => command.run(),
-        Part::Keys(command) => command.run(),
-        Part::Replay(command) => command.run(replay_minds::ask),
-        Part::Diff(command) => command.run(),
-        Part::Fault(command) => command.run(),
-        Part::Clock(command) => command.run(),
-        Part::Status(command) => command.run(),
-        Part::Ls(command) => command.run(),
-        Part::Watch(command) => command.run(),
-        Part::View(command) => command.run(),
-        Part::Report(command) => command.run(),
-        Part::Export(command) => command.run(),
-        Part::Sweep(command) => command.run(&known()),
-        Part::Compare(command) => command.run(&known()),
-        Part::Tune(command) => command.run(&known()),
-        Part::LallianceStrategies(command) => command.run(),
-        Part::Check(command) => command.run(&known()),
-        Part::Scenarios(command) => command.run(),
-        Part::Allocators(command) => command.run(),
-        Part::Missions(command) => command.run(),
-        Part::Completions(command) => command.run(whole()),
-        Part::Man(command) => command.run(whole()),
+    match command.command {
+        Command::Run(command) => command.run(),
+        Command::World(world) => world.run(&known()),
+        Command::Agent(agent) => agent.run(Registry::of_this_program().agents()),
+        Command::Host(host) => host.run(),
+        Command::Router(router) => router.run(),
+        Command::Cluster(cluster) => cluster.run(),
+        Command::Shell(command) => command.run(),
+        Command::Keys(command) => command.run(),
+        Command::Replay(command) => command.run(replay_minds::ask),
+        Command::Diff(command) => command.run(),
+        Command::Fault(command) => command.run(),
+        Command::Clock(command) => command.run(),
+        Command::Status(command) => command.run(),
+        Command::Ls(command) => command.run(),
+        Command::Watch(command) => command.run(),
+        Command::View(command) => command.run(),
+        Command::Report(command) => command.run(),
+        Command::Export(command) => command.run(),
+        Command::Sweep(command) => command.run(&known()),
+        Command::Compare(command) => command.run(&known()),
+        Command::Tune(command) => command.run(&known()),
+        Command::LallianceStrategies(command) => command.run(),
+        Command::Check(command) => command.run(&known()),
+        Command::Scenarios(command) => command.run(),
+        Command::Allocators(command) => command.run(),
+        Command::Missions(command) => command.run(),
+        Command::Completions(command) => command.run(full_command()),
+        Command::Man(command) => command.run(full_command()),
     }
 }

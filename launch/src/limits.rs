@@ -1,4 +1,4 @@
-//! How many files and threads the operating system lets a run have.
+//! Limits of the operating system for open files and threads.
 
 use std::sync::{Arc, Mutex};
 use std::thread::Builder;
@@ -6,31 +6,28 @@ use std::thread::Builder;
 use anyhow::{Context, bail};
 use nix::sys::resource::{Resource, getrlimit, setrlimit};
 
-/// Files that a process needs, whatever it does: its log, the bus and its threads.
+/// The number of files that every process needs: log, bus and threads.
 const FILES: u64 = 64;
-/// Of the launcher for a robot's process, and of the world for its connection.
+/// The number of files per robot, in the launcher for its process and in the world for its connection.
 const FILES_FOR_EACH_ROBOT: u64 = 2;
-/// Threads that a process of a run has.
+/// The number of threads of a process in a run.
 const THREADS: usize = 5;
-/// Processes of a run beside the agents: launcher, world, gateway, page.
+/// The number of processes besides the agents: launcher, world, gateway, page.
 const PROCESSES: usize = 4;
-/// Of a thread that is only to be there, bytes.
+/// The stack size of a test thread in bytes.
 const STACK: usize = 16 << 10;
 
-/// Whether this process can do its work. Raises the limit of files as far as it goes without asking anybody, as what a large team needs is
-/// more than what shells begin with.
+/// Checks that this process has enough files and threads. Raises the soft limit of open files to the hard limit, because large teams
+/// need more than the default of shells.
 ///
 /// # Errors
-/// When there are too few files or threads: zenoh and tokio would panic later.
+/// If there are too few files or threads. Without this check zenoh and tokio would panic later.
 pub fn allow_a_process() -> anyhow::Result<()> {
     allow_files(FILES)?;
     allow_threads(THREADS)
 }
 
-/// Whether a run by processes with so many robots can be.
-///
-/// # Errors
-/// As for a process.
+/// Checks that a run by processes with this number of robots has enough files and threads.
 pub fn allow_a_run(robots: usize) -> anyhow::Result<()> {
     allow_files(FILES + FILES_FOR_EACH_ROBOT * robots as u64)?;
     allow_threads(THREADS * (PROCESSES + robots))
@@ -40,7 +37,7 @@ fn allow_files(needed: u64) -> anyhow::Result<()> {
     let (soft, hard) = getrlimit(Resource::RLIMIT_NOFILE).context("limit of open files")?;
     if hard < needed {
         bail!(
-            "{needed} open files are needed and {hard} allowed; `ulimit -n {needed}` allows them, where the system lets you"
+            "{needed} open files are required, but the system allows only {hard}; raise the hard limit, for example with `ulimit -n {needed}`"
         );
     }
     if soft < hard {
@@ -49,12 +46,12 @@ fn allow_files(needed: u64) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Tries: a user's limit counts what else the user runs, and a container's stands elsewhere.
+/// Starts test threads. The limits alone are not sufficient: a user's limit includes other processes, and a container has its own.
 fn allow_threads(needed: usize) -> anyhow::Result<()> {
     let wait = Arc::new(Mutex::new(()));
     let held = wait.lock();
     let mut threads = Vec::with_capacity(needed);
-    for made in 0..needed {
+    for started in 0..needed {
         let wait = Arc::clone(&wait);
         let thread = Builder::new()
             .stack_size(STACK)
@@ -62,13 +59,13 @@ fn allow_threads(needed: usize) -> anyhow::Result<()> {
         match thread {
             Ok(thread) => threads.push(thread),
             Err(error) => bail!(
-                "{needed} threads are needed and {made} can be had ({error}); `ulimit -u`, or a container's limit of processes, is too low"
+                "{needed} threads are required, but the system allows only {started} ({error}); raise `ulimit -u` or the container's limit of processes"
             ),
         }
     }
     drop(held);
     for thread in threads {
-        // It does nothing that could panic.
+        // The thread cannot panic.
         let _ = thread.join();
     }
     Ok(())

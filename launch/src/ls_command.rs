@@ -1,4 +1,4 @@
-//! `alliance ls`: the live runs of this user, and those whose logs lie in a folder.
+//! `alliance ls`: lists the live runs of this user and the recorded runs in a folder.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,10 +19,10 @@ use tokio::runtime::Runtime;
 use crate::control::ask;
 use crate::runtime;
 
-/// List live runs, and those whose logs lie in a folder, newest first
+/// List live runs and the recorded runs in a folder, newest first
 #[derive(Args, Clone, Debug)]
 pub struct LsCommand {
-    /// Folder of folders of runs
+    /// Folder that contains the run folders
     #[arg(value_name = "DIR", default_value = "runs")]
     folder: PathBuf,
     /// Print the list as JSON on stdout
@@ -30,12 +30,11 @@ pub struct LsCommand {
     json: bool,
 }
 
-/// A run of the list.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 struct Listed {
-    /// Id of a live run, or folder of a log.
+    /// The id of a live run, or the folder of a recorded run.
     run: String,
-    /// `live`, and how its clock is; or how it ended.
+    /// `live` with the state of the clock, or the outcome.
     state: String,
     scenario: Option<String>,
     seed: Option<u64>,
@@ -43,7 +42,6 @@ struct Listed {
     hash: Option<String>,
 }
 
-/// What of run.json tells of a run in a list.
 #[derive(Deserialize)]
 struct Log {
     outcome: String,
@@ -64,7 +62,7 @@ struct Length {
 }
 
 impl LsCommand {
-    /// Exit status 0, or 3 when a folder cannot be read.
+    /// Prints the list. Exit status 0, or 3 if the folder cannot be read.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let listed = live().and_then(|mut runs| {
@@ -88,7 +86,7 @@ impl LsCommand {
 
 fn live() -> anyhow::Result<Vec<Listed>> {
     let runs = rendezvous::live()?;
-    // Without a run nobody is asked.
+    // Without a live run no runtime is needed.
     let runtime = (!runs.is_empty()).then(runtime::start).transpose()?;
     let described = runtime.iter().flat_map(|runtime| {
         let runs = runs.iter();
@@ -126,7 +124,7 @@ fn describe(run: &Rendezvous, runtime: &Runtime) -> Listed {
     }
 }
 
-/// The runs below a folder, newest first; none where there is no such folder.
+/// Returns the recorded runs in a folder, newest first; empty if the folder does not exist.
 fn logs(folder: &Path) -> anyhow::Result<Vec<Listed>> {
     let entries = match fs::read_dir(folder) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
@@ -134,7 +132,7 @@ fn logs(folder: &Path) -> anyhow::Result<Vec<Listed>> {
     };
     let mut found: Vec<(SystemTime, Listed)> = Vec::new();
     for entry in entries.flatten() {
-        // `latest` leads to one of the others.
+        // `latest` is a link to one of the other folders.
         if !entry.file_type().is_ok_and(|kind| kind.is_dir()) {
             continue;
         }
@@ -155,7 +153,7 @@ fn log(path: &Path, text: &[u8]) -> Listed {
         Ok(log) => Listed {
             run,
             state: match log.outcome.as_str() {
-                // Live, or its world was killed.
+                // The run is live, or its world was killed.
                 "running" => "without an end".to_owned(),
                 _ => log.outcome,
             },
@@ -178,7 +176,7 @@ fn log(path: &Path, text: &[u8]) -> Listed {
 fn in_words(runs: &[Listed], folder: &Path) -> String {
     if runs.is_empty() {
         return format!(
-            "no run is live, and none is in {}; `alliance run` makes one\n",
+            "no live run, and no recorded run in {}; start one with `alliance run`\n",
             folder.display()
         );
     }

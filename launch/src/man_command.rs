@@ -1,4 +1,4 @@
-//! `alliance man`: manual pages of the command and of each of its parts.
+//! `alliance man`: manual pages of all commands.
 
 use std::fs;
 use std::path::PathBuf;
@@ -8,18 +8,18 @@ use alliance_proto::tell;
 use anyhow::Context;
 use clap::{Args, Command};
 
-/// Write manual pages of the command and of each of its parts.
+/// Write manual pages of all commands.
 ///
 /// For `man alliance-run`: alliance man ~/.local/share/man/man1
 #[derive(Args, Clone, Debug)]
 pub struct ManCommand {
-    /// Folder for the pages; it is made if it is missing
+    /// Folder for the pages; created if it is missing
     #[arg(value_name = "DIR")]
     folder: PathBuf,
 }
 
 impl ManCommand {
-    /// Exit status 0, or 3 when the pages cannot be written. `command` is the whole one.
+    /// Writes the pages of the full `command`. Exit status 0, or 3 if they cannot be written.
     #[must_use]
     pub fn run(&self, command: Command) -> ExitCode {
         let written = fs::create_dir_all(&self.folder)

@@ -1,4 +1,4 @@
-//! `alliance missions`: what there is to do for a team, and the parameters of one mission.
+//! `alliance missions`: lists the missions, or the parameters of one.
 
 use std::process::ExitCode;
 
@@ -14,12 +14,12 @@ use crate::parameters::blocks;
 /// List the missions, or the parameters of one.
 #[derive(Args, Clone, Debug)]
 pub struct MissionsCommand {
-    /// Mission whose parameters to list: the keys of its section in a scenario file
+    /// Mission whose parameters to list; they are the keys of its section in a scenario file
     name: Option<String>,
 }
 
 impl MissionsCommand {
-    /// Exit status 0, or 2 for an unknown name.
+    /// Prints the list or the description. Exit status 0, or 2 for an unknown name.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let missions = Registry::of_this_program().vocabulary().missions;
@@ -44,7 +44,7 @@ fn say(text: String) -> ExitCode {
     terminal::answer("alliance missions", text, ExitCode::SUCCESS)
 }
 
-/// What there is to do, and a block for each parameter.
+/// Returns the description of a mission with a block for each parameter.
 fn description(mission: Mission) -> String {
     let (name, about) = (mission.name(), mission.about());
     format!(

@@ -1,4 +1,4 @@
-//! What everybody who only looks at a run needs: its views and its events, as they come over the bus.
+//! Subscription to the views and events of a live run.
 
 use alliance_proto::event::EventNews;
 use alliance_proto::keys::Keys;
@@ -10,23 +10,17 @@ use anyhow::Context;
 use serde::de::DeserializeOwned;
 use zenoh::Session;
 
-/// A session on the bus of a live run.
+/// An observer's session on the bus of a live run.
 pub struct Observer {
-    /// The run.
     pub run: Rendezvous,
-    /// Its keys.
     pub keys: Keys,
-    /// What its messages are sealed with.
+    /// The secret that seals the messages of the run.
     pub secret: Secret,
-    /// The session.
     pub session: Session,
 }
 
 impl Observer {
-    /// Joins the bus of a run as that user.
-    ///
-    /// # Errors
-    /// When its world cannot be reached.
+    /// Joins the bus of a run as `user`.
     pub async fn join(run: Rendezvous, user: User) -> anyhow::Result<Self> {
         let config = session::client(&run.login(user)?, false);
         let session = bus::open(&config)
@@ -47,18 +41,12 @@ impl Observer {
         })
     }
 
-    /// Shows every view to `look`. One that cannot be read is one view less.
-    ///
-    /// # Errors
-    /// When the bus fails.
+    /// Calls `look` with every view. Unreadable views are skipped.
     pub async fn on_view(&self, look: impl Fn(View) + Send + Sync + 'static) -> anyhow::Result<()> {
         self.subscribe(self.keys.view(), look).await
     }
 
-    /// Tells `listen` the events of every tick that has any.
-    ///
-    /// # Errors
-    /// When the bus fails.
+    /// Calls `listen` with the events of every tick that has any.
     pub async fn on_events(
         &self,
         listen: impl Fn(EventNews) + Send + Sync + 'static,
@@ -66,7 +54,7 @@ impl Observer {
         self.subscribe(self.keys.event(), listen).await
     }
 
-    /// What bears no seal of the run is nobody's message.
+    /// Subscribes to a key. Messages without a valid seal of the run are ignored.
     async fn subscribe<T: DeserializeOwned>(
         &self,
         key: String,

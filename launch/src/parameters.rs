@@ -1,12 +1,15 @@
-//! Parameters of allocators and missions, for people.
+//! Text descriptions of the parameters of allocators and missions.
 
-use alliance_proto::scenario::ParameterSpec;
+use alliance_proto::scenario::{ParameterDefault, ParameterSpec};
 
-/// A block for each: key, default and unit, and below it what it means and what it may be.
+/// Returns a block for each parameter: key, default and unit, then the meaning and the range. The unit is omitted for a default in words.
 pub fn blocks(parameters: &[ParameterSpec]) -> String {
     let mut text = String::new();
     for parameter in parameters {
-        let unit = format!(" {}", parameter.unit);
+        let unit = match parameter.default {
+            ParameterDefault::Required | ParameterDefault::Words(_) => String::new(),
+            _ => format!(" {}", parameter.unit),
+        };
         text += &format!(
             "{} = {}{}\n    {}; {}\n",
             parameter.key,

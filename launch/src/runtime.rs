@@ -1,12 +1,9 @@
-//! The runtime of every part of the command that speaks over the bus.
+//! The asynchronous runtime of all commands that use the bus.
 
 use anyhow::Context;
 use tokio::runtime::{Builder, Runtime};
 
-/// Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.
-///
-/// # Errors
-/// When the operating system gives no thread.
+/// Starts a runtime with one worker thread. Zenoh refuses a scheduler on the current thread.
 pub fn start() -> anyhow::Result<Runtime> {
     Builder::new_multi_thread()
         .worker_threads(1)

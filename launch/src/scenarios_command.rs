@@ -14,21 +14,21 @@ use world_server::size::SizeArgs;
 /// List the built-in scenarios, or print one.
 #[derive(Args, Clone, Debug)]
 pub struct ScenariosCommand {
-    /// Scenario to print, comments and all: a start for one of your own
+    /// Scenario to print with its comments, as a start for your own
     name: Option<String>,
     #[command(flatten)]
     size: SizeArgs,
 }
 
 impl ScenariosCommand {
-    /// Exit status 0, or 2 for an unknown name.
+    /// Prints the list or the scenario. Exit status 0, or 2 for an unknown name.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let vocabulary = Registry::of_this_program().vocabulary();
         match self.size.scenario(self.name.as_deref(), &vocabulary) {
             Ok(None) => self.list_or_print(&vocabulary),
             Ok(Some(sized)) => {
-                // Its keys are strings and the destination is memory, so nothing is left to fail.
+                // Serialization to memory cannot fail, because all keys are strings.
                 say(sized.to_toml().expect("a scenario can be written"))
             }
             Err(error) => {

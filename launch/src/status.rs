@@ -1,4 +1,4 @@
-//! `alliance status`: how a live run goes.
+//! `alliance status`: shows the state of a live run.
 
 use std::io::{IsTerminal, stderr};
 use std::process::ExitCode;
@@ -16,31 +16,31 @@ use crate::clock::describe;
 use crate::control::{ControlArgs, unexpected};
 use crate::fault;
 
-/// Show how a live run goes: robots, processes, tasks, motivations, faults.
+/// Show the state of a live run: robots, processes, tasks, motivations, faults.
 #[derive(Args, Clone, Debug)]
 pub struct StatusArgs {
     #[command(flatten)]
     control: ControlArgs,
-    /// Show it anew every so many seconds of wall-clock time, until the run is over
+    /// Repeat at this interval in wall-clock time until the run is over
     #[arg(long, value_name = "SECONDS", num_args = 0..=1, default_missing_value = "1", value_parser = value_parser!(u64).range(1..=3600))]
     watch: Option<u64>,
 }
 
-/// Puts what follows at the top of an empty screen.
 const CLEAR: &str = "\x1b[2J\x1b[H";
 
 impl StatusArgs {
-    /// Exit status 0, or 3 when no run is live or none answers.
+    /// Prints the state once or repeatedly. Exit status 0, or 3 if no run is live or none answers.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        // Without a run it is said that there is none.
+        // If no run is live, `show` prints the error.
         let (Some(seconds), Some((run, control))) = (self.watch, self.control.of_one_run()) else {
             return show(&self.control, "");
         };
         let clear = if stderr().is_terminal() { CLEAR } else { "" };
-        let is_live = || rendezvous::live().is_ok_and(|live| live.iter().any(|it| it.run == run));
+        let is_live =
+            || rendezvous::live().is_ok_and(|live| live.iter().any(|live| live.run == run));
         while is_live() {
-            // One that ends meanwhile does not answer; one that stands still is told of, and may go on.
+            // An error is no reason to stop: the run may have just ended, or its world may be stopped and resume later.
             let _ = show(&control, clear);
             sleep(Duration::from_secs(seconds));
         }
@@ -96,7 +96,7 @@ fn robots(robots: &[RobotStatus]) -> Table {
     table
 }
 
-/// The behavior sets of all robots. Most hibernate, which goes without saying.
+/// Returns a table of the behavior sets of all robots. The state of hibernating sets is left empty.
 fn motivations(robots: &[RobotStatus]) -> Table {
     let mut table = table::new(["robot", "behavior set", "motivation", "state"]);
     for robot in robots {
@@ -150,7 +150,7 @@ mod tests {
     }"#;
 
     #[test]
-    fn a_status_in_words() {
+    fn a_status_has_all_parts_as_text() {
         let text = text(&serde_json::from_str(STATUS).unwrap());
         // The tables' columns are as wide as they need to be.
         let words: Vec<&str> = text.split_whitespace().collect();

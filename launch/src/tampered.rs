@@ -1,4 +1,4 @@
-//! A run.json that somebody has touched: what is made of it is the same as before, or one line that says what is wrong.
+//! Tests with a modified run.json. Replay, view and report either work or return a one-line error.
 
 use missions::Registry;
 use std::fs;
@@ -15,7 +15,7 @@ use world_server::recorder::Folder;
 
 use crate::page::logged::Logged;
 
-/// A folder with the log of a short run that has some of everything.
+/// Creates a folder with the log of a short run with faults, obstacles and parameters.
 fn run() -> TempDir {
     let folder = TempDir::new().unwrap();
     let text = r#"
@@ -43,7 +43,7 @@ fn run() -> TempDir {
     folder
 }
 
-/// Every value of a JSON document, as the pointers to them.
+/// Returns JSON pointers to all values of a document.
 fn pointers(value: &Value) -> Vec<String> {
     let mut found = Vec::new();
     let below = |key: String, inner: &Value, found: &mut Vec<String>| {
@@ -68,47 +68,46 @@ fn pointers(value: &Value) -> Vec<String> {
 }
 
 fn without(run: &Value, pointer: &str) -> Value {
-    let mut touched = run.clone();
+    let mut modified = run.clone();
     let (parent, key) = pointer.rsplit_once('/').unwrap();
     let key = key.replace("~1", "/").replace("~0", "~");
-    match touched.pointer_mut(parent).unwrap() {
+    match modified.pointer_mut(parent).unwrap() {
         Value::Object(entries) => drop(entries.remove(&key)),
         Value::Array(items) => drop(items.remove(key.parse().unwrap())),
         _ => unreachable!("only tables and lists hold something"),
     }
-    touched
+    modified
 }
 
 fn with(run: &Value, pointer: &str, value: Value) -> Value {
-    let mut touched = run.clone();
-    *touched.pointer_mut(pointer).unwrap() = value;
-    touched
+    let mut modified = run.clone();
+    *modified.pointer_mut(pointer).unwrap() = value;
+    modified
 }
 
-/// Makes of a run what is made of runs.
-fn use_it(folder: &Path) -> anyhow::Result<()> {
+fn use_run(folder: &Path) -> anyhow::Result<()> {
     let log = RunLog::open(folder, &Registry::built_in().vocabulary())?;
     replay(&log, log.run.log, |_| {})?;
-    // Pages show figures as they are, and what a replay makes of the setup.
+    // A page shows figures of run.json directly, besides the replay.
     Logged::open(folder)?;
     report(folder, &folder.join("report"), &Look::default())?;
     Ok(())
 }
 
-/// Values in force that pass the check are such as any scenario may have: there is nothing new to be seen of them on a page.
+/// Returns `true` for values whose check is sufficient: a valid parameter in force is like one of any scenario, so no page is built.
 fn is_plain(pointer: &str) -> bool {
     pointer.starts_with("/alliance/robots")
 }
 
 #[track_caller]
-fn try_to_use(folder: &Path, touched: &Value, pointer: &str, what: &str) {
-    fs::write(folder.join("run.json"), touched.to_string()).unwrap();
+fn try_to_use(folder: &Path, modified: &Value, pointer: &str, what: &str) {
+    fs::write(folder.join("run.json"), modified.to_string()).unwrap();
     let used = if is_plain(pointer) {
         RunLog::open(folder, &Registry::built_in().vocabulary())
             .map_err(anyhow::Error::from)
             .and_then(|log| replay(&log, log.run.log, |_| {}).map(drop))
     } else {
-        use_it(folder)
+        use_run(folder)
     };
     if let Err(error) = used {
         let line = format!("{error:#}");
@@ -118,7 +117,7 @@ fn try_to_use(folder: &Path, touched: &Value, pointer: &str, what: &str) {
 }
 
 #[test]
-fn whatever_number_is_replaced_it_is_refused_in_one_line_or_does_no_harm() {
+fn a_replaced_number_is_refused_in_one_line_or_harmless() {
     let folder = run();
     let text = fs::read(folder.path().join("run.json")).unwrap();
     let run: Value = serde_json::from_slice(&text).unwrap();
@@ -137,14 +136,14 @@ fn whatever_number_is_replaced_it_is_refused_in_one_line_or_does_no_harm() {
         }
         for number in &numbers {
             let what = format!("{pointer} = {number}");
-            let touched = with(&run, &pointer, number.clone());
-            try_to_use(folder.path(), &touched, &pointer, &what);
+            let modified = with(&run, &pointer, number.clone());
+            try_to_use(folder.path(), &modified, &pointer, &what);
         }
     }
 }
 
 #[test]
-fn whatever_is_taken_out_or_doubled_is_refused_in_one_line_or_does_no_harm() {
+fn a_removed_or_replaced_value_is_refused_in_one_line_or_harmless() {
     let folder = run();
     let text = fs::read(folder.path().join("run.json")).unwrap();
     let run: Value = serde_json::from_slice(&text).unwrap();
@@ -152,23 +151,22 @@ fn whatever_is_taken_out_or_doubled_is_refused_in_one_line_or_does_no_harm() {
         try_to_use(folder.path(), &without(&run, &pointer), &pointer, &pointer);
         for value in [json!({}), json!([]), json!("*")] {
             let what = format!("{pointer} = {value}");
-            let touched = with(&run, &pointer, value);
-            try_to_use(folder.path(), &touched, &pointer, &what);
+            let modified = with(&run, &pointer, value);
+            try_to_use(folder.path(), &modified, &pointer, &what);
         }
     }
 }
 
-/// Those that broke the program before anybody looked.
 #[test]
-fn what_is_wrong_is_named_with_what_would_be_right() {
+fn errors_contain_value_rule_and_position() {
     let folder = run();
     let text = fs::read(folder.path().join("run.json")).unwrap();
     let run: Value = serde_json::from_slice(&text).unwrap();
-    let refusal = |touched: &Value| {
-        fs::write(folder.path().join("run.json"), touched.to_string()).unwrap();
-        let line = format!("{:#}", use_it(folder.path()).unwrap_err());
-        let (_, said) = line.split_once("run.json: ").unwrap();
-        said.to_owned()
+    let refusal = |modified: &Value| {
+        fs::write(folder.path().join("run.json"), modified.to_string()).unwrap();
+        let line = format!("{:#}", use_run(folder.path()).unwrap_err());
+        let (_, message) = line.split_once("run.json: ").unwrap();
+        message.to_owned()
     };
     let width = "/scenario/room/width_m";
     assert_eq!(
@@ -178,8 +176,8 @@ fn what_is_wrong_is_named_with_what_would_be_right() {
     let slow = "/alliance/robots/blue/sets/report-progress/slow_impatience/gold";
     assert_eq!(
         refusal(&without(&run, slow)),
-        "alliance.robots.blue.sets.report-progress.slow_impatience: there is no 'gold'; \
-         every value in force must be there, as the run wrote it"
+        "alliance.robots.blue.sets.report-progress.slow_impatience: 'gold' is missing; \
+         state every value in force, as the run wrote it"
     );
     assert_eq!(
         refusal(&with(&run, slow, json!(50))),
@@ -188,6 +186,6 @@ fn what_is_wrong_is_named_with_what_would_be_right() {
     );
     assert_eq!(
         refusal(&with(&run, "/result/ticks", json!(u64::MAX))),
-        "result.ticks: 18446744073709551615 is out of range; it must be at most 20, for the run ends at limit_s"
+        "result.ticks: 18446744073709551615 is out of range; it must be at most 20 because the run ends at limit_s"
     );
 }

@@ -1,10 +1,10 @@
-"""Minds, allocators and learning environments for alliance-sim, a distributed simulator of fault-tolerant robot teams.
+"""Robot controllers, allocators and learning environments for alliance-sim, a distributed simulator of fault-tolerant robot teams.
 
-- `Allocator`: a rule that decides what a robot works on. `Agent`: a whole mind, of which a step gets `Readings` and returns a `Deed`.
-- `run` carries out a whole mission in this process.
-- `main`: the process of one robot of a live run.
-- `env.parallel_env`, `env.VecEnv`: learning environments, faults included.
-- `load`: the tables of a run's folder, and what `alliance compare` and `alliance sweep` have found.
+- `Allocator`: selects a robot's behavior set. `Agent`: a complete controller; its step receives `Readings` and returns a `Deed`.
+- `run`: runs a whole mission in this process.
+- `main`: runs the process of one robot of a live run.
+- `env.parallel_env`, `env.VecEnv`: learning environments with faults.
+- `load`: reads the tables of a run folder, a comparison or a sweep.
 """
 
 from ._engine import AllianceError, Heard, MindError, ScenarioError, Set

@@ -1,73 +1,73 @@
-"""The engine, in Rust. What is not told in the package's own modules is told here."""
+"""Types of the engine, which is written in Rust."""
 
 from os import PathLike
 from typing import Any, final
 
 class AllianceError(Exception):
-    """What went wrong, in the one line that the program has for it."""
+    """An error of the simulator. The message is the line that the program prints."""
 
 class ScenarioError(AllianceError):
-    """A mistake in what was asked for: what, where, and what would be right."""
+    """A mistake in the request. The message states the position, the problem and the remedy."""
 
 class MindError(AllianceError):
-    """A mind written in Python failed: which robot's, in which tick, and where. Its cause is what was raised there."""
+    """A controller written in Python failed. The message states the robot, the tick and the position. The cause is the original exception."""
 
 @final
 class Set:
     """A behavior set of the robot in a step."""
 
-    #: Its number, the same for all robots.
+    #: Id of the set, the same for all robots.
     id: int
     name: str
-    #: Number of the task that it performs.
+    #: Id of the set's task.
     task: int
     task_name: str
-    #: Whether it can be active in this step.
+    #: The set can be active in this step.
     applicable: bool
-    #: Whether it was active after the step before.
+    #: The set was active at the end of the previous step.
     active: bool
-    #: Since when it is active, or not, s.
+    #: Start of the present state, active or not, s.
     since: float
-    #: Estimated time of a unit of its work, s, from what the robot itself knows; infinite if it cannot tell.
+    #: Estimated time of one unit of work, s, from the robot's own knowledge; infinite without an estimate.
     cost: float
-    #: What a unit is worth, in the mission's own measure.
+    #: Value of one unit of work, in the mission's own measure.
     reward: float
-    #: Since when the task is due again, s; what was said about an older round is void.
+    #: Time at which the task became due again, s. Messages about earlier rounds are void.
     round: float
-    #: How many robots may perform the task at once.
+    #: Maximum number of robots that may perform the task at once.
     max_robots: int
-    #: Of the task; higher goes first.
+    #: Priority of the task; a higher one goes first.
     priority: int
-    #: A teammate that has been silent for so long has ceased, s.
+    #: Time without messages after which a teammate counts as lost, s.
     ceased_after: float
-    #: Every ALLIANCE value in force of the set, as in run.json.
+    #: Values of all ALLIANCE parameters of the set, as in run.json.
     values: dict[str, Any]
 
 @final
 class Heard:
-    """A heartbeat of a teammate, or what a teammate of the same class said."""
+    """A heartbeat of a teammate, or a message of a teammate of the same class."""
 
-    #: Rank of the sender, and number of its life.
+    #: Rank and incarnation of the sender.
     sender: int
     incarnation: int
-    #: When it was sent, s.
+    #: Send time, s.
     sent: float
-    #: `executing`, `waiting`, `idle` or `released`; `said` of what a mind says itself, of which there is nothing below but `said`.
+    #: `executing`, `waiting`, `idle` or `released`; `said` for a controller's own message, of which only `said` is set below.
     state: str
-    #: Numbers of its task and set; `None` when idle.
+    #: Ids of the task and the set; `None` when idle.
     task: int | None
     set: int | None
-    #: Since when it has been in that state, s.
+    #: Start of that state, s.
     since: float
-    #: Effects that it has achieved on the task so far.
+    #: Number of effects on the task so far.
     progress: int
-    #: Where the sender believes to be, m.
+    #: Position of the sender by its own estimate, m.
     position: tuple[float, float] | None
-    #: Whether it carries something.
+    #: The sender carries an item.
     carrying: bool
-    #: What it knows of the mission, as JSON has it; bytes of missions with types of their own.
+    #: Shared knowledge of the sender about the mission, as JSON values; bytes for missions with their own types.
     lore: Any
-    #: What its mind said.
+    #: Content of the controller's own message.
     said: bytes
 
 @final

@@ -1,4 +1,4 @@
-"""What minds in Python are derived from: an allocator alone, or all of it."""
+"""Base classes of controllers: `Allocator` selects a behavior set, `Agent` replaces the complete controller."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from typing import Any, ClassVar
 
 from ._engine import Heard, Set, Stream
 
-#: The longest message of a mind's own, bytes.
+#: Maximum length of a controller's own message, bytes.
 SAY_MAX = 1200
 
-#: What a checkpoint shares with its mind.
+#: Attributes that a checkpoint shares with its controller.
 SHARED = {"name", "rank", "sets", "setup", "rng"}
 
 
 class Rng(random.Random):
-    """Random numbers of a robot's own, of the run's seed, with all that `random.Random` can draw.
+    """Random numbers of a robot, derived from the run's seed, with all methods of `random.Random`.
 
-    In each step they begin anew, numbered by seed, robot and tick: a step that is made twice draws the same, and no robot
-    shifts another's. A step has 2048 numbers of 64 bits.
+    Every step restarts them from seed, robot and tick: a repeated step draws the same numbers, and robots do not affect each other.
+    A step has at most 2048 numbers of 64 bits.
     """
 
     def __init__(self, stream: Stream) -> None:
@@ -34,14 +34,14 @@ class Rng(random.Random):
         super().__init__()
 
     def seed(self, *_: Any, **__: Any) -> None:
-        """Does nothing: the seed is the run's."""
+        """Has no effect: the seed is the run's."""
 
     def random(self) -> float:
-        """A number from 0 to below 1."""
+        """Returns a number from 0 to below 1."""
         return (self._stream.next_u64() >> 11) * 2.0**-53
 
     def getrandbits(self, k: int, /) -> int:
-        """A whole number of that many random bits."""
+        """Returns an integer of `k` random bits."""
         words = -(-k // 64)
         number = 0
         for _ in range(words):
@@ -49,44 +49,44 @@ class Rng(random.Random):
         return number >> (64 * words - k)
 
     def gauss(self, mu: float = 0.0, sigma: float = 1.0) -> float:
-        """As `normalvariate`, which keeps nothing for the next call."""
+        """Returns the same as `normalvariate`, which keeps no value for the next call."""
         return self.normalvariate(mu, sigma)
 
 
 class Mind:
-    """What `Allocator` and `Agent` have in common. One of these two is what a mind is derived from.
+    """Common base of `Allocator` and `Agent`. Derive from one of these two.
 
-    The same inputs must give the same step, on every machine: no clock, no `random` but `self.rng`, no order of a set.
+    The same inputs must give the same step on every machine: use no clock, no `random` except `self.rng`, and no order of a set.
     """
 
     #: Name of the robot.
     name: str
-    #: Its place in the team, from 0.
+    #: Rank of the robot in the team, from 0.
     rank: int
-    #: Names of its behavior sets.
+    #: Names of the robot's behavior sets.
     sets: tuple[str, ...]
-    #: The run as the team knows it, as in run.json: `seed`, `scenario`, `alliance`. Shared by all robots; not to be changed.
+    #: Setup of the run, as in run.json: `seed`, `scenario`, `alliance`. All robots share it; do not change it.
     setup: Mapping[str, Any]
-    #: Random numbers.
+    #: Random numbers of the robot.
     rng: Rng
-    #: Attributes that are shared by checkpoints and not copied into them, such as a large net that does not change.
+    #: Attributes that checkpoints share instead of copying, such as a large net that does not change.
     frozen: ClassVar[frozenset[str] | set[str]] = frozenset()
 
     _is_whole: ClassVar[bool]
     _said: list[bytes]
 
     def reset(self) -> None:
-        """A new life begins: without memory. `name`, `rank`, `sets`, `setup` are known."""
+        """Starts an incarnation, without memory. `name`, `rank`, `sets` and `setup` are set before."""
 
-    def _say(self, words: bytes) -> None:
-        if not isinstance(words, bytes):
-            raise TypeError(f"say: {type(words).__name__} is not bytes")
-        if len(words) > SAY_MAX:
-            raise ValueError(f"say: {len(words)} bytes; at most {SAY_MAX} can be sent")
-        own = len(self.sets)
-        if len(self._said) > own:
-            raise ValueError(f"say: a robot with {own} sets sends at most {own + 1} messages in a step")
-        self._said.append(words)
+    def _say(self, message: bytes) -> None:
+        if not isinstance(message, bytes):
+            raise TypeError(f"say: {type(message).__name__} is not bytes")
+        if len(message) > SAY_MAX:
+            raise ValueError(f"say: {len(message)} bytes; at most {SAY_MAX} can be sent")
+        sets = len(self.sets)
+        if len(self._said) > sets:
+            raise ValueError(f"say: a robot with {sets} sets sends at most {sets + 1} messages in a step")
+        self._said.append(message)
 
     def _begin(self, name: str, rank: int, setup: Mapping[str, Any], stream: Stream, sets: Sequence[str]) -> None:
         self.name, self.rank, self.setup, self.rng, self.sets = name, rank, setup, Rng(stream), tuple(sets)
@@ -103,31 +103,31 @@ class Mind:
 
 
 class Allocator(Mind):
-    """Decides which behavior set of a robot is active; the rest of the robot is the mission's own, in Rust.
+    """Selects the active behavior set of a robot. The mission's own controller in Rust does everything else.
 
-    Heartbeats that say what the robot works on are made for it, so robots with other allocators understand it.
+    The package sends heartbeats with the robot's task, so robots with other allocators can use them.
     """
 
     _is_whole = False
     _bids: dict[int, float]
 
     def step(self, now: float, heard: Sequence[Heard], sets: Sequence[Set]) -> Set | None:
-        """Returns which of its applicable sets is active from now on; `None`: it is idle.
+        """Returns the applicable set that is active from now on, or `None` to be idle.
 
-        `now`: simulated time, s. `heard`: heartbeats of teammates, and what teammates of the same class `say`, by sender and
-        number. `sets`: the robot's behavior sets, always in the same order.
+        `now`: simulated time, s. `heard`: heartbeats of teammates, and messages that teammates of the same class sent with `say`, ordered
+        by sender and number. `sets`: the robot's behavior sets, always in the same order.
         """
         raise NotImplementedError(f"{type(self).__name__} has no step")
 
     def say(self, words: bytes) -> None:
-        """Sends up to 1200 bytes to the teammates of the same class, with this step; they hear it as `Heard.said`."""
+        """Sends up to 1200 bytes to the teammates of the same class, with this step. They receive them as `Heard.said`."""
         self._say(words)
 
     def bid(self, set: Set, value: float) -> None:
-        """Shows in allocation.csv, and so on page and report, what the set is worth to it in this step."""
+        """Records the value of a set in this step in allocation.csv. The page and the report show it."""
         value = float(value)
         if value - value != 0.0:
-            raise ValueError(f"bid: {value} is no number")
+            raise ValueError(f"bid: {value} is not a finite number")
         self._bids[set.id] = value
 
     def _begin(self, *given: Any) -> None:
@@ -135,56 +135,57 @@ class Allocator(Mind):
         super()._begin(*given)
 
 
-#: A solid in the way of a beam: how far its free way is, m, and the direction of the solid's surface there, rad; `None`: it is free.
+#: Hit of a beam: free distance, m, and direction of the surface there, rad. `None`: the beam is free.
 Beam = tuple[float, float] | None
 
 
 @dataclass(frozen=True, slots=True)
 class Readings:
-    """What a robot senses in a step. Each device is `None` when the robot lacks it or it is dead.
+    """Sensor readings of a robot in a step. A device is `None` if the robot lacks it or it is dead.
 
-    Lengths in m, angles in rad counter-clockwise from x; in the robot's own frame x is ahead and y to the left.
+    Lengths are in m, angles in rad counter-clockwise from x. In the robot's frame, x is ahead and y is to the left.
     """
 
     position: tuple[float, float] | None
     heading: float | None
-    #: Distance from the robot's edge to the border straight ahead and to the left; infinite beyond the sensor's range.
+    #: Distance from the robot's edge to the border, ahead and to the left, m; infinite beyond the sensor's range.
     front_border: float | None
     side_border: float | None
-    #: What is solid ahead and beside the robot, by three beams each: ahead left, center, right; on the sides front, center, rear.
+    #: Solids ahead and on both sides, with three beams each. Ahead: left, center, right. Sides: front, center, rear.
     ahead: tuple[Beam, Beam, Beam] | None
     left: tuple[Beam, Beam, Beam] | None
     right: tuple[Beam, Beam, Beam] | None
-    #: Penetrability under the center, and ahead; 1 is neutral.
+    #: Penetrability of the ground under the center and ahead; 1 is neutral.
     ground: tuple[float, float] | None
-    #: Energy left, J; `None` where energy is not simulated.
+    #: Remaining energy, J; `None` without an energy simulation.
     energy: float | None
-    #: What the mission's own devices tell, by name, as on the bus: of observe `targets`, of waste `items`, `zone`, `at_site` and
-    #: `holding`, of push `bar` and `touch`, of service `points`, `told` and `effect`; of any other mission its `bytes`.
+    #: Readings of the mission's own devices by name, as on the bus. observe: `targets`. waste: `items`, `zone`,
+    #: `at_site`, `holding`. push: `bar`, `touch`. service: `points`, `values`, `effect`. Other missions: `bytes`.
     mission: Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Deed:
-    """What a robot does in a step. It turns first and then moves straight ahead, both within its limits; it does not reverse."""
+    """Action of a robot in a step. It turns first, then moves straight ahead, both within its limits. It cannot reverse."""
 
-    #: Forward, m/s.
+    #: Forward speed, m/s.
     speed: float = 0.0
-    #: Counter-clockwise, rad/s.
+    #: Turn rate, counter-clockwise, rad/s.
     turn: float = 0.0
-    #: Of waste: `"keep"`, `"pick"` or `"drop"`; and whether it reports, at a place for that.
+    #: For waste: `"keep"`, `"pick"` or `"drop"`; and a report, if the robot is at a report site.
     gripper: str = "keep"
     report: bool = False
-    #: Of service: the number of a point that it works on, and up to where it has read the board.
+    #: For service: the number of the point to work on, and the last line read from the board.
     work: int | None = None
     read: int | None = None
-    #: Of observe: whether it looks, with a device that works: what is in range then is observed.
+    #: For observe: observes the targets in range, if the device works.
     watch: bool = True
-    #: Up to 1200 bytes each for the teammates of the same class, who hear them as `Heard.said`; at most one more than it has sets.
+    #: Messages of up to 1200 bytes to the teammates of the same class, received as `Heard.said`; at most one more than
+    #: the number of sets.
     say: Sequence[bytes] = ()
-    #: Name of the behavior set that it carries out, one of `Agent.sets`: heartbeats, log and page tell of it. `None`: it is idle.
+    #: Name of the active behavior set, one of `Agent.sets`, for heartbeats, log and page. `None`: idle.
     doing: str | None = None
-    #: Whether it has just had an effect on the world with that: heartbeats count these.
+    #: The robot has just had an effect on the world with that set. Heartbeats contain the number of effects.
     progress: bool = False
 
     def __post_init__(self) -> None:
@@ -193,49 +194,49 @@ class Deed:
             try:
                 value = float(value)
             except (TypeError, ValueError):
-                raise TypeError(f"Deed: {name} is {value!r}, which is no number") from None
+                raise TypeError(f"Deed: {name} is {value!r}, which is not a finite number") from None
             if value - value != 0.0:
-                raise ValueError(f"Deed: {name} is {value}, which is no number")
+                raise ValueError(f"Deed: {name} is {value}, which is not a finite number")
 
 
 class Agent(Mind):
-    """A whole mind: all that the robot does is decided by it. Nothing of the mission's own mind in Rust is left.
+    """Complete controller of a robot. It replaces the mission's own controller in Rust.
 
-    Heartbeats that say where it is and what it is doing are made for it, so robots of any kind understand it; what other robots tell
-    of the mission's matters it neither repeats nor adds to.
+    The package sends heartbeats with position and activity, so other robots can use them. It neither repeats nor extends the shared
+    knowledge of the mission.
     """
 
     _is_whole = True
 
     def step(self, now: float, readings: Readings, heard: Sequence[Heard]) -> Deed:
-        """Returns what the robot does.
+        """Returns the action of the robot.
 
-        `now`: simulated time, s. `readings`: what it senses. `heard`: heartbeats of teammates, and what teammates of the same class
-        `say`, by sender and number.
+        `now`: simulated time, s. `readings`: sensor readings. `heard`: heartbeats of teammates, and messages that teammates of the same
+        class sent with `say`, ordered by sender and number.
         """
         raise NotImplementedError(f"{type(self).__name__} has no step")
 
     def _speak(self, say: Sequence[bytes]) -> None:
-        for words in say:
-            self._say(words)
+        for message in say:
+            self._say(message)
 
 
 def readings(text: str) -> Readings:
-    """From the engine's words."""
-    told = json.loads(text)
+    """Builds `Readings` from the engine's JSON."""
+    values = json.loads(text)
     for border in ("front_border", "side_border"):
-        if told[border] is False:
-            told[border] = math.inf
+        if values[border] is False:
+            values[border] = math.inf
     for side in ("ahead", "left", "right"):
-        if told[side] is not None:
-            told[side] = tuple(beam and tuple(beam) for beam in told[side])
+        if values[side] is not None:
+            values[side] = tuple(beam and tuple(beam) for beam in values[side])
     for pair in ("position", "ground"):
-        told[pair] = told[pair] and tuple(told[pair])
-    return Readings(**told)
+        values[pair] = values[pair] and tuple(values[pair])
+    return Readings(**values)
 
 
 def step_twice(mind: Mind, given: tuple[Any, ...]) -> Any:
-    """Makes the step from a copy as well, and raises a `ValueError` that names the first field in which the two differ."""
+    """Runs a step also on a copy. Raises a `ValueError` that names the first field with a different value."""
     twin = copy.deepcopy(mind)
     stream = mind.rng._stream
     first = mind.step(*given)
@@ -245,12 +246,12 @@ def step_twice(mind: Mind, given: tuple[Any, ...]) -> Any:
     pairs = [("step", first, second)]
     if isinstance(first, Deed) and isinstance(second, Deed):
         pairs = [(f"Deed.{field.name}", getattr(first, field.name), getattr(second, field.name)) for field in fields(Deed)]
-    own, other = vars(mind), vars(twin)
+    attributes, copied = vars(mind), vars(twin)
     skipped = SHARED | mind.frozen
-    pairs += [(f"self.{name}", own.get(name), other.get(name)) for name in sorted(own.keys() | other.keys()) if name not in skipped]
+    pairs += [(f"self.{name}", attributes.get(name), copied.get(name)) for name in sorted(attributes.keys() | copied.keys()) if name not in skipped]
     for field, one, another in pairs:
         if not _is_same(one, another):
-            raise ValueError(f"a step made twice differs: {field} is {_shown(one)} and {_shown(another)}; what else than its inputs decides?")
+            raise ValueError(f"a step made twice differs: {field} is {_shown(one)} and {_shown(another)}; the step depends on more than its inputs")
     return first
 
 
@@ -260,11 +261,11 @@ def _is_same(one: Any, other: Any) -> bool:
     try:
         same = one == other
         if same is True:
-            # Of a dict the order may tell, too; a set whose order does not matter may have any.
+            # The order of a dict may matter. The order of a set is ignored.
             return list(one) == list(other) if isinstance(one, dict) else True
         if isinstance(same, bool) and one == one:
             return False
-    except Exception:  # Whatever a class of somebody else makes of a comparison.
+    except Exception:  # A foreign class may raise any error in a comparison.
         pass
     return pickle.dumps(one) == pickle.dumps(other)
 
@@ -275,11 +276,11 @@ def _shown(value: Any) -> str:
 
 
 def line_of(robot: str, tick: int, error: BaseException) -> str:
-    """Whose mind failed, when, where and why."""
+    """Returns one line with robot, tick, position and error of a failed controller."""
     frames = traceback.extract_tb(error.__traceback__)
-    own = Path(__file__)
-    # Where its author has written something, not where this package refuses it.
-    theirs = [frame for frame in frames if Path(frame.filename) != own and frame.filename != "<string>"]
-    where = f"{Path(theirs[-1].filename).name}:{theirs[-1].lineno}: " if theirs else ""
+    package = Path(__file__)
+    # The position in the author's code, not in this package.
+    frames_of_author = [frame for frame in frames if Path(frame.filename) != package and frame.filename != "<string>"]
+    where = f"{Path(frames_of_author[-1].filename).name}:{frames_of_author[-1].lineno}: " if frames_of_author else ""
     why = " ".join(str(error).split())
     return f"{robot}: tick {tick}: {where}{type(error).__name__}: {why}"

@@ -1,4 +1,4 @@
-"""PettingZoo's parallel API over `VecEnv`."""
+"""PettingZoo's parallel API on top of `VecEnv`."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from .env import Reward, VecEnv
 
 
 class ParallelEnv(Parallel, EzPickle):
-    """A team, each robot of which is an agent that sees what it senses and hears; the reward is the team's, the same for all.
+    """Team in which each robot is an agent. An observation has sensor readings and received messages. All agents share the team's reward.
 
-    A robot that a fault kills stays an agent, for it may come back: it sees zeros, `infos` say that it is not alive, and its mask
-    has no action but to be idle. With `revive=False` it is terminated, and is gone for the episode.
+    A robot that a fault kills stays an agent, because it may restart. Until then it observes zeros, `infos` has `alive` False, and its
+    mask allows only the idle action. With `revive=False` it is terminated and absent for the rest of the episode.
 
-    A copy, and what is unpickled, is made anew from the same arguments, before its first episode.
+    A copy or an unpickled environment is created from the same arguments and has no episode yet.
     """
 
     metadata = {"name": "alliance_agent_v0", "render_modes": [], "is_parallelizable": True}
@@ -42,9 +42,9 @@ class ParallelEnv(Parallel, EzPickle):
         size: int | None = None,
         limit: float | None = None,
     ) -> None:
-        """`reward`: a function of mission.csv's columns before and after a step and of its events, in the place of the mission's progress.
+        """`reward`: a function of mission.csv's columns before and after a step and of the step's events; default: the mission's progress.
 
-        `time_cost` is taken off the reward of each step. The rest is as of `run` and `VecEnv`.
+        `time_cost` is subtracted from the reward of each step. See `run` and `VecEnv` for the other arguments.
         """
         run = {
             "level": level,
@@ -77,47 +77,47 @@ class ParallelEnv(Parallel, EzPickle):
                 self._actions[agent] = spaces.Box(-1.0, 1.0, (4,), np.float32)
                 self._observations[agent] = seen
         shape = (1, len(self.possible_agents))
-        self._given = np.zeros(shape, np.int64) if level == "decide" else np.zeros((*shape, 4), np.float32)
+        self._action_array = np.zeros(shape, np.int64) if level == "decide" else np.zeros((*shape, 4), np.float32)
         self._level = level
-        self._begun = False
+        self._is_running = False
 
     @property
     def feature_names(self) -> list[str]:
-        """What the numbers of an observation mean, of the first agent."""
+        """Names of the numbers of an observation, for the first agent."""
         return self._vec.feature_names
 
     @property
     def sets(self) -> dict[str, list[str]]:
-        """By agent the sets that its actions from 1 on stand for."""
+        """Behavior sets by agent. Action n selects the n-th one; action 0 is idle."""
         return dict(zip(self.possible_agents, self._vec.sets, strict=True))
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
-        """The same object each time."""
+        """Returns the space of an agent, the same object for each call."""
         return self._observations[agent]
 
     def action_space(self, agent: str) -> spaces.Space[Any]:
-        """The same object each time."""
+        """Returns the space of an agent, the same object for each call."""
         return self._actions[agent]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict, dict]:
-        """Begins an episode; without a seed with the one after that of the episode before."""
+        """Starts an episode. The default seed is the previous episode's seed plus one."""
         seed = self._next_seed if seed is None else seed
         self._next_seed = seed + 1
         self._vec.reset(seed)
         self.agents = list(self.possible_agents)
-        self._begun = True
+        self._is_running = True
         return self._seen(), self._infos()
 
     def step(self, actions: Mapping[str, Any]) -> tuple[dict, dict, dict, dict, dict]:
-        """One step; an agent without an action is idle."""
-        if not self._begun:
-            raise RuntimeError("reset() comes first, and again after the end of an episode")
+        """Makes one step. An agent without an action is idle."""
+        if not self._is_running:
+            raise RuntimeError("call reset() first, and again after the end of an episode")
         before = self._vec.row() if self._reward else {}
-        given = self._given
-        given.fill(0)
+        array = self._action_array
+        array.fill(0)
         for agent, action in actions.items():
-            given[0, self._rank[agent]] = action
-        self._vec.step(given)
+            array[0, self._rank[agent]] = action
+        self._vec.step(array)
         reward = self._reward(before, self._vec.row(), self._vec.events()) if self._reward else float(self._vec.reward[0])
         reward -= self._time_cost
         done = self._vec.done[0]
@@ -134,38 +134,38 @@ class ParallelEnv(Parallel, EzPickle):
             run, outcome = self._vec.ended()
             for info in infos.values():
                 info["hash"], info["outcome"] = run, outcome
-            self.agents, self._begun = [], False
+            self.agents, self._is_running = [], False
         elif not self._revive:
             self.agents = [agent for agent in agents if not terminations[agent]]
         return seen, rewards, terminations, truncations, infos
 
     def state(self) -> np.ndarray:
-        """For centralized critics: mission.csv's columns, then x, y and heading of each robot."""
+        """Returns the state for a centralized critic: mission.csv's columns, then x, y and heading of each robot."""
         row = [np.nan if value is None else value for value in self._vec.row().values()]
         return np.concatenate([np.nan_to_num(np.array(row, np.float32)), self._vec.poses().ravel()])
 
     def row(self) -> dict[str, float | None]:
-        """How far the mission has come: the columns of mission.csv."""
+        """Returns the progress of the mission: the columns of mission.csv."""
         return self._vec.row()
 
     def poses(self) -> np.ndarray:
-        """x, y (m) and heading (rad) of each robot of the scenario."""
+        """Returns x, y (m) and heading (rad) of each robot of the scenario."""
         return self._vec.poses()
 
     @property
     def hash(self) -> str | None:
-        """Of the episode that has ended: that of the run with the same seed and the same decisions."""
+        """Hash of the finished episode. A run with the same seed and the same decisions has the same hash."""
         return self._vec.ended()[0]
 
     def record(self, folder: str | os.PathLike[str]) -> None:
-        """The next episode is logged in a new folder."""
+        """Logs the next episode in a new folder."""
         self._vec.record(folder)
 
     def render(self) -> None:
-        """Nothing is drawn; record() an episode, and `alliance view` shows it."""
+        """Has no effect. Use `record`, then `alliance view`."""
 
     def close(self) -> None:
-        """Ends an episode that is under way, and its log."""
+        """Ends the current episode and its log."""
         self._vec.close()
 
     def _seen(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Reads what the simulator has written: the tables of a run, of a sweep or of a comparison."""
+"""Reads the tables of a run, a sweep or a comparison."""
 
 from __future__ import annotations
 
@@ -14,16 +14,15 @@ from typing import Any
 
 import numpy as np
 
-#: Libraries for data frames, in the order in which they are taken if they are there.
+#: Libraries for data frames. The first installed one is the default.
 FRAMES = ("pandas", "polars")
 
 
 class Results(Mapping[str, Any]):
-    """The tables of a folder by name, each read when it is first asked for: `results["events"]` or `results.events`.
+    """Tables of a folder by name, read at the first access: `results["events"]` or `results.events`.
 
-    A run has `events`, `poses`, `mission`, `messages`, `motivations`, `allocation`, `ticks`, as far as they were logged; times are
-    simulated ones, `t_ms`. A comparison has `results` (a row for each run), `cells`, `pairs` and others, a sweep `results`
-    and `summary`.
+    A run has `events`, `poses`, `mission`, `messages`, `motivations`, `allocation` and `ticks`, as far as it logged them. `t_ms` is the
+    simulated time. A comparison has `results` (a row for each run), `cells`, `pairs` and others. A sweep has `results` and `summary`.
     """
 
     def __init__(self, folder: Path, frame: str) -> None:
@@ -34,7 +33,7 @@ class Results(Mapping[str, Any]):
 
     @property
     def run(self) -> dict[str, Any]:
-        """run.json: what was run, with every value in force, and what came of it."""
+        """Content of run.json: the setup with all parameter values, and the result."""
         return json.loads((self.folder / "run.json").read_text())
 
     def __getitem__(self, name: str) -> Any:
@@ -64,24 +63,24 @@ class Results(Mapping[str, Any]):
 
 
 def load(folder: str | os.PathLike[str], frame: str | None = None) -> Results:
-    """The tables of a run's folder, or of what `alliance sweep` and `alliance compare` have written.
+    """Returns the tables of a run folder, a sweep or a comparison.
 
-    `frame`: `pandas`, `polars`, or `numpy` for a dict of arrays by column; without it the first of these that is there.
+    `frame`: `pandas`, `polars`, or `numpy` for a dict of arrays by column; default: the first of these that is installed.
     """
     folder = Path(folder)
     if not any(folder.glob("*.csv")):
         raise FileNotFoundError(f"{folder}: there are no tables; name the folder of a run, a sweep or a comparison")
     if frame not in (None, "numpy", *FRAMES):
         raise ValueError(f"frame: there is no '{frame}'; use pandas, polars or numpy")
-    return Results(folder, frame or next(filter(_is_there, FRAMES), "numpy"))
+    return Results(folder, frame or next(filter(_is_installed, FRAMES), "numpy"))
 
 
-def _is_there(library: str) -> bool:
+def _is_installed(library: str) -> bool:
     return importlib.util.find_spec(library) is not None
 
 
 def read(path: Path, frame: str) -> Any:
-    """One table, up to its last whole line: the world may have been killed while it wrote."""
+    """Reads one table up to its last complete line: a killed world leaves an incomplete one."""
     text = path.read_text()
     text = text[: text.rfind("\n") + 1]
     if frame == "numpy":
@@ -91,12 +90,12 @@ def read(path: Path, frame: str) -> Any:
     library = importlib.import_module(frame)
     if frame == "polars":
         return library.read_csv(io.StringIO(text), infer_schema_length=None)
-    # A robot or a state may be called "none".
+    # A robot or a state may have the name "none".
     return library.read_csv(io.StringIO(text), keep_default_na=False, na_values=[""], low_memory=False)
 
 
 def column(values: Any) -> np.ndarray:
-    """Whole numbers, numbers with NaN where there is none, flags, or texts."""
+    """Converts a column to integers, floats with NaN for empty cells, booleans or texts."""
     values = list(values)
     if not values:
         return np.array(values, dtype=str)

@@ -1,4 +1,4 @@
-"""A whole mission in this process."""
+"""Runs of whole missions in this process."""
 
 from __future__ import annotations
 
@@ -15,41 +15,41 @@ from ._engine import ScenarioError
 from ._minds import Agent, Allocator
 from ._results import Results, load
 
-#: Who decides for a robot: a class of one's own, or one of the simulator's allocators by its name.
+#: Controller of a robot: a class, or the name of a built-in allocator.
 Mind = type[Allocator] | type[Agent] | str
-#: A built-in scenario's name or a TOML file, or a scenario's keys and values.
+#: Name of a built-in scenario, TOML file, or a scenario's keys and values.
 Scenario = str | os.PathLike[str] | Mapping[str, Any] | None
 
 
 @dataclass(frozen=True)
 class Run:
-    """What came of a run."""
+    """Result of a run."""
 
-    #: The same for the same scenario, seed and minds, by processes or in one.
+    #: Hash of the run. It depends on scenario, seed and controllers only, not on the number of processes.
     hash: str
     #: `complete`, `time-limit` or `no-robot-left`.
     outcome: str
-    #: Figures: `ticks`, `sim_time_ms`, those of the mission and of each robot.
+    #: Figures: `ticks`, `sim_time_ms`, and those of the mission and of each robot.
     result: dict[str, Any] = field(repr=False)
-    #: All of run.json.
+    #: Content of run.json.
     file: dict[str, Any] = field(repr=False)
-    #: Folder of the log, if there is one.
+    #: Run folder, or `None` without a log.
     folder: Path | None = None
 
     @property
     def complete(self) -> bool:
-        """Whether all is done."""
+        """True if the mission was completed."""
         return self.outcome == "complete"
 
     @property
     def seconds(self) -> float:
-        """Simulated time that it took."""
+        """Simulated time of the run, s."""
         return self.result["sim_time_ms"] / 1000
 
     def load(self) -> Results:
-        """The tables of its log."""
+        """Returns the tables of the run's log."""
         if self.folder is None:
-            raise ValueError("this run has no log; give run() a folder: log='runs/mine'")
+            raise ValueError("this run has no log; call run() with a folder: log='runs/mine'")
         return load(self.folder)
 
 
@@ -66,16 +66,16 @@ def run(
     level: str = "full",
     twice: bool = False,
 ) -> Run:
-    """Runs a mission to its end in this process; the same bytes as by processes.
+    """Runs a mission to its end in this process. The result is identical to that of a run in processes.
 
-    `scenario`: the name of a built-in one, a TOML file, or a scenario as a dict; without one the default mission.
-    `minds`: by robot, or `"*"` for all others, an `Allocator` or `Agent` class or the name of one of the simulator's allocators.
-    `log`: a new folder, which `load` reads and `alliance report`, `view` and `export` open; `level` says how much is in it.
-    `faults`: in the place of the scenario's own; a list of orders, or `{"timeline": […], "random": {…}}`.
-    `twice`: each step of these classes is made twice, and the run ends where the two differ: what else than its inputs decides.
-    `robots`, `size`: of a mission that comes in any size. `limit`: simulated seconds.
+    `scenario`: name of a built-in one, TOML file, or dict; default: the default mission.
+    `minds`: by robot, or `"*"` for all others: an `Allocator` or `Agent` class, or the name of a built-in allocator.
+    `log`: new run folder, for `load` and for `alliance report`, `view` and `export`; `level` selects the amount of data.
+    `faults`: replaces the scenario's faults; a list of orders, or `{"timeline": […], "random": {…}}`.
+    `twice`: repeats each step of these classes on a copy. The run fails if a step depends on more than its inputs.
+    `robots`, `size`: for missions of variable size. `limit`: time limit, simulated seconds.
 
-    Raises `ScenarioError` for a mistake in these, `MindError` when a mind fails, both with one line.
+    Raises `ScenarioError` for a wrong argument and `MindError` if a controller fails, both with one line.
     """
     folder = None if log is None else Path(log)
     file = json.loads(_engine.run(asked(scenario, minds, seed, faults, robots, size, limit, twice), folder, level))
@@ -92,13 +92,13 @@ def asked(
     limit: float | None,
     twice: bool = False,
 ) -> dict[str, Any]:
-    """What is asked for, as the engine takes it."""
+    """Returns the arguments in the engine's format."""
     document = json.dumps(scenario) if isinstance(scenario, Mapping) else None
     words = ["run"] if scenario is None or document else ["run", os.fspath(scenario)]
     given = {"seed": seed, "robots": robots, "size": size, "limit": limit}
     words += [f"--{word}={value}" for word, value in given.items() if value is not None]
     if document and (robots or size):
-        raise ScenarioError("robots and size: a scenario given as a dict has its own")
+        raise ScenarioError("robots and size: a scenario in a dict already has them")
     if faults is not None and not isinstance(faults, Mapping):
         faults = {"timeline": list(faults)}
     return {
@@ -111,7 +111,7 @@ def asked(
 
 
 def _named(minds: Mapping[str, Mind]) -> list[tuple[str, str, type | None]]:
-    """The minds with the names under which the run knows them."""
+    """Returns the controllers with their names in the run."""
     named: list[tuple[str, str, type | None]] = []
     classes: dict[str, type] = {}
     for robot, mind in minds.items():
@@ -120,7 +120,7 @@ def _named(minds: Mapping[str, Mind]) -> list[tuple[str, str, type | None]]:
         elif isinstance(mind, type) and issubclass(mind, (Allocator, Agent)):
             name = name_of(mind)
             if classes.setdefault(name, mind) is not mind:
-                raise ScenarioError(f"minds: two classes are called '{name}'; give each its own name")
+                raise ScenarioError(f"minds: two classes have the name '{name}'; rename one of them")
             named.append((robot, name, mind))
         else:
             raise ScenarioError(
@@ -130,5 +130,5 @@ def _named(minds: Mapping[str, Mind]) -> list[tuple[str, str, type | None]]:
 
 
 def name_of(mind: type) -> str:
-    """The name of a mind in scenario and log: `MyGreedy` is `my-greedy`."""
+    """Returns the name of a controller in scenario and log: `MyGreedy` becomes `my-greedy`."""
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", mind.__name__).lower()

@@ -1,5 +1,7 @@
-"""Functions of numbers with the same bits on every machine, for minds whose runs are compared between machines. Python's `math` is that of
-the machine, and may differ in the last bit. Where `math` raises an error these give what IEEE 754 has: NaN, or an infinity.
+"""Mathematical functions with the same bits on every machine, for runs that are compared between machines.
+
+Python's `math` may differ in the last bit between machines. These functions return NaN or an infinity, by IEEE 754, in cases where
+`math` raises an error.
 """
 
 from ._engine import math as _math

@@ -1,4 +1,4 @@
-"""What all tests have in common."""
+"""Shared fixtures of all tests."""
 
 import importlib
 import os
@@ -14,24 +14,24 @@ sys.path.insert(0, str(EXAMPLES))
 
 
 def needed(module: str):
-    """A module that not every user has. Where it is missing the test fails, but with ALLIANCE_SKIP_TESTS=1."""
+    """Imports an optional module. Without it the test fails, or is skipped with ALLIANCE_SKIP_TESTS=1."""
     if os.environ.get("ALLIANCE_SKIP_TESTS") == "1":
         return pytest.importorskip(module)
     return importlib.import_module(module)
 
 
 def program() -> str:
-    """The program `alliance`: that of the wheel, or the one that ALLIANCE names."""
+    """Returns the program `alliance`: the path in ALLIANCE, or else the program of the wheel."""
     return os.environ.get("ALLIANCE") or str(Path(sys.executable).with_name("alliance"))
 
 
 @pytest.fixture
 def alliance(tmp_path):
-    """Runs the program, which must end with one of these statuses."""
+    """Runs the program and checks its exit status."""
 
-    def carry_out(*words: str, status: tuple[int, ...] = (0,)) -> subprocess.CompletedProcess[str]:
-        done = subprocess.run([program(), *words], cwd=tmp_path, capture_output=True, text=True, timeout=300)
-        assert done.returncode in status, done.stderr
-        return done
+    def run_program(*words: str, status: tuple[int, ...] = (0,)) -> subprocess.CompletedProcess[str]:
+        process = subprocess.run([program(), *words], cwd=tmp_path, capture_output=True, text=True, timeout=300)
+        assert process.returncode in status, process.stderr
+        return process
 
-    return carry_out
+    return run_program

@@ -1,4 +1,4 @@
-"""A whole mind in Python: in one process and as processes that `alliance run` starts, and what is said of those that fail."""
+"""Complete controllers in Python: in one process, as processes of `alliance run`, and their failures."""
 
 import json
 import os
@@ -26,16 +26,16 @@ class Still(Agent):
 
 
 class Listener(Agent):
-    """Turns by who has said something and when, in the order in which it hears it."""
+    """Turns by sender, time and order of the received messages."""
 
     def step(self, now, readings, heard):
-        words = enumerate(word for word in heard if word.state != "said")
-        digest = sum((place + 1) * (word.sender + 1) * (round(word.sent * 20) + 1) for place, word in words)
+        heartbeats = enumerate(message for message in heard if message.state != "said")
+        digest = sum((place + 1) * (message.sender + 1) * (round(message.sent * 20) + 1) for place, message in heartbeats)
         return Deed(turn=digest % 128 / 128)
 
 
 def twin_run(tmp_path, mind=Still, seed=1, **options):
-    """With the faults that its twin in Rust had."""
+    """Runs a controller with the faults of its Rust twin."""
     twin = TWINS[mind.__name__.lower()]
     scenario = tmp_path / "mine.toml"
     scenario.write_text(twin["scenario"])
@@ -44,14 +44,14 @@ def twin_run(tmp_path, mind=Still, seed=1, **options):
 
 @pytest.mark.parametrize("mind", [Still, Listener])
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_it_has_the_hash_of_its_twin_in_rust(tmp_path, mind, seed):
+def test_an_agent_has_the_hash_of_its_rust_twin(tmp_path, mind, seed):
     expected = TWINS[mind.__name__.lower()]["hashes"][str(seed)]
     assert twin_run(tmp_path, mind, seed).hash == expected
     assert twin_run(tmp_path, mind, seed, twice=True).hash == expected
 
 
 class Lab:
-    """`alliance run` in a runtime folder of its own, with a scenario in which gold and green have minds by name."""
+    """`alliance run` in a separate runtime folder, with a scenario that names the controllers of gold and green."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -68,9 +68,9 @@ class Lab:
 
     def alliance(self, *words, status=(0,)):
         process = self.start(*words)
-        _, said = process.communicate(timeout=240)
-        assert process.returncode in status, said
-        return said
+        _, output = process.communicate(timeout=240)
+        assert process.returncode in status, output
+        return output
 
     def mission(self, *words, status=(1,)):
         return self.alliance("run", "mine.toml", "--no-page", "--out=run", *words, status=status)
@@ -93,7 +93,7 @@ def lab(tmp_path):
     return Lab(tmp_path)
 
 
-def test_as_a_process_it_has_the_same_hash_and_is_replayed_without_python(lab):
+def test_a_process_has_the_same_hash_and_replays_without_python(lab):
     mind = lab.mind("still", f"{MAIN}class Still(Agent):\n    def step(self, now, readings, heard):\n        return Deed()\nmain(Still)\n")
     (lab.folder / "mine.toml").write_text(TWINS["still"]["scenario"])
     faults = "".join(f"[[faults.timeline]]\n{line}\n" for line in ("fault.kill = 'gold'\nat_s = 10.0\nfor_s = 5.0", "fault.mute = 'blue'\nat_s = 20.0\nfor_s = 5.0"))
@@ -106,7 +106,7 @@ def test_as_a_process_it_has_the_same_hash_and_is_replayed_without_python(lab):
     assert "identical" in lab.alliance("replay", "run", mind)
 
 
-def test_an_allocator_by_name_and_a_changed_one(lab):
+def test_replay_detects_a_changed_allocator(lab):
     scenario = lab.scenario("greedy")
     text = (EXAMPLES / "greedy.py").read_text()
     mind = lab.mind("greedy", text)
@@ -116,23 +116,23 @@ def test_an_allocator_by_name_and_a_changed_one(lab):
     assert results["hash"] == run(scenario, {"gold": Greedy}, limit=100).hash
     assert "identical" in lab.alliance("replay", "run")
     assert "identical" in lab.alliance("replay", "run", mind)
-    changed = lab.mind("greedy", text.replace("it.cost", "-it.cost"))
-    said = lab.alliance("replay", "run", changed, status=(1,))
-    assert said.startswith("differs first in tick ") and ": gold mind, " in said
+    changed = lab.mind("greedy", text.replace("option.cost", "-option.cost"))
+    output = lab.alliance("replay", "run", changed, status=(1,))
+    assert output.startswith("differs first in tick ") and ": gold mind, " in output
 
 
-def test_a_log_of_a_run_in_this_process_is_replayed_without_python(lab):
+def test_a_log_of_a_run_in_one_process_replays_without_python(lab):
     done = run(lab.scenario("greedy"), {"gold": Greedy, "green": Still}, limit=60, log=lab.folder / "run")
     assert set(done.file["minds"]) == {"greedy", "still"}
-    said = lab.alliance("replay", "run")
-    assert said == f"identical: 1200 ticks, hash {done.hash}\n"
+    output = lab.alliance("replay", "run")
+    assert output == f"identical: 1200 ticks, hash {done.hash}\n"
 
 
-def test_steps_that_did_not_count_never_happened(lab):
-    # It counts its steps and remembers what it heard: what a step leaves behind that did not count shows ever after.
+def test_discarded_steps_have_no_effect(lab):
+    # The controller stores steps and senders, so any effect of a discarded step is visible in all later steps.
     code = MAIN + (
         "class Counter(Agent):\n    def reset(self):\n        self.steps, self.words = 0, []\n"
-        "    def step(self, now, readings, heard):\n        self.steps += 1\n        self.words += [word.sender for word in heard]\n"
+        "    def step(self, now, readings, heard):\n        self.steps += 1\n        self.words += [message.sender for message in heard]\n"
         "        return Deed(turn=self.steps % 97 / 97, speed=sum(self.words) % 7 / 70, say=[bytes([self.steps % 251])])\nmain(Counter)\n"
     )
     mind = lab.mind("counter", code)
@@ -146,16 +146,16 @@ def test_steps_that_did_not_count_never_happened(lab):
         os.kill(int(gold), signal.SIGSTOP)
         time.sleep(0.5)
         os.kill(int(gold), signal.SIGCONT)
-    _, said = launcher.communicate(timeout=240)
-    assert launcher.returncode == 1, said
-    assert lab.kinds("gold").count("back") >= 3, "it has been away"
-    assert load(lab.folder / "run", "numpy").run["unscripted"], "which nobody's scenario asked for"
+    _, output = launcher.communicate(timeout=240)
+    assert launcher.returncode == 1, output
+    assert lab.kinds("gold").count("back") >= 3, "gold was paused too rarely"
+    assert load(lab.folder / "run", "numpy").run["unscripted"], "stalls without a fault are unscripted"
     assert "identical" in lab.alliance("replay", "run")
     assert "identical" in lab.alliance("replay", "run", mind)
-    assert not Path(f"/proc/{gold}").exists(), "no process is left"
+    assert not Path(f"/proc/{gold}").exists(), "the process of gold still runs"
 
 
-def test_what_it_senses_is_what_the_log_has(tmp_path):
+def test_readings_match_the_log(tmp_path):
     by_robot = {}
 
     class Looker(Agent):
@@ -166,19 +166,19 @@ def test_what_it_senses_is_what_the_log_has(tmp_path):
     done = run("cmommt", {"*": Looker}, limit=20, log=tmp_path / "run")
     seen = by_robot["gold"]
     poses = load(done.folder, "numpy")["poses"]
-    own = poses["robot"] == "gold"
-    at = np.stack([poses["x_m"][own], poses["y_m"][own]], 1)
+    of_gold = poses["robot"] == "gold"
+    at = np.stack([poses["x_m"][of_gold], poses["y_m"][of_gold]], 1)
     assert len(seen) == len(at) == 400
     assert np.allclose([readings.position for readings in seen], at, atol=1e-6)
-    assert np.allclose([readings.heading for readings in seen], poses["heading_rad"][own], atol=1e-6)
+    assert np.allclose([readings.heading for readings in seen], poses["heading_rad"][of_gold], atol=1e-6)
     targets = [target for all in by_robot.values() for readings in all for target in readings.mission["targets"]]
     assert targets and all(np.hypot(*target["offset"]) <= 2.6 for target in targets)
-    assert len(at) > 1 and not np.allclose(at[0], at[-1]), "it drives"
-    sets = poses["behavior_set"][own]
+    assert len(at) > 1 and not np.allclose(at[0], at[-1]), "gold does not move"
+    sets = poses["behavior_set"][of_gold]
     assert sets[-1] == "search"
 
 
-def test_it_does_what_its_mission_is_about():
+def test_an_agent_observes_targets():
     def share(mind):
         return sum(run("cmommt", mind and {"*": mind}, seed=seed).result["a"] for seed in (1, 2, 3)) / 3
 
@@ -190,12 +190,12 @@ def test_it_does_what_its_mission_is_about():
     assert 0 < share(Still) < share(Watcher)
 
 
-def test_its_words_reach_its_own_kind():
+def test_messages_reach_robots_of_the_same_class_only():
     heard_by = {}
 
     class Talker(Agent):
         def step(self, now, readings, heard):
-            heard_by.setdefault(self.name, []).extend(word.said for word in heard if word.said)
+            heard_by.setdefault(self.name, []).extend(message.said for message in heard if message.said)
             return Deed(say=[self.name.encode()] if now == 0 else ())
 
     run("janitorial", {"blue": Talker, "gold": Talker, "green": Still}, limit=2)
@@ -207,12 +207,12 @@ def step_of(step):
 
 
 BAD = [
-    (step_of(lambda self, now, readings, heard: Deed(speed=float("nan"))), "ValueError: Deed: speed is nan, which is no number"),
-    (step_of(lambda self, now, readings, heard: Deed(turn=1e39)), "ValueError: Deed: turn is inf, which is no number"),
-    (step_of(lambda self, now, readings, heard: Deed(speed="fast")), "TypeError: Deed: speed is 'fast', which is no number"),
+    (step_of(lambda self, now, readings, heard: Deed(speed=float("nan"))), "ValueError: Deed: speed is nan, which is not a finite number"),
+    (step_of(lambda self, now, readings, heard: Deed(turn=1e39)), "ValueError: Deed: turn is inf, which is not a finite number"),
+    (step_of(lambda self, now, readings, heard: Deed(speed="fast")), "TypeError: Deed: speed is 'fast', which is not a finite number"),
     (step_of(lambda self, now, readings, heard: 3), "TypeError: step returned int; it must return a Deed"),
-    (step_of(lambda self, now, readings, heard: Deed(doing="dance")), "ValueError: Deed: doing 'dance', which is none of its sets; these are "),
-    (step_of(lambda self, now, readings, heard: Deed(progress=True)), "ValueError: Deed: progress with what?"),
+    (step_of(lambda self, now, readings, heard: Deed(doing="dance")), "ValueError: Deed: doing 'dance' is not one of the robot's sets; the sets are "),
+    (step_of(lambda self, now, readings, heard: Deed(progress=True)), "ValueError: Deed: progress needs a set"),
     (step_of(lambda self, now, readings, heard: Deed(gripper="open")), "ValueError: Deed: gripper is 'open'; use 'keep', 'pick' or 'drop'"),
     (step_of(lambda self, now, readings, heard: Deed(say=[b"?"] * 300)), "ValueError: say: a robot with "),
     (step_of(lambda self, now, readings, heard: Deed(say=["text"])), "TypeError: say: str is not bytes"),
@@ -221,36 +221,36 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(("mind", "told"), BAD)
-def test_a_mind_that_fails_is_named_in_one_line(mind, told):
+@pytest.mark.parametrize(("mind", "expected"), BAD)
+def test_a_failed_controller_is_reported_in_one_line(mind, expected):
     with pytest.raises(MindError) as error:
         run("waste-cleanup", {"gold": mind}, limit=5)
-    said = str(error.value)
-    assert said.startswith("gold: tick 0: ") and told in said and "\n" not in said
+    output = str(error.value)
+    assert output.startswith("gold: tick 0: ") and expected in output and "\n" not in output
 
 
-def test_a_bad_mind_is_a_dead_robot_and_the_run_goes_on(lab):
+def test_a_failed_controller_is_a_crash_and_the_run_continues(lab):
     mind = lab.mind("bad", f"{MAIN}class Bad(Agent):\n    def step(self, now, readings, heard):\n        return Deed(speed=float('nan') if now > 2 else 0.1)\nmain(Bad)\n")
     lab.scenario("bad")
-    said = lab.mission("--limit=10", mind)
-    assert "gold crashed" in said
+    output = lab.mission("--limit=10", mind)
+    assert "gold crashed" in output
     assert lab.kinds("gold") == ["joined", "gone"]
     *_, last = lab.log("gold").splitlines()
-    assert last == "robot-agent gold: tick 41: bad.py:4: ValueError: Deed: speed is nan, which is no number"
-    told = load(lab.folder / "run", "numpy").run
-    assert (told["result"]["ticks"], told["unscripted"]) == (200, False)
+    assert last == "robot-agent gold: tick 41: bad.py:4: ValueError: Deed: speed is nan, which is not a finite number"
+    results = load(lab.folder / "run", "numpy").run
+    assert (results["result"]["ticks"], results["unscripted"]) == (200, False)
     assert "identical" in lab.alliance("replay", "run")
 
 
-def test_of_a_mind_whose_copy_takes_long_it_is_told_once(lab):
+def test_a_slow_copy_is_reported_once(lab):
     net = "class Net:\n    def __deepcopy__(self, memo):\n        time.sleep(0.06)\n        return self\n"
     heavy = "class Heavy(Agent):\n    def reset(self):\n        self.net = Net()\n    def step(self, now, readings, heard):\n        return Deed()\n"
     shared = "    frozen = {'net'}\n"
     mind = lab.mind("heavy", f"import time\n{MAIN}{net}{heavy}main(Heavy)\n")
     lab.scenario("heavy")
     lab.mission("--limit=5", mind)
-    told = [line for line in lab.log("gold").splitlines() if "a copy of its mind takes" in line]
-    assert len(told) == 1 and told[0].endswith("longer than a step of 50 ms: name in `frozen` what does not change")
+    warnings = [line for line in lab.log("gold").splitlines() if "a copy of its mind takes" in line]
+    assert len(warnings) == 1 and warnings[0].endswith("longer than a step of 50 ms: list constant attributes in `frozen`")
     frozen = lab.mind("heavy", f"import time\n{MAIN}{net}{heavy.replace('    def reset', shared + '    def reset')}main(Heavy)\n")
     (lab.folder / "run").rename(lab.folder / "first")
     lab.mission("--limit=5", frozen)
@@ -270,7 +270,7 @@ class Hidden(Agent):
 
 class Order(Agent):
     def reset(self):
-        self.todo = {7, 15}  # both want the same place in the table
+        self.todo = {7, 15}  # both have the same slot in the hash table
 
     def step(self, now, readings, heard):
         return Deed(turn=float(next(iter(self.todo))))
@@ -282,17 +282,17 @@ class Choosy(Allocator):
 
 
 @pytest.mark.parametrize(("mind", "field"), [(Chance, "Deed.turn"), (Hidden, "self.mood"), (Order, "Deed.turn")])
-def test_a_step_made_twice_finds_what_else_decides(mind, field):
+def test_twice_detects_hidden_dependencies(mind, field):
     run("waste-cleanup", {"gold": mind}, limit=1)
     with pytest.raises(MindError, match=rf"a step made twice differs: {field} is .* and "):
         run("waste-cleanup", {"gold": mind}, limit=1, twice=True)
 
 
-def test_made_twice_a_mind_that_goes_by_its_inputs_is_what_it_was(lab):
+def test_twice_does_not_change_a_deterministic_controller(lab):
     for scenario, mind in (("janitorial", Greedy), ("cmommt", Watcher)):
         once, twice = (run(scenario, {"*": mind}, limit=30, twice=twice) for twice in (False, True))
         assert once.hash == twice.hash
-    # As a process, too: there it ends the process.
+    # In a process of its own, a difference ends the process.
     lab.scenario("chance")
     mind = lab.mind("chance", f"import random\n{MAIN}class Chance(Agent):\n    def step(self, now, readings, heard):\n        return Deed(turn=random.random())\nmain(Chance)\n")
     lab.mission("--limit=2", mind)

@@ -1,4 +1,4 @@
-"""Minds in Python in one process."""
+"""Allocators in Python, in one process."""
 
 import copy
 import json
@@ -17,7 +17,7 @@ TWIN = json.loads((Path(__file__).parent / "greedy.json").read_text())
 
 
 @pytest.mark.parametrize("case", TWIN["hashes"])
-def test_greedy_has_the_hash_of_its_twin_in_rust(case):
+def test_greedy_has_the_hash_of_its_rust_twin(case):
     mission, seed = case.split()
     size = {key: TWIN[key] for key in ("robots", "size")}
     done = run(mission, {"*": Greedy}, int(seed), faults=TWIN["faults"], limit=TWIN["limit_s"], **size)
@@ -25,13 +25,13 @@ def test_greedy_has_the_hash_of_its_twin_in_rust(case):
     assert all(fault["hits"] > 0 for fault in done.file["faults"])
 
 
-def test_rust_minds_have_the_hash_of_the_command(alliance, tmp_path):
+def test_rust_controllers_have_the_hash_of_the_command(alliance, tmp_path):
     for mission in ("waste-cleanup", "service", "push", "observe"):
         words = ["run", mission, "--robots=3", "--in-process", "--seed=7", "--limit=60", f"--out={tmp_path / mission}", "--json"]
-        told = json.loads(alliance(*words, status=(0, 1)).stdout)
+        result = json.loads(alliance(*words, status=(0, 1)).stdout)
         done = run(mission, seed=7, robots=3, limit=60)
-        assert done.hash == told["hash"]
-        assert done.outcome == told["outcome"]
+        assert done.hash == result["hash"]
+        assert done.outcome == result["outcome"]
 
 
 def test_a_log_has_the_bytes_of_the_command(alliance, tmp_path):
@@ -42,7 +42,7 @@ def test_a_log_has_the_bytes_of_the_command(alliance, tmp_path):
         assert file.read_bytes() == (tmp_path / "command" / file.name).read_bytes(), file.name
 
 
-def test_a_team_of_both_languages_and_what_a_mind_is_given():
+def test_the_inputs_of_a_step_in_a_team_of_both_languages():
     seen = []
 
     class Watcher(Allocator):
@@ -50,8 +50,8 @@ def test_a_team_of_both_languages_and_what_a_mind_is_given():
             self.lives = (self.name, self.rank, self.setup["seed"])
 
         def step(self, now, heard, sets):
-            seen.append((now, self.lives, [word.state for word in heard]))
-            mine = next(it for it in sets)
+            seen.append((now, self.lives, [message.state for message in heard]))
+            mine = sets[0]
             assert mine.values["ceased_after_s"] == mine.ceased_after
             assert mine.cost > 0 and mine.max_robots >= 1 and isinstance(mine.name, str)
             assert repr(mine).startswith("<Set 0 ")
@@ -63,18 +63,18 @@ def test_a_team_of_both_languages_and_what_a_mind_is_given():
     assert times == [tick / 20 for tick in range(100)]
     assert {lives for _, lives, _ in seen} == {("gold", 0, 4)}
     states = {state for _, _, states in seen for state in states}
-    assert {"executing", "idle"} <= states, "the heartbeats of robots in Rust are heard"
+    assert {"executing", "idle"} <= states, "no heartbeats of Rust robots were received"
 
 
-def test_what_is_said_is_heard_by_its_own_kind_alone():
+def test_messages_reach_robots_of_the_same_class_only():
     heard_by = {}
 
     class Talker(Allocator):
         def step(self, now, heard, sets):
-            for word in heard:
-                if word.said:
-                    assert word.state == "said" and word.task is None
-                    heard_by.setdefault(self.name, set()).add((word.sender, word.said))
+            for message in heard:
+                if message.said:
+                    assert message.state == "said" and message.task is None
+                    heard_by.setdefault(self.name, set()).add((message.sender, message.said))
             if now == 0:
                 self.say(self.name.encode())
 
@@ -99,7 +99,7 @@ def test_bids_are_in_the_log(tmp_path):
     assert set(rows["state"][of_active]) == {"active"}
 
 
-def test_random_numbers_are_of_the_seed_the_robot_and_the_step():
+def test_random_numbers_depend_on_seed_robot_and_step():
     def drawn(seed):
         numbers = {}
 
@@ -117,7 +117,7 @@ def test_random_numbers_are_of_the_seed_the_robot_and_the_step():
     assert all(0 <= number < 1 for number in numbers) and min(numbers) < 0.1 and max(numbers) > 0.9
 
 
-def test_a_new_life_has_no_memory():
+def test_a_restarted_robot_has_no_memory():
     lives = []
 
     class Forgetful(Allocator):
@@ -147,7 +147,7 @@ class Wrong(Allocator):
 
 class Lame(Allocator):
     def step(self, now, heard, sets):
-        return next((it for it in sets if not it.applicable), None)
+        return next((option for option in sets if not option.applicable), None)
 
 
 class Nan(Allocator):
@@ -172,7 +172,7 @@ class Unborn(Allocator):
 
 
 class Drawer(Allocator):
-    """Draws more than there is."""
+    """Draws more numbers than a step has."""
 
     def step(self, now, heard, sets):
         self.rng.getrandbits(64 * 2049)
@@ -187,29 +187,29 @@ LINE = {
 
 
 @pytest.mark.parametrize(
-    ("mind", "told", "cause"),
+    ("mind", "expected", "cause"),
     [
         (Boom, f"gold: tick 20: test_allocator.py:{LINE['1 / 0 if']}: ZeroDivisionError: division by zero", ZeroDivisionError),
         (Wrong, "gold: tick 0: TypeError: step returned int; it must return one of its sets or None", TypeError),
-        (Lame, "which is not applicable; it must return one that is, or None", ValueError),
-        (Nan, f'gold: tick 0: test_allocator.py:{LINE["float(" + chr(34) + "nan" + chr(34) + ")"]}: ValueError: bid: nan is no number', ValueError),
+        (Lame, "which is not applicable; it must return an applicable set or None", ValueError),
+        (Nan, f'gold: tick 0: test_allocator.py:{LINE["float(" + chr(34) + "nan" + chr(34) + ")"]}: ValueError: bid: nan is not a finite number', ValueError),
         (Loud, f"gold: tick 0: test_allocator.py:{LINE['bytes(1201)']}: ValueError: say: 1201 bytes; at most 1200 can be sent", ValueError),
         (Chatty, "ValueError: say: a robot with", ValueError),
         (Unborn, f"gold: tick 0: test_allocator.py:{LINE['no such net']}: OSError: no such net", OSError),
-        (Drawer, "RuntimeError: a step has 2048 random numbers and no more", RuntimeError),
+        (Drawer, "RuntimeError: a step has at most 2048 random numbers", RuntimeError),
         (Allocator, "gold: tick 0: NotImplementedError: Allocator has no step", NotImplementedError),
     ],
 )
-def test_a_mind_that_fails_is_named_in_one_line(mind, told, cause):
+def test_a_failed_allocator_is_reported_in_one_line(mind, expected, cause):
     scenario = "waste-cleanup" if mind is Lame else "janitorial"
     with pytest.raises(MindError) as error:
         run(scenario, {"*": mind}, limit=5)
-    assert told in str(error.value) and "\n" not in str(error.value)
+    assert expected in str(error.value) and "\n" not in str(error.value)
     assert isinstance(error.value.__cause__, cause)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "expected"),
     [
         ({"scenario": "servise"}, "'servise' is neither a built-in scenario nor a file"),
         ({"scenario": "janitorial", "seed": -1}, "invalid value '-1' for '--seed <N>'"),
@@ -217,26 +217,26 @@ def test_a_mind_that_fails_is_named_in_one_line(mind, told, cause):
         ({"scenario": "janitorial", "minds": {"nobody": Greedy}}, "minds: there is no robot 'nobody'; there are gold, blue, green"),
         ({"scenario": "janitorial", "minds": {"*": "nearst"}}, "there is no allocator 'nearst'"),
         ({"scenario": "janitorial", "minds": {"*": 3}}, "minds: 3 of '*' is neither a class"),
-        ({"scenario": "janitorial", "minds": {"gold": type("Greedy", (Allocator,), {}), "*": Greedy}}, "two classes are called 'greedy'"),
+        ({"scenario": "janitorial", "minds": {"gold": type("Greedy", (Allocator,), {}), "*": Greedy}}, "two classes have the name 'greedy'"),
         ({"scenario": "janitorial", "minds": {"*": type("Nearest", (Allocator,), {})}}, "'nearest' is one of the simulator's allocators"),
         ({"scenario": {"limit_s": -3.0}}, "limit_s: -3"),
         ({"scenario": "janitorial", "faults": [{"fault": {"kill": "nobody"}}]}, "nobody"),
         ({"scenario": "janitorial", "level": "loud"}, "level: there is no 'loud'; there are"),
     ],
 )
-def test_a_mistake_is_told_in_the_program_s_one_line(arguments, told):
+def test_a_wrong_argument_is_reported_in_one_line(arguments, expected):
     with pytest.raises(ScenarioError) as error:
         run(**arguments)
-    assert told in str(error.value) and "\n" not in str(error.value)
+    assert expected in str(error.value) and "\n" not in str(error.value)
 
 
-def test_a_folder_that_holds_a_run_is_refused(tmp_path):
+def test_a_folder_with_a_run_is_refused(tmp_path):
     run("janitorial", limit=1, log=tmp_path)
     with pytest.raises(alliance_agent.AllianceError, match="already holds a run"):
         run("janitorial", limit=1, log=tmp_path)
 
 
-def test_a_checkpoint_shares_what_is_frozen_and_nothing_else():
+def test_a_checkpoint_shares_only_frozen_attributes():
     class Learned(Allocator):
         frozen = {"net"}
 
@@ -248,7 +248,7 @@ def test_a_checkpoint_shares_what_is_frozen_and_nothing_else():
     assert mind.memory == {"a": [1]}
 
 
-def test_functions_of_numbers_are_libm_s():
+def test_math_functions_are_those_of_libm():
     for name in alliance_agent.math.__all__:
         own, usual = getattr(alliance_agent.math, name), getattr(math, name)
         given = (0.5,) if name not in ("atan2", "hypot", "pow") else (0.5, 0.75)
@@ -256,6 +256,6 @@ def test_functions_of_numbers_are_libm_s():
     assert math.isnan(alliance_agent.math.log(-1.0)) and alliance_agent.math.log(0.0) == -math.inf
 
 
-def test_a_scenario_may_be_a_dict():
+def test_a_scenario_can_be_a_dict():
     scenario = {"name": "own", "limit_s": 2.0, "robots": [{"name": "solo"}], "service": {"points": [{"kind": "dust", "x_m": 1.0, "y_m": 1.0}], "kinds": [{"name": "dust", "work_s": {"min": 5.0, "max": 5.0}}]}}
     assert run(scenario, seed=random.Random(1).randrange(9)).file["scenario"]["name"] == "own"

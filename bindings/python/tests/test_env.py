@@ -25,7 +25,7 @@ DRIVE = [(mission, "drive") for mission in ("waste", "push", "observe")]
 @pytest.mark.parametrize(("mission", "level"), DECIDE + DRIVE)
 @pytest.mark.parametrize("has_faults", [False, True])
 @pytest.mark.parametrize("revive", [True, False])
-def test_pettingzoo_s_own_tests(mission, level, has_faults, revive):
+def test_the_tests_of_pettingzoo_pass(mission, level, has_faults, revive):
     killed = "red" if mission == "push" else "gold"
     faults = [{"at_s": 2.0, "fault": {"kill": killed}}, {"at_s": 4.0, "fault": {"restart": killed}}]
 
@@ -39,7 +39,7 @@ def test_pettingzoo_s_own_tests(mission, level, has_faults, revive):
         parallel_seed_test(make, num_cycles=60)
 
 
-def test_a_copy_is_made_anew_from_the_same_arguments():
+def test_a_copy_is_created_from_the_same_arguments():
     env = parallel_env("janitorial", limit=20.0, faults=KILLED, revive=False)
     env.reset(seed=3)
     copies = [pickle.loads(pickle.dumps(env)), copy.deepcopy(env)]
@@ -53,11 +53,11 @@ def test_a_copy_is_made_anew_from_the_same_arguments():
     assert len(hashes) == 1
 
 
-def test_gymnasium_s_checker_on_the_view_of_one_robot():
+def test_the_checker_of_gymnasium_passes_for_one_robot():
     import gymnasium
 
     class Single(gymnasium.Env):
-        """The first robot alone."""
+        """An environment of the first robot only."""
 
         def __init__(self):
             self.team = parallel_env("observe", level="drive", robots=1, limit=5.0)
@@ -71,14 +71,14 @@ def test_gymnasium_s_checker_on_the_view_of_one_robot():
             return seen[self.name], infos[self.name]
 
         def step(self, action):
-            return tuple(told[self.name] for told in self.team.step({self.name: action}))
+            return tuple(values[self.name] for values in self.team.step({self.name: action}))
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         check_env(Single(), skip_render_check=True)
 
 
-def test_it_is_wrapped_as_one_agent_after_the_other():
+def test_the_environment_can_be_wrapped_for_sequential_agents():
     env = parallel_to_aec(parallel_env("janitorial", limit=3.0))
     env.reset(seed=1)
     turns = []
@@ -86,11 +86,11 @@ def test_it_is_wrapped_as_one_agent_after_the_other():
         turns.append(agent)
         _, _, terminated, truncated, _ = env.last()
         env.step(None if terminated or truncated else 0)
-    assert turns[:4] == ["gold", "blue", "green", "gold"] and len(turns) == 4 * 3, "three steps of a second, and the farewell"
+    assert turns[:4] == ["gold", "blue", "green", "gold"] and len(turns) == 4 * 3, "three steps of a second, and the final one"
 
 
 @pytest.mark.parametrize("mission", ["waste", "service", "push", "observe"])
-def test_an_episode_with_rust_minds_is_the_run(mission):
+def test_an_episode_with_rust_controllers_is_identical_to_the_run(mission):
     env = parallel_env(mission, minds={"*": "alliance"}, robots=3, limit=20.0, period_s=0.7)
     env.reset(seed=5)
     assert env.agents == []
@@ -101,24 +101,24 @@ def test_an_episode_with_rust_minds_is_the_run(mission):
     assert env.hash == run(mission, seed=5, robots=3, limit=20.0).hash
 
 
-def test_decisions_made_from_outside_are_those_of_a_mind_that_makes_them(tmp_path):
-    """With a step of one tick an environment that is told what a mind does is the run with that mind."""
+def test_actions_are_equivalent_to_the_decisions_of_an_allocator(tmp_path):
+    """With steps of one tick, an episode with an allocator's decisions as actions is identical to the allocator's run."""
 
     class Environment(Allocator):
-        """Takes the applicable set of least number that it is not at, once a second."""
+        """Keeps its set while that is applicable, else takes the applicable set with the lowest id."""
 
         def step(self, now, heard, sets):
             if now == 0:
                 return None
-            mine = next((it for it in sets if it.active), None)
-            free = [it for it in sets if it.applicable]
-            return mine if mine in free else min(free, key=lambda it: it.id, default=None)
+            mine = next((option for option in sets if option.active), None)
+            free = [option for option in sets if option.applicable]
+            return mine if mine in free else min(free, key=lambda option: option.id, default=None)
 
     done = run("janitorial", {"*": type("Chooser", (Environment,), {})}, 3, limit=20.0, log=tmp_path / "mind")
     chosen = load(tmp_path / "mind", "numpy")["allocation"]
     env = parallel_env("janitorial", period_s=0.05, limit=20.0)
     env.reset(seed=3)
-    env.record(tmp_path / "told")
+    env.record(tmp_path / "recorded")
     env.reset(seed=3)
     numbers = {agent: {name: place for place, name in enumerate(sets, 1)} for agent, sets in env.sets.items()}
     wanted = {}
@@ -129,35 +129,35 @@ def test_decisions_made_from_outside_are_those_of_a_mind_that_makes_them(tmp_pat
     while env.hash is None:
         env.step({agent: wanted.get((50 * tick, agent), 0) for agent in env.possible_agents})
         tick += 1
-    told = load(tmp_path / "told", "numpy")["allocation"]
+    recorded = load(tmp_path / "recorded", "numpy")["allocation"]
     for key in chosen:
-        assert np.array_equal(told[key], chosen[key]), key
+        assert np.array_equal(recorded[key], chosen[key]), key
     assert done.result["ticks"] == tick == 400
 
 
-def test_masks_deaths_and_what_is_in_force():
+def test_masks_crashes_and_faults_in_force():
     env = parallel_env("janitorial", faults=KILLED, limit=6.0)
     seen, infos = env.reset(seed=1)
     assert env.observation_space("gold") is env.observation_space("gold")
     assert len(env.feature_names) == len(seen["gold"]["observation"])
-    at_first, lives, told = env.state(), [], set()
+    at_first, alive, faults = env.state(), [], set()
     while env.agents:
         actions = {agent: env.action_space(agent).sample(seen[agent]["action_mask"]) for agent in env.agents}
         seen, rewards, terminations, truncations, infos = env.step(actions)
-        lives.append(infos["gold"]["alive"])
-        told.update(infos["gold"]["faults"])
+        alive.append(infos["gold"]["alive"])
+        faults.update(infos["gold"]["faults"])
         assert len(set(rewards.values())) == 1
         if not infos["gold"]["alive"]:
             assert not seen["gold"]["observation"].any()
             assert seen["gold"]["action_mask"].tolist() == [1] + [0] * (len(seen["gold"]["action_mask"]) - 1)
-    assert lives[0] and not all(lives) and lives[-1], "it was killed and came back"
+    assert alive[0] and not all(alive) and alive[-1], "gold was killed and restarted"
     assert all(truncations.values()) and not any(terminations.values())
     assert env.state().shape == at_first.shape and not np.array_equal(env.state(), at_first)
-    assert "kill gold" in told
+    assert "kill gold" in faults
     assert infos["gold"]["outcome"] == "time-limit" and len(infos["gold"]["hash"]) == 16
 
 
-def test_without_revival_the_dead_are_gone():
+def test_without_revival_a_killed_agent_is_terminated():
     env = parallel_env("janitorial", faults=KILLED, limit=6.0, revive=False)
     env.reset(seed=1)
     gone = []
@@ -167,7 +167,7 @@ def test_without_revival_the_dead_are_gone():
     assert gone == ["gold"]
 
 
-def test_a_driven_robot_goes_where_it_is_driven_and_no_other_does():
+def test_an_action_drives_its_robot_only():
     env = parallel_env("observe", level="drive", limit=10.0)
     env.reset(seed=1)
     first, *others = env.possible_agents
@@ -183,7 +183,7 @@ def test_a_driven_robot_goes_where_it_is_driven_and_no_other_does():
     assert (x, y) == (0, 0) and 0 < np.mod(turned, 2 * np.pi) < 0.2, "robots do not reverse; left is counter-clockwise"
 
 
-def test_who_is_told_nothing_does_nothing():
+def test_a_robot_without_an_action_does_not_move():
     env = parallel_env("cmommt", level="drive", limit=10.0)
     env.reset(seed=1)
     env.step({env.agents[0]: np.ones(4, np.float32)})
@@ -192,18 +192,18 @@ def test_who_is_told_nothing_does_nothing():
     assert np.array_equal(env.poses(), before)
 
 
-def test_an_episode_that_is_complete_is_terminated_and_not_truncated():
+def test_a_complete_episode_is_terminated_and_not_truncated():
     env = parallel_env("service", minds={"r2": "nearest", "r3": "nearest"}, robots=3, size=2)
     env.reset(seed=1)
     while env.agents:
         _, _, terminations, truncations, infos = env.step({})
     assert terminations == {"r1": True} and truncations == {"r1": False}
     assert infos["r1"]["outcome"] == "complete"
-    with pytest.raises(RuntimeError, match=r"reset\(\) comes first"):
+    with pytest.raises(RuntimeError, match=r"call reset\(\) first"):
         env.step({})
 
 
-def test_a_recorded_episode_with_rust_minds_is_a_run_s_log(alliance, tmp_path):
+def test_a_recorded_episode_with_rust_controllers_is_the_log_of_a_run(alliance, tmp_path):
     env = parallel_env("waste-cleanup", minds={"*": "nearest"}, limit=5.0)
     env.record(tmp_path / "episode")
     env.reset(seed=2)
@@ -216,7 +216,7 @@ def test_a_recorded_episode_with_rust_minds_is_a_run_s_log(alliance, tmp_path):
 
 
 @pytest.mark.parametrize(("mission", "level"), DECIDE + DRIVE)
-def test_what_was_decided_from_outside_is_replayed_without_python(alliance, tmp_path, mission, level):
+def test_recorded_actions_are_replayed_without_python(alliance, tmp_path, mission, level):
     *_, killed = names = {"push": ["genghis", "red"]}.get(mission, ["blue", "gold"])
     faults = [
         {"at_s": 2.0, "for_s": 2.0, "fault": {"kill": killed}},
@@ -234,14 +234,14 @@ def test_what_was_decided_from_outside_is_replayed_without_python(alliance, tmp_
         while env.agents:
             infos = env.step({agent: env.action_space(agent).sample() for agent in env.agents})[4]
         hashes.append(infos[killed]["hash"])
-    assert hashes[0] == hashes[1], "a record changes nothing"
+    assert hashes[0] == hashes[1], "recording changed the episode"
     robots = load(tmp_path / "episode").run["scenario"]["robots"]
     assert [robot["name"] for robot in robots if robot.get("mind") == "environment"] == env.possible_agents
     assert alliance("replay", "episode").stderr == f"identical: 160 ticks, hash {hashes[0]}\n"
     alliance("report", "episode")
 
 
-def test_rewards_are_what_is_done_less_what_time_costs():
+def test_rewards_are_progress_minus_time_cost():
     env = VecEnv("janitorial", minds={"blue": "nearest", "green": "nearest"}, limit=300.0, auto_reset=False)
     env.reset(1)
     gained, steps = 0.0, 0
@@ -262,25 +262,25 @@ def test_rewards_are_what_is_done_less_what_time_costs():
     assert rewards["gold"] == 7 + len(infos["gold"]["events"])
 
 
-def test_infos_have_the_events_of_the_log(tmp_path):
+def test_infos_contain_the_events_of_the_log(tmp_path):
     env = parallel_env("janitorial", faults=KILLED, limit=8.0, minds={"blue": "nearest"})
     env.record(tmp_path / "run")
-    told = env.reset(seed=3)[1]["gold"]["events"]
-    steps = [len(told)]
+    events = env.reset(seed=3)[1]["gold"]["events"]
+    steps = [len(events)]
     while env.agents:
         _, _, _, _, infos = env.step({})
         assert infos["gold"]["events"] is infos["green"]["events"]
-        told = told + infos["gold"]["events"]
+        events = events + infos["gold"]["events"]
         steps.append(len(infos["gold"]["events"]))
     logged = load(tmp_path / "run", "numpy").events
-    assert [round(1000 * event["time"]) for event in told] == logged["t_ms"].tolist()
+    assert [round(1000 * event["time"]) for event in events] == logged["t_ms"].tolist()
     for column in ("kind", "robot", "subject", "reason", "detail"):
-        assert [event[column] for event in told] == logged[column].tolist()
-    assert {"joined", "gone", "applied"} <= {event["kind"] for event in told}
-    assert steps[0] and 0 in steps, "each is told once, in its step"
+        assert [event[column] for event in events] == logged[column].tolist()
+    assert {"joined", "gone", "applied"} <= {event["kind"] for event in events}
+    assert steps[0] and 0 in steps, "each event appears once, in its step"
 
 
-def test_a_batch_works_on_in_a_process_that_is_forked():
+def test_a_batch_works_after_a_fork():
     env = VecEnv("cmommt", 4, level="drive", threads=2)
     env.reset(1)
     actions = np.ones((4, 5, 4), np.float32)
@@ -295,24 +295,24 @@ def test_a_batch_works_on_in_a_process_that_is_forked():
     env.step(actions)
 
 
-def test_a_batch_is_its_environments_on_any_number_of_threads():
+def test_a_batch_is_identical_on_any_number_of_threads():
     def episode(threads, envs=6):
         env = VecEnv("cmommt", envs, level="drive", limit=4.0, faults=KILLED, threads=threads)
         rng = np.random.default_rng(1)
         env.reset(10)
-        told = []
+        results = []
         for _ in range(100):
             env.step(rng.uniform(-1, 1, (envs, 5, 4)))
-            told.append([array.copy() for array in (env.observation, env.reward, env.done, env.alive)])
-        return told
+            results.append([array.copy() for array in (env.observation, env.reward, env.done, env.alive)])
+        return results
 
     one, three = episode(1), episode(3)
     for a, b in zip(one, three, strict=True):
         assert all(np.array_equal(left, right) for left, right in zip(a, b, strict=True))
-    done = np.array([it[2] for it in one])
-    assert done.any(0).all() and (done[done != 0] == 2).all(), "each began anew"
-    assert not all(it[3].all() for it in one), "robots die in all of them"
-    assert len({array.tobytes() for array in one[0][0]}) > 3, "each has a seed of its own"
+    done = np.array([arrays[2] for arrays in one])
+    assert done.any(0).all() and (done[done != 0] == 2).all(), "not every environment started again"
+    assert not all(arrays[3].all() for arrays in one), "no robot was killed"
+    assert len({array.tobytes() for array in one[0][0]}) > 3, "environments share a seed"
 
 
 def test_arrays_are_written_in_place():
@@ -322,7 +322,7 @@ def test_arrays_are_written_in_place():
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "expected"),
     [
         (lambda: parallel_env("servise"), "neither a built-in scenario nor a file"),
         (lambda: parallel_env({"name": "own", "mission": "football"}), "mission: unknown key; there are "),
@@ -333,13 +333,13 @@ def test_arrays_are_written_in_place():
         (lambda: VecEnv("janitorial", 0), "envs and threads: each must be at least 1"),
     ],
 )
-def test_mistakes(make, told):
+def test_wrong_arguments_are_reported(make, expected):
     with pytest.raises(ScenarioError) as error:
         make()
-    assert told in str(error.value)
+    assert expected in str(error.value)
 
 
-def test_actions_that_are_none():
+def test_invalid_actions_are_refused():
     env = VecEnv("janitorial")
     env.reset()
     with pytest.raises(ValueError, match=r"actions have the shape \(1, 2\); it must be \(1, 3\)"):
@@ -348,5 +348,5 @@ def test_actions_that_are_none():
         env.step([[99, 0, 0]])
     driven = VecEnv("observe", level="drive", robots=1)
     driven.reset()
-    with pytest.raises(ValueError, match="an action holds NaN, which is no number"):
+    with pytest.raises(ValueError, match="an action contains NaN, which is not a finite number"):
         driven.step([[[np.nan, 0, 0, 0]]])

@@ -1,4 +1,4 @@
-"""A mind in Python as a process of a live run: joined, killed, stopped, ended."""
+"""Controllers in Python as processes of a live run: join, kill, stop, end."""
 
 import json
 import os
@@ -25,7 +25,7 @@ main(Boom)
 
 
 class Lab:
-    """A world and its robots, in a runtime folder of their own."""
+    """A world and its robots, in a separate runtime folder."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -53,7 +53,7 @@ class Lab:
             if holds():
                 return
             time.sleep(0.05)
-        raise AssertionError("it did not happen within a minute")
+        raise AssertionError("timeout after one minute")
 
     def rows(self, table: str) -> int:
         try:
@@ -73,17 +73,17 @@ def lab(tmp_path):
 
 
 def end(process: subprocess.Popen[str]) -> tuple[int, str]:
-    _, said = process.communicate(timeout=120)
-    return process.returncode, said
+    _, output = process.communicate(timeout=120)
+    return process.returncode, output
 
 
-def test_a_team_of_processes_in_python_is_the_run_in_one_process(lab):
+def test_a_team_of_python_processes_is_identical_to_the_run_in_one_process(lab):
     world = lab.world("janitorial", "--seed=3", "--limit=30")
     robots = [lab.greedy(robot) for robot in ("blue", "gold", "green")]
     assert end(world)[0] in (0, 1)
     for robot in robots:
-        status, said = end(robot)
-        assert status == 0, said
+        status, output = end(robot)
+        assert status == 0, output
     expected = run("janitorial", {"*": Greedy}, 3, limit=30)
     rows = load(lab.folder / "run", "numpy")
     assert rows.run["hash"] == expected.hash
@@ -91,7 +91,7 @@ def test_a_team_of_processes_in_python_is_the_run_in_one_process(lab):
     assert len(rows.allocation["t_ms"]) > 0
 
 
-def test_kill_is_death_and_a_new_process_a_new_life(lab):
+def test_a_kill_is_a_crash_and_a_new_process_a_new_incarnation(lab):
     world = lab.world("janitorial", "--speed=4x", "--limit=40", "--log=full")
     gold, blue, green = lab.greedy("gold"), lab.agent("blue"), lab.agent("green")
     lab.wait_until(lambda: lab.rows("ticks") > 500)
@@ -99,15 +99,15 @@ def test_kill_is_death_and_a_new_process_a_new_life(lab):
     gold.wait()
     again = lab.greedy("gold")
     for process in (world, blue, green, again):
-        status, said = end(process)
-        assert status in (0, 1), said
+        status, output = end(process)
+        assert status in (0, 1), output
     events = load(lab.folder / "run", "numpy").events
     of_gold = events["kind"][events["robot"] == "gold"]
     order = [kind for kind in of_gold if kind in ("joined", "gone")]
     assert order == ["joined", "gone", "joined"]
 
 
-def test_a_stopped_robot_is_silent_and_back_when_it_goes_on(lab):
+def test_a_stopped_robot_is_silent_until_it_continues(lab):
     world = lab.world("janitorial", "--speed=8x", "--limit=80", "--stall-after=0.5")
     gold, blue, green = lab.greedy("gold"), lab.greedy("blue"), lab.agent("green")
     lab.wait_until(lambda: lab.rows("ticks") > 500)
@@ -115,38 +115,38 @@ def test_a_stopped_robot_is_silent_and_back_when_it_goes_on(lab):
     lab.wait_until(lambda: "stalled" in (lab.folder / "run/events.csv").read_text())
     gold.send_signal(signal.SIGCONT)
     for process in (world, gold, blue, green):
-        status, said = end(process)
-        assert status in (0, 1), said
+        status, output = end(process)
+        assert status in (0, 1), output
     events = load(lab.folder / "run", "numpy").events
     of_gold = [kind for kind in events["kind"][events["robot"] == "gold"] if kind in ("joined", "stalled", "back", "gone")]
     assert of_gold[:3] == ["joined", "stalled", "back"]
 
 
-def test_sigterm_ends_it_in_peace_and_a_mind_that_fails_in_one_line(lab):
+def test_sigterm_exits_with_0_and_a_failed_controller_with_one_line(lab):
     lab.world("janitorial", "--speed=2x", "--limit=600")
     (lab.folder / "boom.py").write_text(BOOM)
     gold, blue, green = lab.greedy("gold"), lab.agent("blue"), lab.start(sys.executable, "boom.py", "--robot=green")
-    status, said = end(green)
+    status, output = end(green)
     assert status == 101
-    *_, last = said.splitlines()
+    *_, last = output.splitlines()
     assert last == "robot-agent green: tick 20: boom.py:6: RuntimeError: out of luck"
-    assert "Traceback" not in said
+    assert "Traceback" not in output
     gold.send_signal(signal.SIGTERM)
-    status, said = end(gold)
-    assert status == 0, said
-    assert blue.poll() is None, "the run goes on"
+    status, output = end(gold)
+    assert status == 0, output
+    assert blue.poll() is None, "the run ended"
 
 
-def test_mistakes_in_arguments(lab):
-    status, said = end(lab.start(sys.executable, str(EXAMPLES / "greedy.py"), "--robot", "no good"))
+def test_wrong_arguments_are_reported(lab):
+    status, output = end(lab.start(sys.executable, str(EXAMPLES / "greedy.py"), "--robot", "no good"))
     assert status == 2
-    assert said.startswith("greedy.py: ") and said.count("\n") == 1 and "--robot" in said
-    status, said = end(lab.start(sys.executable, str(EXAMPLES / "greedy.py"), "--robot=gold", "--run=none"))
-    assert status == 3 and "none" in said
+    assert output.startswith("greedy.py: ") and output.count("\n") == 1 and "--robot" in output
+    status, output = end(lab.start(sys.executable, str(EXAMPLES / "greedy.py"), "--robot=gold", "--run=none"))
+    assert status == 3 and "none" in output
 
 
-def test_a_world_of_another_protocol_version_is_named(lab, monkeypatch):
-    """A program that is refused for its version: this one, by what does as a world of the next version would."""
+def test_another_protocol_version_of_the_world_is_reported(lab, monkeypatch):
+    """A stand-in for a world with the next protocol version refuses the agent."""
     zenoh = needed("zenoh")
     needed("xxhash")
     monkeypatch.syspath_prepend(ROOT / "tests/python")
@@ -175,8 +175,8 @@ def test_a_world_of_another_protocol_version_is_named(lab, monkeypatch):
         session.declare_queryable(f"{bus.prefix}/join/**", refuse)
         (lab.folder / "alliance").mkdir(mode=0o700)
         (lab.folder / "alliance/other.json").write_text(json.dumps(run))
-        status, said = end(lab.greedy("gold"))
-    *_, last = said.splitlines()
-    spoken = f"the agent speaks protocol version {agent.VERSION}, the world {agent.VERSION + 1}"
-    assert last == f"robot-agent gold: refused: {spoken}: start both from the same build"
+        status, output = end(lab.greedy("gold"))
+    *_, last = output.splitlines()
+    versions = f"the agent uses protocol version {agent.VERSION}, the world uses {agent.VERSION + 1}"
+    assert last == f"robot-agent gold: refused: {versions}: start both from the same build"
     assert status == 3

@@ -1,4 +1,4 @@
-"""What runs, sweeps and comparisons have written, as data frames."""
+"""Tables of runs, sweeps and comparisons as data frames."""
 
 import sys
 
@@ -15,7 +15,7 @@ def folder(tmp_path_factory):
     return folder
 
 
-def test_the_tables_of_a_run(folder):
+def test_load_returns_the_tables_of_a_run(folder):
     results = load(folder, "numpy")
     assert {"events", "poses", "mission", "messages", "allocation", "ticks"} <= set(results)
     poses = results.poses
@@ -24,7 +24,7 @@ def test_the_tables_of_a_run(folder):
     assert results.run["scenario"]["name"] == "waste-cleanup" or results.run["result"]["ticks"] == 400
 
 
-def test_data_frames_are_those_of_the_library_that_is_there(folder):
+def test_data_frames_are_those_of_the_installed_library(folder):
     pandas = needed("pandas")
     for results in load(folder), load(folder, "pandas"):
         assert isinstance(results["events"], pandas.DataFrame)
@@ -39,21 +39,21 @@ def test_data_frames_are_those_of_the_library_that_is_there(folder):
     assert isinstance(load(folder, "polars")["poses"], polars.DataFrame)
 
 
-def test_without_a_library_there_are_arrays(folder, monkeypatch):
+def test_without_a_library_load_returns_arrays(folder, monkeypatch):
     for library in "pandas", "polars":
         monkeypatch.setitem(sys.modules, library, None)
     monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
     assert isinstance(load(folder)["events"], dict)
 
 
-def test_a_torn_table_is_read_as_far_as_it_is_whole(folder, tmp_path):
+def test_an_incomplete_table_is_read_up_to_its_last_complete_line(folder, tmp_path):
     whole = (folder / "poses.csv").read_text()
     (tmp_path / "poses.csv").write_text(whole[: len(whole) // 2 + 7])
     rows = len(load(tmp_path, "numpy").poses["t_ms"])
     assert rows == whole[: len(whole) // 2 + 7].count("\n") - 1
 
 
-def test_what_is_not_there_is_told(folder, tmp_path):
+def test_missing_tables_are_reported(folder, tmp_path):
     with pytest.raises(FileNotFoundError, match="there are no tables; name the folder of a run"):
         load(tmp_path)
     with pytest.raises(KeyError, match="has no table 'event'; it has "):
@@ -64,7 +64,7 @@ def test_what_is_not_there_is_told(folder, tmp_path):
         load(folder, "excel")
 
 
-def test_a_comparison(alliance, tmp_path):
+def test_load_reads_a_comparison(alliance, tmp_path):
     plan = """
 question = "Which of two?"
 seeds = 3

@@ -1,11 +1,11 @@
-"""What minds and learners are given is what the world has, and what they do is done there."""
+"""Readings and observations match the world, and actions have their effect there."""
 
 import numpy as np
 import pytest
 from alliance_agent import Agent, Deed, run
 from alliance_agent.env import VecEnv
 
-#: A robot in the middle of the room, another one to its left and ahead.
+#: One robot in the middle of the room, another one ahead and to its left.
 PAIR = [
     {"name": "one", "start": {"x_m": 5.0, "y_m": 4.0, "heading_deg": 30.0}},
     {"name": "two", "start": {"x_m": 7.0, "y_m": 6.0, "heading_deg": -90.0}},
@@ -17,11 +17,11 @@ def waste(robots, **more):
 
 
 def named(env, agent=0):
-    """The numbers that an agent sees, by name."""
+    """Returns an agent's observation by feature name."""
     return dict(zip(env.feature_names, env.observation[0, agent].tolist(), strict=True))
 
 
-def test_a_driven_robot_sees_where_it_and_its_teammates_are():
+def test_an_observation_has_the_positions_of_the_robot_and_its_teammates():
     third = {"name": "three", "start": {"x_m": 2.0, "y_m": 7.0, "heading_deg": 100.0}}
     env = VecEnv(waste([*PAIR, third], limit_s=10.0), level="drive")
     env.reset(2)
@@ -37,13 +37,13 @@ def test_a_driven_robot_sees_where_it_and_its_teammates_are():
         offsets = sorted((other[:2] - [x, y] for place, other in enumerate(poses) if place != agent), key=np.linalg.norm)
         for place, offset in enumerate(offsets):
             assert seen[f"mate{place}.heard"] == seen[f"mate{place}.there"] == 1
-            told = np.array([seen[f"mate{place}.x"], seen[f"mate{place}.y"]]) * size.max()
-            assert told == pytest.approx(offset, abs=1e-3)
+            observed = np.array([seen[f"mate{place}.x"], seen[f"mate{place}.y"]]) * size.max()
+            assert observed == pytest.approx(offset, abs=1e-3)
         assert seen["mate2.heard"] == 0
         assert seen["time"] == pytest.approx(45 * 0.05 / 10, abs=1e-6)
 
 
-def test_what_is_solid_on_its_left_is_on_its_left():
+def test_a_wall_on_the_left_is_observed_on_the_left():
     wall = {"x_m": 4.0, "y_m": 4.25, "width_m": 2.0, "height_m": 0.3}
     mud = {"x_m": 5.1, "y_m": 3.0, "width_m": 1.0, "height_m": 1.2, "penetrability": 0.5}
     robot = {"name": "one", "start": {"x_m": 5.0, "y_m": 4.0, "heading_deg": 0.0}}
@@ -79,19 +79,19 @@ def test_a_driven_robot_picks_up_carries_and_drops():
         assert seen["gripper.works"] == 1
         if seen["holding"]:
             break
-        # Where the item is, from the robot.
+        # The direction of the item from the robot.
         turn = np.arctan2(seen["item0.y"], seen["item0.x"]) if seen["item0.there"] else 0.0
         step(1.0 if abs(turn) < 0.3 else 0.0, np.clip(2 * turn, -1, 1), 1.0, 0.0)
     assert "picked" in kinds and named(env)["holding"] == 1
     step(0.0, 0.0, 0.0, 0.0)
     step(0.0, 0.0, 0.0, 0.0)
-    assert "dropped" not in kinds and named(env)["holding"] == 1, "it is kept"
+    assert "dropped" not in kinds and named(env)["holding"] == 1, "the item was dropped"
     step(0.0, 0.0, -1.0, 0.0)
     step(0.0, 0.0, 0.0, 0.0)
     assert "dropped" in kinds and named(env)["holding"] == 0
 
 
-def test_what_is_seen_of_a_set_is_what_can_be_done_with_it():
+def test_the_observation_of_a_set_matches_its_mask():
     env = VecEnv("waste-cleanup", limit=100.0)
     env.reset(1)
     names, sets = env.feature_names, env.sets[0]
@@ -109,15 +109,15 @@ def test_what_is_seen_of_a_set_is_what_can_be_done_with_it():
         active = [name for name in sets if named(env)[f"{name}.active"]]
         assert active == [] if step < 10 else active in ([], sets[chosen - 1 : chosen]) and (step > 10 or active)
         for name in active:
-            # A second is a thirty-first of the way to 1; a set that goes on grows older.
+            # The age rises by 1/31 of the way to 1 in a second.
             age = named(env)[f"{name}.age"]
             again = before[f"{name}.active"]
             assert age > before[f"{name}.age"] if again else 0 < age <= 1 / 31 + 1e-6
-    assert len(masks) > 1 or any(0 in set(mask) for mask in masks), "not all can be done at all times"
+    assert len(masks) > 1 or any(0 in set(mask) for mask in masks), "every set was always applicable"
     assert len(names) == env.observation.shape[-1]
 
 
-def test_a_step_ends_when_a_set_does():
+def test_a_step_ends_with_its_behavior_set():
     env = VecEnv("janitorial", level="decide", period_s=300.0, limit=300.0, auto_reset=False)
     env.reset(1)
     env.step(np.array([[int(env.action_mask[0, 0, 1:].argmax()) + 1, 0, 0]]))
@@ -127,7 +127,7 @@ def test_a_step_ends_when_a_set_does():
     assert [event["robot"] for event in ended] == env.agents[:1]
 
 
-def test_of_observe_the_reward_is_targets_in_sight_times_seconds():
+def test_the_reward_of_observe_is_targets_in_sight_times_seconds():
     env = VecEnv("cmommt", level="drive", limit=10.0, auto_reset=False)
     env.reset(1)
     seen = total = 0.0
@@ -138,7 +138,7 @@ def test_of_observe_the_reward_is_targets_in_sight_times_seconds():
     assert seen > 0 and total == pytest.approx(seen, abs=1e-3)
 
 
-def test_an_episode_that_is_over_begins_anew_once():
+def test_a_finished_episode_restarts_once():
     env = VecEnv("cmommt", 2, level="drive", limit=2.0)
     first = env.reset(5).copy()
     ends = []
@@ -147,13 +147,13 @@ def test_an_episode_that_is_over_begins_anew_once():
         if done.any():
             ends.append(step)
             assert (done == 2).all()
-    # Of 40 ticks reset makes the first.
+    # `reset` makes the first of 40 ticks.
     assert ends == [39, 39 + 39 + (ends[1] - 78)] and 78 <= ends[1] <= 79
     assert not np.array_equal(first, env.observation)
 
 
 class Lone(Agent):
-    """Does one thing over and over."""
+    """Repeats one action."""
 
     deed = Deed()
 
@@ -165,7 +165,7 @@ def lone(deed):
     return type("Lone", (Lone,), {"deed": deed})
 
 
-def test_who_works_at_a_point_gets_it_done():
+def test_work_at_a_point_completes_it():
     point = {"kind": "dust", "x_m": 5.0, "y_m": 4.0}
     scenario = {
         "name": "one",
@@ -178,16 +178,16 @@ def test_who_works_at_a_point_gets_it_done():
     assert done.complete and 5.0 <= done.seconds <= 5.2
 
 
-def test_who_reports_at_the_site_has_reported(tmp_path):
+def test_a_report_at_the_site_is_logged(tmp_path):
     def kinds(deed, folder):
         done = run(waste([{"name": "one"}]), {"one": lone(deed)}, limit=1.0, log=tmp_path / folder)
         return set(done.load()["events"]["kind"])
 
-    assert "reported" in kinds(Deed(report=True), "told")
+    assert "reported" in kinds(Deed(report=True), "reporting")
     assert "reported" not in kinds(Deed(), "silent")
 
 
-def test_progress_is_heard_and_in_the_log(tmp_path):
+def test_progress_is_received_and_logged(tmp_path):
     heard_of = []
 
     class Worker(Agent):
@@ -196,7 +196,7 @@ def test_progress_is_heard_and_in_the_log(tmp_path):
 
     class Listener(Agent):
         def step(self, now, readings, heard):
-            heard_of.extend((word.progress, word.task, word.carrying, word.position) for word in heard if word.state == "executing")
+            heard_of.extend((message.progress, message.task, message.carrying, message.position) for message in heard if message.state == "executing")
             return Deed()
 
     done = run(waste(PAIR), {"one": Worker, "two": Listener}, limit=4.0, log=tmp_path / "run")

@@ -1,4 +1,4 @@
-"""Libraries for learning take the environments as they are. Needs torch, whose wheel brings gigabytes: run where they are installed.
+"""Learning libraries accept the environments. Needs torch, which is large, so these tests are skipped without it.
 
     pip install stable-baselines3 supersuit torchrl
 """
@@ -8,7 +8,7 @@ import pytest
 from alliance_agent.env import parallel_env
 
 
-def test_stable_baselines_learns_from_it_by_supersuit():
+def test_stable_baselines_learns_with_supersuit():
     stable_baselines = pytest.importorskip("stable_baselines3")
     supersuit = pytest.importorskip("supersuit")
     env = parallel_env("observe", level="drive", robots=3, limit=30)
@@ -22,7 +22,7 @@ def test_stable_baselines_learns_from_it_by_supersuit():
     assert any(not np.array_equal(one.numpy(), other.detach().numpy()) for one, other in zip(before, after))
 
 
-def test_torchrl_finds_its_specifications_right():
+def test_torchrl_accepts_the_specifications():
     pytest.importorskip("torchrl")
     from torchrl.envs import PettingZooWrapper
     from torchrl.envs.utils import check_env_specs

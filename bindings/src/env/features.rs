@@ -1,4 +1,4 @@
-//! What learners see of a robot: numbers of about -1 to 1, always as many and in the same order, with their names.
+//! Observations of learners: numbers of about -1 to 1 in a fixed number and order, with their names.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -11,16 +11,16 @@ use missions::{observe, push};
 
 use super::puppet::{Hand, Mate};
 
-/// Teammates that are shown: the nearest of those that were heard.
+/// The number of teammates in an observation: the nearest with a received heartbeat.
 const MATES: usize = 8;
 
-/// Targets that are shown, the nearest first.
+/// The number of targets in an observation, nearest first.
 const TARGETS: usize = 8;
 
-/// A time or a cost of so many seconds is shown as ½; more of it comes ever nearer to 1.
+/// The time or cost, s, that maps to ½. Larger values approach 1.
 const HALF_S: f64 = 30.0;
 
-/// Writes numbers one after the other, and their names where somebody asks for them.
+/// A writer of numbers, and optionally of their names.
 pub struct Row<'a> {
     numbers: &'a mut [f32],
     at: usize,
@@ -54,29 +54,31 @@ impl<'a> Row<'a> {
         self.put(|| name.to_owned(), number.unwrap_or(0.0));
     }
 
-    /// An offset in parts of some length; `None`: there is nothing.
+    /// Writes an offset in units of `part_m`; `None` for no object.
     fn offset(&mut self, name: impl Fn() -> String, offset: Option<Vec2>, part_m: f32) {
-        let [x, y] = offset.map_or([0.0; 2], |it| (it / part_m).to_array());
+        let [x, y] = offset.map_or([0.0; 2], |offset| (offset / part_m).to_array());
         self.put(|| format!("{}.there", name()), f32::from(offset.is_some()));
         self.put(|| format!("{}.x", name()), x);
         self.put(|| format!("{}.y", name()), y);
     }
 }
 
-/// Seconds as a number from 0 to 1.
-fn spent(seconds: f64) -> f32 {
+/// Maps seconds to a number from 0 to 1.
+fn squash(seconds: f64) -> f32 {
     (seconds / (seconds + HALF_S)) as f32
 }
 
-/// What a learner at level `decide` sees: the robot, its sets, and its teammates.
-/// There is room for so many sets as the robot with the most of them has.
+/// Writes the observation at level `decide`: the robot, its sets and its teammates. All robots have space for `sets`
+/// sets.
 pub fn decide(row: &mut Row<'_>, hand: &Hand, setup: &Setup, sets: usize) {
     let room = room(setup);
     let now_s = hand.now.as_secs_f64();
-    let position = hand.position.map(|it| 2.0 * it / room - Vec2::ONE);
+    let position = hand
+        .position
+        .map(|position| 2.0 * position / room - Vec2::ONE);
     row.flag("position.works", position.is_some());
-    row.number("position.x", position.map(|it| it.x));
-    row.number("position.y", position.map(|it| it.y));
+    row.number("position.x", position.map(|position| position.x));
+    row.number("position.y", position.map(|position| position.y));
     row.flag("laden", hand.is_laden);
     row.number("time", Some((now_s / setup.scenario.limit_s) as f32));
     for choice in &hand.choices {
@@ -88,38 +90,41 @@ pub fn decide(row: &mut Row<'_>, hand: &Hand, setup: &Setup, sets: usize) {
         let age_s = hand.now.since(hand.since).as_secs_f64();
         row.put(|| name("applicable"), f32::from(choice.applicable));
         row.put(|| name("active"), f32::from(is_active));
-        row.put(|| name("cost"), choice.cost_s.map_or(1.0, spent));
-        row.put(|| name("age"), if is_active { spent(age_s) } else { 0.0 });
+        row.put(|| name("cost"), choice.cost_s.map_or(1.0, squash));
+        row.put(|| name("age"), if is_active { squash(age_s) } else { 0.0 });
     }
     for place in hand.choices.len()..sets {
         for what in ["applicable", "active", "cost", "age"] {
             row.put(|| format!("no-set{place}.{what}"), 0.0);
         }
     }
-    mates(row, hand, setup);
+    teammates(row, hand, setup);
 }
 
-/// The nearest teammates that were heard of, those of unknown place last.
-fn mates(row: &mut Row<'_>, hand: &Hand, setup: &Setup) {
+/// Writes the nearest teammates with a received heartbeat. Teammates without a position come last.
+fn teammates(row: &mut Row<'_>, hand: &Hand, setup: &Setup) {
     let part_m = room(setup).max_element();
-    let mut heard: [Option<(f32, Mate)>; MATES] = [None; MATES];
-    let mut known = 0;
+    let mut nearest: [Option<(f32, Mate)>; MATES] = [None; MATES];
+    let mut count = 0;
     for mate in hand.mates.iter().flatten() {
-        let offset = hand.position.zip(mate.position).map(|(own, it)| it - own);
-        let far = offset.map_or(f32::INFINITY, Vec2::length_squared);
-        let nearer = heard[..known]
+        let offset = hand
+            .position
+            .zip(mate.position)
+            .map(|(own, mate)| mate - own);
+        let distance_squared = offset.map_or(f32::INFINITY, Vec2::length_squared);
+        let nearer = nearest[..count]
             .iter()
             .flatten()
-            .filter(|(it, _)| *it <= far)
+            .filter(|(other, _)| *other <= distance_squared)
             .count();
         if nearer < MATES {
-            known = (known + 1).min(MATES);
-            heard[nearer..known].rotate_right(1);
-            heard[nearer] = Some((far, *mate));
+            count = (count + 1).min(MATES);
+            nearest[nearer..count].rotate_right(1);
+            nearest[nearer] = Some((distance_squared, *mate));
         }
     }
     let tasks = setup.catalog.tasks.len() as f32;
-    for (place, mate) in heard.iter().enumerate() {
+    for (place, mate) in nearest.iter().enumerate() {
         let mate = mate.map(|(_, mate)| mate);
         let offset = mate.and_then(|mate| Some(mate.position? - hand.position?));
         row.put(|| format!("mate{place}.heard"), f32::from(mate.is_some()));
@@ -128,29 +133,34 @@ fn mates(row: &mut Row<'_>, hand: &Hand, setup: &Setup) {
         let task = task.map_or(0.0, |task| f32::from(task + 1) / tasks);
         row.put(|| format!("mate{place}.task"), task);
         let age_s = mate.map(|mate| hand.now.since(mate.heard).as_secs_f64());
-        row.put(|| format!("mate{place}.age"), age_s.map_or(0.0, spent));
+        row.put(|| format!("mate{place}.age"), age_s.map_or(0.0, squash));
     }
 }
 
-/// What a learner at level `drive` sees: what the robot senses, and its teammates.
+/// Writes the observation at level `drive`: the sensor readings and the teammates.
 pub fn drive(row: &mut Row<'_>, readings: &Readings, hand: &Hand, setup: &Setup) {
     let (room, sensors) = (room(setup), &setup.scenario.sensors);
     let pose = readings.pose;
-    let position = pose.map(|it| 2.0 * it.position / room - Vec2::ONE);
+    let position = pose.map(|pose| 2.0 * pose.position / room - Vec2::ONE);
     row.flag("position.works", pose.is_some());
-    row.number("position.x", position.map(|it| it.x));
-    row.number("position.y", position.map(|it| it.y));
-    // Sine and cosine as everywhere in the simulation: the same on every machine.
-    let ahead = pose.map(|it| Vec2::from_angle(it.heading_rad));
-    row.number("heading.cos", ahead.map(|it| it.x));
-    row.number("heading.sin", ahead.map(|it| it.y));
+    row.number("position.x", position.map(|position| position.x));
+    row.number("position.y", position.map(|position| position.y));
+    // The simulation's own sine and cosine return the same bits on every machine.
+    let ahead = pose.map(|pose| Vec2::from_angle(pose.heading_rad));
+    row.number("heading.cos", ahead.map(|direction| direction.x));
+    row.number("heading.sin", ahead.map(|direction| direction.y));
     let border_m = sensors.border_range_m;
     for (works, near, reading) in [
         ("front.works", "front.near", readings.front_border),
         ("side.works", "side.near", readings.side_border),
     ] {
         row.flag(works, reading.is_some());
-        row.number(near, reading.flatten().map(|it| 1.0 - it / border_m));
+        row.number(
+            near,
+            reading
+                .flatten()
+                .map(|distance_m| 1.0 - distance_m / border_m),
+        );
     }
     let proximity = readings.proximity.unwrap_or_default();
     row.flag("proximity.works", readings.proximity.is_some());
@@ -164,9 +174,19 @@ pub fn drive(row: &mut Row<'_>, readings: &Readings, hand: &Hand, setup: &Setup)
         }
     }
     row.flag("ground.works", readings.ground.is_some());
-    row.number("ground.here", readings.ground.map(|it| it.here - 1.0));
-    row.number("ground.ahead", readings.ground.map(|it| it.ahead - 1.0));
-    let capacity_j = setup.scenario.energy.as_ref().map(|it| it.capacity_j);
+    row.number(
+        "ground.here",
+        readings.ground.map(|ground| ground.here - 1.0),
+    );
+    row.number(
+        "ground.ahead",
+        readings.ground.map(|ground| ground.ahead - 1.0),
+    );
+    let capacity_j = setup
+        .scenario
+        .energy
+        .as_ref()
+        .map(|energy| energy.capacity_j);
     let energy = readings.energy_j.zip(capacity_j);
     row.flag("energy.works", energy.is_some());
     row.number("energy", energy.map(|(left, most)| left / most));
@@ -175,7 +195,7 @@ pub fn drive(row: &mut Row<'_>, readings: &Readings, hand: &Hand, setup: &Setup)
         Some((hand.now.as_secs_f64() / setup.scenario.limit_s) as f32),
     );
     mission(row, &readings.mission, setup);
-    mates(row, hand, setup);
+    teammates(row, hand, setup);
 }
 
 fn beam_of(row: &mut Row<'_>, side: &str, beam: usize, hit: Option<Hit>, range_m: f32) {
@@ -185,7 +205,7 @@ fn beam_of(row: &mut Row<'_>, side: &str, beam: usize, hit: Option<Hit>, range_m
     row.put(|| format!("{side}{beam}.normal"), normal);
 }
 
-/// What the devices of the mission tell; nothing of one whose devices are not known here.
+/// Writes the readings of the mission's devices; nothing for an unknown mission.
 fn mission(row: &mut Row<'_>, sensed: &Sensed, setup: &Setup) {
     let section = setup.catalog.mission.name();
     let range_m = setup.scenario.sensors.item_range_m;
@@ -196,7 +216,7 @@ fn mission(row: &mut Row<'_>, sensed: &Sensed, setup: &Setup) {
             row.flag("targets.works", sensed.targets.is_some());
             let seen = sensed.targets.unwrap_or_default();
             for place in 0..TARGETS {
-                let offset = seen.get(place).map(|it| it.offset);
+                let offset = seen.get(place).map(|target| target.offset);
                 row.offset(
                     || format!("target{place}"),
                     offset,
@@ -210,11 +230,11 @@ fn mission(row: &mut Row<'_>, sensed: &Sensed, setup: &Setup) {
             row.flag("bar.works", sensed.bar.is_some());
             row.offset(
                 || "bar".to_owned(),
-                bar.map(|it| it.near_end),
+                bar.map(|bar| bar.near_end),
                 room(setup).max_element(),
             );
-            row.number("bar.lead", bar.map(|it| it.lead_m));
-            let is_left = bar.map(|it| f32::from(it.end == push::bar::End::Left));
+            row.number("bar.lead", bar.map(|bar| bar.lead_m));
+            let is_left = bar.map(|bar| f32::from(bar.end == push::bar::End::Left));
             row.number("bar.left", is_left);
             row.flag("touch.works", sensed.touch.is_some());
             row.flag("touch", sensed.touch == Some(true));
@@ -239,7 +259,7 @@ fn items(row: &mut Row<'_>, sensed: &ItemsSensed, range_m: f32) {
     row.flag("holding", sensed.holding == Some(true));
 }
 
-/// What devices of a mission tell in types of its own; nothing where they tell nothing.
+/// Decodes the readings of a mission. Missing readings become the default value.
 fn open<T: serde::de::DeserializeOwned + Default>(sensed: &Sensed) -> T {
     match sensed {
         Sensed::Open(bytes) => bytes.decode().unwrap_or_default(),

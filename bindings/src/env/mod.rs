@@ -1,7 +1,8 @@
-//! Learning environments: runs that are stepped from outside, in which some robots do what somebody else decides.
+//! Learning environments: runs that are stepped from outside, with external decisions for some robots.
 //!
-//! - [`world`]: one environment. [`puppet`]: the allocator of a robot that is told what to do. [`features`]: what learners see.
-//! - [`part`]: some of a batch of them, for one of its [`threads`]. [`worlds`]: the batch, as Python has it.
+//! - [`world`]: one environment. [`puppet`]: the allocator of an externally controlled robot. [`features`]: the
+//!   observations.
+//! - [`part`]: the environments of a batch that one of its [`threads`] steps. [`worlds`]: the batch, as a Python class.
 
 mod features;
 mod part;

@@ -1,4 +1,4 @@
-//! Some environments of a batch, and what is seen of them: those of one thread.
+//! The environments of one thread, with their observations.
 
 use alliance_proto::tick::Outcome;
 use in_process::Spaces;
@@ -6,27 +6,27 @@ use pyo3::prelude::*;
 
 use super::world::{Common, DRIVE, World};
 
-/// Environments of a batch, one after the other.
+/// A contiguous range of a batch's environments.
 pub struct Part {
-    /// Number of the first one.
+    /// The number of the first environment.
     first: usize,
     pub places: Vec<Place>,
     pub seen: Seen,
-    /// They are stepped in turns.
+    /// The memory that the environments share, because they are stepped in turn.
     spaces: Spaces,
 }
 
-/// What is seen of environments: by environment, and by agent but for what concerns the team.
+/// The observations: arrays over environments and agents. Data about the team has one value per environment.
 pub struct Seen {
     pub observation: Vec<f32>,
     pub mask: Vec<i8>,
     pub alive: Vec<i8>,
     pub reward: Vec<f32>,
-    /// 0: it goes on; 1: all is done, or nobody is left; 2: time is up.
+    /// 0: in progress; 1: complete, or no robot left; 2: time limit.
     pub done: Vec<i8>,
 }
 
-/// An environment and the seed of its episode.
+/// An environment with the seed of its episode.
 pub struct Place {
     pub world: World,
     seed: u64,
@@ -38,18 +38,18 @@ pub enum Actions {
     Drive(Vec<f32>),
 }
 
-/// Places for agents in an environment: one at least, so that no array is empty.
+/// Returns the number of agents per environment in the arrays: at least 1, so that no array is empty.
 pub fn width(common: &Common) -> usize {
     common.agents.len().max(1)
 }
 
-/// Actions of an agent at level decide.
+/// Returns the number of actions of an agent at level decide.
 pub fn actions(common: &Common) -> usize {
     common.sets + 1
 }
 
 impl Part {
-    /// So many environments, the numbers of which begin with that one.
+    /// Creates `envs` environments, numbered from `first` on.
     pub fn new(common: &Common, first: usize, envs: usize) -> Self {
         let agents = envs * width(common);
         let place = |_| Place {
@@ -70,7 +70,8 @@ impl Part {
         }
     }
 
-    /// Begins an episode in each, with seeds from this one on, which is that of the batch's first environment.
+    /// Starts an episode in each environment. `seed` is the seed of the batch's first environment; the others follow
+    /// consecutively.
     pub fn reset(&mut self, common: &Common, seed: u64) -> PyResult<()> {
         for at in 0..self.places.len() {
             let place = &mut self.places[at];
@@ -78,12 +79,13 @@ impl Part {
             place.world.events.clear();
             place.world.reset(common, place.seed, &mut self.spaces)?;
             (self.seen.reward[at], self.seen.done[at]) = (0.0, 0);
-            self.look(common, at);
+            self.observe(common, at);
         }
         Ok(())
     }
 
-    /// One step of each. With a stride one whose episode ends begins another one, whose seed is so much larger.
+    /// Steps each environment once. With a nonzero stride, an environment whose episode ends starts another one, with
+    /// the stride added to its seed.
     pub fn step(&mut self, common: &Common, stride: u64, actions: &Actions) -> PyResult<()> {
         for at in 0..self.places.len() {
             let number = self.first + at;
@@ -95,20 +97,20 @@ impl Part {
                 Some(Outcome::TimeLimit) => 2,
                 Some(_) => 1,
             };
-            // Without a stride an episode that has ended stays as it is, to be looked at.
+            // Without a stride, an ended episode stays in its final state for inspection.
             if self.seen.done[at] != 0 && stride != 0 {
                 place.world.finish()?;
                 place.seed = place.seed.wrapping_add(stride);
                 place.world.reset(common, place.seed, &mut self.spaces)?;
             }
-            self.look(common, at);
+            self.observe(common, at);
             self.places[at].world.finish()?;
         }
         Ok(())
     }
 
-    /// What is to be seen of an environment.
-    fn look(&mut self, common: &Common, at: usize) {
+    /// Writes the observations of an environment.
+    fn observe(&mut self, common: &Common, at: usize) {
         let (features, actions) = (common.features, actions(common));
         let (world, seen) = (&self.places[at].world, &mut self.seen);
         for (agent, robot) in common.agents.iter().enumerate() {
@@ -120,9 +122,11 @@ impl Part {
         }
     }
 
-    /// Ends the episodes that are under way, and their logs.
+    /// Ends the current episodes and their logs.
     pub fn close(&mut self) -> PyResult<()> {
-        self.places.iter_mut().try_for_each(|it| it.world.close())
+        self.places
+            .iter_mut()
+            .try_for_each(|place| place.world.close())
     }
 }
 

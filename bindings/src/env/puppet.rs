@@ -14,10 +14,10 @@ use robot_agent::allocator::{
 
 use crate::rows::rows;
 
-/// The name under which scenario and log know it.
+/// The name of the allocator in scenario and log.
 pub const NAME: &str = "environment";
 
-/// What a robot has heard of a teammate, as far as learners see it.
+/// The received data about a teammate, as far as observations contain it.
 #[derive(Clone, Copy, Debug)]
 pub struct Mate {
     pub position: Option<Vec2>,
@@ -25,26 +25,26 @@ pub struct Mate {
     pub heard: SimTime,
 }
 
-/// What passes between a robot and whoever decides for it.
+/// The data that a robot and its external agent exchange.
 #[derive(Debug, Default)]
 pub struct Hand {
-    /// The behavior set that was chosen for it. It is idle while that one is not applicable.
+    /// The chosen behavior set. The robot is idle while this set is not applicable.
     pub wanted: Option<BehaviorId>,
-    /// Whether the active set has ended by itself since this was last cleared.
+    /// `true` if the active set has ended by itself since the flag was last cleared.
     pub has_ended: bool,
-    /// Its latest step: time, own position, load, what its sets had to offer, and what was active then.
+    /// The data of the latest step: time, position, load, choices and active set.
     pub now: SimTime,
     pub position: Option<Vec2>,
     pub is_laden: bool,
     pub choices: Vec<Choice>,
     pub active: Option<BehaviorId>,
-    /// Since when `active` has been what it is.
+    /// The time since which `active` has its value.
     pub since: SimTime,
-    /// What it has heard of each teammate, by rank.
+    /// The received data about each teammate, by rank.
     pub mates: Vec<Option<Mate>>,
 }
 
-/// The hands of all robots, by rank.
+/// The exchanged data of all robots, by rank.
 pub struct Hands(Vec<Mutex<Hand>>);
 
 impl Hands {
@@ -64,7 +64,7 @@ impl fmt::Debug for Hands {
     }
 }
 
-/// The allocator as an environment's registry has it.
+/// The allocator, as registered for an environment.
 #[derive(Debug)]
 pub struct Puppets(pub Arc<Hands>);
 
@@ -72,7 +72,7 @@ impl Kind for Puppets {
     fn spec(&self) -> AllocatorSpec {
         AllocatorSpec {
             name: NAME,
-            about: "what the user of an environment decides",
+            about: "the decisions of an environment's user",
             parameters: Vec::new(),
             wants_truth: false,
             learns: false,
@@ -90,7 +90,6 @@ impl Prepared for Puppets {
     }
 }
 
-/// One robot's.
 #[derive(Clone, Debug)]
 struct Puppet {
     me: RobotId,

@@ -1,5 +1,5 @@
-//! Threads that work on the parts of a batch, each on its own, whenever all are told to. They wait in between: to begin a thread takes as
-//! long as a step of a small batch.
+//! Worker threads for the parts of a batch. They wait between steps, because starting a thread takes as long as a step
+//! of a small batch.
 
 use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,63 +10,63 @@ use pyo3::prelude::*;
 use super::part::Part;
 use crate::errors::failed;
 
-/// What is done with each part.
+/// The work on each part of a batch.
 pub type Work = Arc<dyn Fn(&mut Part) -> PyResult<()> + Send + Sync>;
 
-/// A thread for each part of a batch but the first.
+/// The worker threads: one for each part of a batch except the first.
 #[derive(Default)]
 pub struct Threads {
-    others: Vec<Other>,
-    /// Whose threads they are.
+    workers: Vec<Worker>,
+    /// The process id of the owner of the threads.
     process: u32,
 }
 
-/// A thread that ends when nobody can tell it anything any more.
-struct Other {
+/// A thread that ends when its sender is dropped.
+struct Worker {
     work: SyncSender<Work>,
     done: Receiver<PyResult<()>>,
 }
 
 impl Threads {
-    /// Does that with each part, with the first one in this thread. When it returns all is done.
+    /// Executes the work on each part, and returns when all parts are done. The calling thread executes the first part.
     ///
     /// # Errors
-    /// Those of the work: of the first part that has one.
+    /// Returns the error of the first part that has one.
     pub fn on_each(&mut self, parts: &[Arc<Mutex<Part>>], work: &Work) -> PyResult<()> {
-        let [own, others @ ..] = parts else {
+        let [first, others @ ..] = parts else {
             return Ok(());
         };
-        // Where the work panics they are gone, and what they have not told yet with them.
-        let mut threads = std::mem::take(&mut self.others);
+        // A panic in the work drops the threads together with their pending results.
+        let mut threads = std::mem::take(&mut self.workers);
         let process = std::process::id();
         if threads.len() != others.len() || self.process != process {
-            // A process that was forked has none of the threads of the other one.
-            threads = others.iter().map(Other::begin).collect();
+            // A forked process has none of the threads of its parent.
+            threads = others.iter().map(Worker::start).collect();
             self.process = process;
         }
-        for other in &threads {
-            // One that has ended is missed below.
-            let _ = other.work.send(Arc::clone(work));
+        for worker in &threads {
+            // A thread that has ended is detected below.
+            let _ = worker.work.send(Arc::clone(work));
         }
-        let mut done = work(&mut lock(own));
-        for other in &threads {
+        let mut done = work(&mut lock(first));
+        for worker in &threads {
             let ended = |_| Err(failed("a thread of the batch has panicked"));
-            done = done.and(other.done.recv().unwrap_or_else(ended));
+            done = done.and(worker.done.recv().unwrap_or_else(ended));
         }
-        self.others = threads;
+        self.workers = threads;
         done
     }
 }
 
-impl Other {
-    fn begin(part: &Arc<Mutex<Part>>) -> Self {
+impl Worker {
+    fn start(part: &Arc<Mutex<Part>>) -> Self {
         let part = Arc::clone(part);
-        let (work, told) = mpsc::sync_channel::<Work>(1);
-        let (tell, done) = mpsc::sync_channel(1);
+        let (work, queue) = mpsc::sync_channel::<Work>(1);
+        let (results, done) = mpsc::sync_channel(1);
         thread::spawn(move || {
-            for work in told {
+            for work in queue {
                 let result = work(&mut lock(&part));
-                if tell.send(result).is_err() {
+                if results.send(result).is_err() {
                     return;
                 }
             }
@@ -75,7 +75,7 @@ impl Other {
     }
 }
 
-/// What a panic has left is used no less: the run is as it was then.
+/// Locks a part. A poisoned lock is accepted: the run keeps its state from before the panic.
 pub fn lock<T>(place: &Mutex<T>) -> MutexGuard<'_, T> {
     place.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,4 @@
-//! One environment: a run, and the robots in it that do what somebody else decides.
+//! One environment: a run in which external agents control some robots.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -26,19 +26,18 @@ use crate::asked::Ready;
 use crate::errors::{failed, mistake};
 use crate::mind::Failure;
 
-/// What is decided of a robot.
+/// The level of the external decisions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// Its behavior set.
     Decide,
-    /// Its body.
+    /// The body of a robot: speed, turn rate and gripper.
     Drive,
 }
 
-/// Numbers of an action at level drive: speed, turn, gripper, deed.
+/// The number of values in an action at level drive: speed, turn, gripper, report.
 pub const DRIVE: usize = 4;
 
-/// Where the log of an episode goes.
+/// The destination of an episode's log.
 pub enum Place {
     Nowhere(Memory),
     Folder(Folder),
@@ -47,7 +46,7 @@ pub enum Place {
 impl Sink for Place {
     fn append(&mut self, table: Table, bytes: &[u8]) -> Result<(), RecordError> {
         match self {
-            // What is logged at no level is not kept either: a long episode would fill the memory.
+            // The tables are discarded: a long episode would fill the memory.
             Self::Nowhere(_) => Ok(()),
             Self::Folder(folder) => folder.append(table, bytes),
         }
@@ -61,24 +60,24 @@ impl Sink for Place {
     }
 }
 
-/// What all environments of a batch have in common.
+/// The data that all environments of a batch share.
 pub struct Common {
     pub setup: Setup,
     registry: Registry,
     failure: Failure,
     pub level: Level,
-    /// Most ticks of a step.
+    /// The largest number of ticks in a step.
     period: u64,
-    /// The robots that are decided for.
+    /// The externally controlled robots.
     pub agents: Vec<RobotId>,
-    /// Numbers of an observation of each of them, the same for all.
+    /// The number of values in an observation, the same for all agents.
     pub features: usize,
-    /// The most sets that one of them has.
+    /// The largest number of sets that an agent has.
     pub sets: usize,
 }
 
 impl Common {
-    /// The robots without a mind of their own are decided for.
+    /// Creates the shared data. Robots without their own controller are externally controlled.
     pub fn new(ready: Ready, level: Level, period_s: f64) -> PyResult<Self> {
         let Ready {
             setup,
@@ -123,14 +122,14 @@ impl Common {
         Ok(common)
     }
 
-    /// What the numbers of an agent's observation mean.
+    /// Returns the names of the values in an agent's observation.
     pub fn names(&self, agent: usize) -> Vec<String> {
         let mut names = Vec::new();
         let Some(agent) = self.agents.get(agent) else {
             return names;
         };
         let hand = Hand {
-            choices: self.sets_of(*agent).into_iter().map(unknown).collect(),
+            choices: self.sets_of(*agent).into_iter().map(placeholder).collect(),
             ..Hand::default()
         };
         let row = &mut Row::new(&mut [], Some(&mut names));
@@ -145,15 +144,15 @@ impl Common {
         }
     }
 
-    /// The sets of a robot that is decided for, in the order of its actions from 1 on.
+    /// Returns the sets of an externally controlled robot, in the order of its actions from 1 on.
     pub fn sets_of(&self, agent: RobotId) -> Vec<BehaviorId> {
         let robot = &self.setup.scenario.robots[agent.index()];
         self.setup.catalog.behaviors_of(robot).collect()
     }
 }
 
-/// A set of which nothing is known yet.
-fn unknown(behavior: BehaviorId) -> Choice {
+/// Returns a placeholder for a set before the first step.
+fn placeholder(behavior: BehaviorId) -> Choice {
     Choice {
         behavior,
         task: TaskId(0),
@@ -166,29 +165,27 @@ fn unknown(behavior: BehaviorId) -> Choice {
     }
 }
 
-/// An environment.
+/// An environment with at most one episode in progress.
 pub struct World {
     team: Option<Team<Place>>,
     hands: Arc<Hands>,
-    /// The sets of each agent.
     sets: Vec<Vec<BehaviorId>>,
     pub outcome: Option<Outcome>,
-    /// Of the episode that has ended.
+    /// The hash of the last ended episode.
     pub hash: Option<String>,
-    /// Where the log of the next episode goes.
+    /// The folder for the log of the next episode, if it is recorded.
     pub record: Option<PathBuf>,
-    /// The row of mission.csv after the latest tick, and how much is done by it.
+    /// The row of mission.csv after the latest tick, and the amount of completed work in it.
     row: Vec<Value>,
     done: u64,
-    /// What has happened in the latest step.
     pub events: Vec<EventLine>,
-    /// What was to be seen of the team when its episode ended.
-    last: Last,
+    /// The state of the team at the end of its episode.
+    final_state: FinalState,
 }
 
-/// Where all robots are: x, y, m, and heading, rad, by rank; and the faults in force, in words.
+/// The poses of all robots (x, y, m, and heading, rad) by rank, and the descriptions of the faults in force.
 #[derive(Clone, Default)]
-struct Last {
+struct FinalState {
     poses: Vec<[f32; 3]>,
     faults: Vec<String>,
 }
@@ -198,18 +195,22 @@ impl World {
         Self {
             team: None,
             hands: Arc::new(Hands::new(common.setup.scenario.robots.len())),
-            sets: common.agents.iter().map(|it| common.sets_of(*it)).collect(),
+            sets: common
+                .agents
+                .iter()
+                .map(|agent| common.sets_of(*agent))
+                .collect(),
             outcome: None,
             hash: None,
             record: None,
             row: Vec::new(),
             done: 0,
             events: Vec::new(),
-            last: Last::default(),
+            final_state: FinalState::default(),
         }
     }
 
-    /// Begins an episode with that seed, and makes its first tick, in which nobody decides: so there is something to see.
+    /// Starts an episode and executes its first tick without external decisions, so that there is an observation.
     pub fn reset(&mut self, common: &Common, seed: u64, spaces: &mut Spaces) -> PyResult<()> {
         self.close()?;
         let (level, place) = match self.record.take() {
@@ -224,7 +225,8 @@ impl World {
         let puppets = || Arc::new(Puppets(Arc::clone(&self.hands)));
         let mut registry = common.registry.clone().kind(puppets());
         if level != LogLevel::Off {
-            // No scenario tells again what is decided from outside: of a mind of its own the log keeps the answers.
+            // The log keeps the answers of external controllers. The decisions come from outside, so a replay needs
+            // them.
             registry = registry.mind(puppets());
         }
         for agent in &common.agents {
@@ -237,7 +239,7 @@ impl World {
         let joins = joins_of(&setup);
         let mut team =
             Team::with_registry(&registry, setup, joins, level, place).map_err(mistake)?;
-        // From now on they are told.
+        // Earlier events are discarded.
         team.take_events();
         (self.outcome, self.hash, self.done) = (None, None, 0);
         self.team = Some(team);
@@ -249,7 +251,6 @@ impl World {
         self.tick(common, spaces).map(drop)
     }
 
-    /// Ends an episode that is under way, and its log.
     pub fn close(&mut self) -> PyResult<()> {
         match self.team.take() {
             Some(team) => {
@@ -260,7 +261,7 @@ impl World {
         }
     }
 
-    /// What each agent does from now on at level decide: 0 is to be idle, else the number of one of its sets, from 1.
+    /// Sets the action of an agent at level decide: 0 for idle, or the number of one of its sets, from 1.
     pub fn decide(&mut self, common: &Common, agent: usize, action: i64) -> PyResult<()> {
         let sets = &self.sets[agent];
         let wanted = match usize::try_from(action) {
@@ -280,33 +281,33 @@ impl World {
         Ok(())
     }
 
-    /// The same at level drive: speed, turn, gripper and deed, each from -1 to 1.
+    /// Sets the action of an agent at level drive: speed, turn, gripper and report, each from -1 to 1.
     pub fn drive(&mut self, common: &Common, agent: RobotId, action: [f32; DRIVE]) {
         let robot = &common.setup.scenario.robots[agent.index()];
         let body = common.setup.scenario.body_of(robot);
-        let [speed, turn, gripper, deed] = action;
+        let [speed, turn, gripper, report] = action;
         let has_gripper = common.setup.catalog.mission.name() == "waste";
-        let deed = has_gripper.then(|| {
+        let action = has_gripper.then(|| {
             Deed::from(ItemsDeed {
                 gripper: match gripper {
                     _ if gripper > 0.5 => Gripper::Pick,
                     _ if gripper < -0.5 => Gripper::Drop,
                     _ => Gripper::Keep,
                 },
-                report: deed > 0.5,
+                report: report > 0.5,
             })
         });
         if let Some(team) = &mut self.team {
             let command = Command {
                 speed_m_s: speed.clamp(0.0, 1.0) * body.speed_m_s,
                 turn_rad_s: turn.clamp(-1.0, 1.0) * body.turn_deg_s.to_radians(),
-                deed,
+                deed: action,
             };
             team.drive(agent, Some(command));
         }
     }
 
-    /// A step: ticks until the period is over, a set has ended, or the run; returns the team's reward.
+    /// Executes ticks until the period is over, a set has ended, or the run has ended. Returns the reward of the team.
     pub fn step(&mut self, common: &Common, spaces: &mut Spaces) -> PyResult<f64> {
         self.events.clear();
         if self.outcome.is_some() || self.team.is_none() {
@@ -316,15 +317,15 @@ impl World {
         for _ in 0..common.period {
             reward += self.tick(common, spaces)?;
             let mut agents = common.agents.iter();
-            if self.outcome.is_some() || agents.any(|it| self.hands.of(*it).has_ended) {
+            if self.outcome.is_some() || agents.any(|agent| self.hands.of(*agent).has_ended) {
                 break;
             }
         }
         Ok(reward)
     }
 
-    /// One tick; returns what the team gains in it: what is done, or where a mission counts nothing as done what its first column
-    /// holds, times the seconds of the tick.
+    /// Executes one tick and returns the reward of the team. The reward is the increase of the completed work. If the
+    /// mission counts no completed work, it is the first column times the duration of the tick, s.
     fn tick(&mut self, common: &Common, spaces: &mut Spaces) -> PyResult<f64> {
         let Some(team) = &mut self.team else {
             return Ok(0.0);
@@ -344,7 +345,7 @@ impl World {
         let counted = all.filter(|(column, _)| column.kind == ColumnKind::Done);
         let done = counted.map(|(_, value)| value.count()).reduce(|a, b| a + b);
         let Some(done) = done else {
-            let first = self.row.first().and_then(|it| it.number());
+            let first = self.row.first().and_then(|value| value.number());
             return Ok(first.unwrap_or(0.0) * common.setup.scenario.step_ms as f64 / 1000.0);
         };
         let gain = done as f64 - self.done as f64;
@@ -352,12 +353,12 @@ impl World {
         Ok(gain)
     }
 
-    /// After the last step of an episode, once all has been seen of it: ends its log.
+    /// Ends the log of an ended episode. Call it after all observations have been read.
     pub fn finish(&mut self) -> PyResult<()> {
         if let Some(outcome) = self.outcome
             && let Some(team) = self.team.take()
         {
-            self.last = Last {
+            self.final_state = FinalState {
                 poses: poses(&team),
                 faults: faults(&team),
             };
@@ -367,18 +368,17 @@ impl World {
         Ok(())
     }
 
-    /// The values of mission.csv, in the order of its columns.
+    /// Returns the values of mission.csv, in column order.
     pub fn row(&self) -> impl Iterator<Item = Option<f64>> {
         self.row.iter().map(|value| value.number())
     }
 
-    /// The faults that are in force, in words.
     pub fn faults(&self) -> Vec<String> {
-        let last = || self.last.faults.clone();
-        self.team.as_ref().map_or_else(last, faults)
+        let ended = || self.final_state.faults.clone();
+        self.team.as_ref().map_or_else(ended, faults)
     }
 
-    /// Writes what an agent sees: zeros while it is dead.
+    /// Writes the observation of an agent: zeros while its robot is not present.
     pub fn observe(&self, common: &Common, agent: usize, numbers: &mut [f32]) {
         let robot = common.agents[agent];
         let team = self.team.as_ref().filter(|_| self.is_alive(robot));
@@ -393,13 +393,13 @@ impl World {
         );
     }
 
-    /// Where all robots are: x, y, m, and heading, rad, by rank.
+    /// Returns the poses of all robots by rank: x, y, m, and heading, rad.
     pub fn poses(&self) -> Vec<[f32; 3]> {
-        let last = || self.last.poses.clone();
-        self.team.as_ref().map_or_else(last, poses)
+        let ended = || self.final_state.poses.clone();
+        self.team.as_ref().map_or_else(ended, poses)
     }
 
-    /// Writes which actions an agent at level decide has: to be idle, and its applicable sets.
+    /// Writes the available actions of an agent at level decide: idle, and its applicable sets.
     pub fn mask(&self, common: &Common, agent: usize, mask: &mut [i8]) {
         let robot = common.agents[agent];
         mask.fill(0);
@@ -412,7 +412,7 @@ impl World {
         }
     }
 
-    /// Whether the robot has an agent that takes part.
+    /// Returns whether the robot has an agent that takes part.
     pub fn is_alive(&self, robot: RobotId) -> bool {
         let state = |team: &Team<Place>| team.simulation().agent_state(robot);
         self.team.as_ref().map(state) == Some(AgentState::Present)

@@ -1,4 +1,4 @@
-//! A batch of environments, as Python has it: what is seen and done lies in arrays that Python copies to and from.
+//! A batch of environments as a Python class. Python copies actions into its arrays and observations out of them.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -23,23 +23,23 @@ use crate::errors::mistake;
 pub struct Worlds {
     common: Arc<Common>,
     envs: usize,
-    /// A part for each thread, all but the last one of the same size, in environments.
+    /// The number of environments per part. There is one part per thread, and the last part can be smaller.
     size: usize,
     parts: Vec<Arc<Mutex<Part>>>,
     threads: Mutex<Threads>,
 }
 
-/// Time, s, and texts of an event.
-type Told = (f64, [String; 5]);
+/// The time, s, and the texts of an event.
+type EventTuple = (f64, [String; 5]);
 
-/// Without the GIL while it waits.
+/// Locks a part. The GIL is released while the lock is not available.
 fn locked<'p>(part: &'p Mutex<Part>, py: Python<'_>) -> MutexGuard<'p, Part> {
     let locked = part.lock_py_attached(py);
     locked.unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Worlds {
-    /// What a thread has is waited for without the GIL, which it may need.
+    /// Applies `look` to an environment. The GIL is released during the wait for its thread, which can need the GIL.
     fn at<T>(
         &self,
         py: Python<'_>,
@@ -53,7 +53,7 @@ impl Worlds {
         Ok(look(place.ok_or_else(no)?))
     }
 
-    /// Does that with each part of the batch, without the GIL.
+    /// Executes the work on each part of the batch, without the GIL.
     fn on_each(
         &self,
         py: Python<'_>,
@@ -64,7 +64,7 @@ impl Worlds {
         py.detach(|| lock(&self.threads).on_each(&self.parts, &work))
     }
 
-    /// As many as there are agents in all environments, each finite.
+    /// Reads the actions of all agents in all environments, and checks that they are finite.
     fn read(&self, py: Python<'_>, actions: &Bound<'_, PyAny>) -> PyResult<Actions> {
         let agents = self.common.agents.len() * self.envs;
         let (read, found, wanted) = match self.common.level {
@@ -75,8 +75,8 @@ impl Worlds {
             }
             Level::Drive => {
                 let read = PyBuffer::<f32>::get(actions)?.to_vec(py)?;
-                if let Some(wrong) = read.iter().find(|it| !it.is_finite()) {
-                    let why = format!("an action holds {wrong}, which is no number");
+                if let Some(wrong) = read.iter().find(|value| !value.is_finite()) {
+                    let why = format!("an action contains {wrong}, which is not a finite number");
                     return Err(PyValueError::new_err(why));
                 }
                 let found = read.len();
@@ -86,7 +86,7 @@ impl Worlds {
         if found == wanted {
             Ok(read)
         } else {
-            let why = format!("actions hold {found} numbers; there must be {wanted}");
+            let why = format!("actions contain {found} values; they must contain {wanted}");
             Err(PyValueError::new_err(why))
         }
     }
@@ -106,8 +106,8 @@ impl Worlds {
             "decide" => Level::Decide,
             "drive" => Level::Drive,
             other => {
-                let told = format!("level: there is no '{other}'; use 'decide' or 'drive'");
-                return Err(mistake(told));
+                let text = format!("level: there is no '{other}'; use 'decide' or 'drive'");
+                return Err(mistake(text));
             }
         };
         if envs == 0 || threads == 0 {
@@ -128,19 +128,20 @@ impl Worlds {
         })
     }
 
-    /// Begins an episode in each environment, with seeds from this one on.
+    /// Starts an episode in each environment, with consecutive seeds from `seed` on.
     fn reset(&self, py: Python<'_>, seed: u64) -> PyResult<()> {
         self.on_each(py, move |common, part| part.reset(common, seed))
     }
 
-    /// One step of each environment. With `auto_reset` those whose episode ends begin another one, with a seed of its own.
+    /// Steps each environment once. With `auto_reset`, an environment whose episode ends starts another one with a new
+    /// seed.
     fn step(&self, py: Python<'_>, actions: &Bound<'_, PyAny>, auto_reset: bool) -> PyResult<()> {
         let actions = self.read(py, actions)?;
         let stride = if auto_reset { self.envs as u64 } else { 0 };
         self.on_each(py, move |common, part| part.step(common, stride, &actions))
     }
 
-    /// Copies what is seen of a part of the batch into arrays.
+    /// Copies the observations of a part of the batch into arrays.
     #[expect(clippy::too_many_arguments)]
     fn see(
         &self,
@@ -162,17 +163,17 @@ impl Worlds {
         done.copy_from_slice(py, &seen.done)
     }
 
-    /// The next episode of an environment is logged in that folder.
+    /// Records the next episode of an environment in a folder.
     fn record(&self, py: Python<'_>, index: usize, folder: PathBuf) -> PyResult<()> {
         self.at(py, index, |place| place.world.record = Some(folder))
     }
 
-    /// Ends the episodes that are under way, and their logs.
+    /// Ends the current episodes and their logs.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         self.on_each(py, |_, part| part.close())
     }
 
-    /// Hash and outcome of the episode that has ended.
+    /// Returns the hash and outcome of the ended episode.
     fn ended(
         &self,
         py: Python<'_>,
@@ -184,28 +185,32 @@ impl Worlds {
         })
     }
 
-    /// The values of mission.csv.
     fn row(&self, py: Python<'_>, index: usize) -> PyResult<Vec<Option<f64>>> {
         self.at(py, index, |place| place.world.row().collect())
     }
 
-    /// What has happened in the latest step: time, s, kind, robot, subject, reason, detail.
-    fn events(&self, py: Python<'_>, index: usize) -> PyResult<Vec<Told>> {
-        let told = |it: &EventLine| {
-            let texts = [&it.kind, &it.robot, &it.subject, &it.reason, &it.detail];
-            (it.t_ms.as_secs_f64(), texts.map(String::clone))
+    /// Returns the events of the latest step: time, s, kind, robot, subject, reason, detail.
+    fn events(&self, py: Python<'_>, index: usize) -> PyResult<Vec<EventTuple>> {
+        let to_tuple = |event: &EventLine| {
+            let texts = [
+                &event.kind,
+                &event.robot,
+                &event.subject,
+                &event.reason,
+                &event.detail,
+            ];
+            (event.t_ms.as_secs_f64(), texts.map(String::clone))
         };
         self.at(py, index, |place| {
-            place.world.events.iter().map(told).collect()
+            place.world.events.iter().map(to_tuple).collect()
         })
     }
 
-    /// The faults that are in force, in words.
     fn faults(&self, py: Python<'_>, index: usize) -> PyResult<Vec<String>> {
         self.at(py, index, |place| place.world.faults())
     }
 
-    /// x, y and heading of each robot.
+    /// Returns the pose of each robot: x, y, m, and heading, rad.
     fn poses(&self, py: Python<'_>, index: usize) -> PyResult<Vec<[f32; 3]>> {
         self.at(py, index, |place| place.world.poses())
     }
@@ -224,7 +229,7 @@ impl Worlds {
             .collect()
     }
 
-    /// The names of an agent's sets, in the order of its actions from 1 on.
+    /// Returns the names of an agent's sets, in the order of its actions from 1 on.
     fn sets(&self, agent: usize) -> PyResult<Vec<String>> {
         let agents = &self.common.agents;
         let no = || PyIndexError::new_err(format!("there is no agent {agent}"));
@@ -233,25 +238,26 @@ impl Worlds {
         Ok(sets.into_iter().map(name).collect())
     }
 
-    /// What the numbers of an agent's observation mean.
+    /// Returns the names of the values in an agent's observation.
     fn feature_names(&self, agent: usize) -> Vec<String> {
         self.common.names(agent)
     }
 
-    /// Environments, agents of each (one at least), numbers of an observation, actions at level decide.
+    /// Returns the numbers of environments, agents per environment (at least 1), values of an observation, and actions
+    /// at level decide.
     #[getter]
     fn shape(&self) -> (usize, usize, usize, usize) {
         let common = &self.common;
         (self.envs, width(common), common.features, actions(common))
     }
 
-    /// Environments of a part of the batch; the last one may have fewer.
+    /// Returns the number of environments in a part of the batch. The last part can have fewer.
     #[getter]
     fn part_size(&self) -> usize {
         self.size
     }
 
-    /// run.json's part that says what is run.
+    /// Returns the setup part of run.json.
     #[getter]
     fn setup(&self) -> PyResult<String> {
         serde_json::to_string(&self.common.setup).map_err(mistake)

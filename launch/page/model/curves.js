@@ -1,17 +1,16 @@
-// The curves of the motivations by their corners, as the world tells them: between two corners a curve is a straight line, but
-// where it falls it is a step. So a curve is exact, however seldom the page gets a view.
+// Curves of the motivations, as corners. A curve is a straight line between two corners, but a fall is a step. The
+// world sends every corner, so a curve is exact at any rate of views.
 
-/** States of a behavior set, as a corner has them. */
 export const HIBERNATING = "Hibernating";
 export const WAITING = "Waiting";
 export const ACTIVE = "Active";
 
-/** Corners of one curve that are remembered of a live run. */
-const MOST = 20_000;
+/** The maximum number of corners of a curve. A live run drops the oldest half above it. */
+const MAX_CORNERS = 20_000;
 
 export class Curves {
   /**
-   * rank · sets + set → corners by time; `last`: the curve ends there.
+   * Corners by time, by rank · sets + set. A corner with `last` ends the curve.
    * @type {Map<number, import("../../page-tests/types.js").Bend[]>}
    */
   #cells = new Map();
@@ -22,40 +21,40 @@ export class Curves {
   }
 
   /**
-   * Takes in corners, by time for each robot; times in ms.
-   * @param {import("../../page-tests/types.js").Bend[]} bends
+   * Adds corners, ordered by time for each robot. Times are in ms.
+   * @param {import("../../page-tests/types.js").Bend[]} corners
    */
-  add(bends) {
-    for (const bend of bends) {
-      const cell = bend.robot * this.#sets + bend.set;
-      const corners = this.#cells.get(cell);
-      if (!corners) this.#cells.set(cell, [bend]);
-      else if (corners.push(bend) > MOST) corners.splice(0, MOST / 2);
+  add(corners) {
+    for (const corner of corners) {
+      const cell = corner.robot * this.#sets + corner.set;
+      const known = this.#cells.get(cell);
+      if (!known) this.#cells.set(cell, [corner]);
+      else if (known.push(corner) > MAX_CORNERS) known.splice(0, MAX_CORNERS / 2);
     }
   }
 
-  /** The sets of which that robot has a curve, in order. */
+  /** Returns the sets with a curve of the robot, in ascending order. */
   setsOf(rank) {
     const sets = Array.from({ length: this.#sets }, (_, set) => set);
     return sets.filter((set) => this.#cells.has(rank * this.#sets + set));
   }
 
-  /** The corners of that set of that robot. */
+  /** Returns the corners of a set of a robot. */
   of(rank, set) {
     return this.#cells.get(rank * this.#sets + set) ?? [];
   }
 }
 
 /**
- * What a curve is at `t`: `{before, level, state}`; `before` is the level until then, another one where the curve makes a step.
- * Null where there is no curve.
+ * Returns the value of a curve at `t` as `{before, level, state}`, or null without a curve. `before` differs from
+ * `level` at a step.
  */
 export function levelAt(corners, t) {
   const next = firstAfter(corners, t);
   const here = corners[next - 1];
   if (!here) return null;
   if (here.at < t) return here.last || next === corners.length ? null : { ...between(here, corners[next], t), state: here.state };
-  // More than one corner may lie at that time.
+  // Several corners may have the same time.
   const previous = corners[firstAfter(corners, t - 1) - 1];
   const falls = previous && !previous.last && previous.level > here.level;
   return { before: falls ? previous.level : here.level, level: here.level, state: here.state };
@@ -66,7 +65,7 @@ function between(a, b, t) {
   return { before: level, level };
 }
 
-/** Place of the first corner after `t`. */
+/** Returns the index of the first corner after `t`. */
 export function firstAfter(corners, t) {
   let low = 0;
   let high = corners.length;

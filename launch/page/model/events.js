@@ -1,6 +1,6 @@
-// Kinds of events in groups, by which they are filtered, marked on the time line and jumped to.
+// Groups of event kinds. The list, the time line and the keys filter by group.
 
-/** Groups: what they are called, their sign and their kinds; the mission declares its own. Whatever is new counts as a detail. */
+/** The groups with label, sign and kinds. The mission declares its own kinds. Any other kind is a detail. */
 export const GROUPS = {
   tasks: { label: "tasks", sign: "▲", kinds: ["activated", "waiting", "hibernated"] },
   mission: { label: "mission", sign: "★", kinds: [] },
@@ -13,7 +13,7 @@ export const GROUPS = {
 const GROUP_OF = new Map();
 for (const [group, { kinds }] of Object.entries(GROUPS)) for (const kind of kinds) GROUP_OF.set(kind, group);
 
-/** The group of a kind of events; `ofMission`: the kinds that the mission declares. */
-export function groupOf(kind, ofMission) {
-  return GROUP_OF.get(kind) ?? (ofMission.includes(kind) ? "mission" : "details");
+/** Returns the group of an event kind. `missionKinds` lists the kinds that the mission declares. */
+export function groupOf(kind, missionKinds) {
+  return GROUP_OF.get(kind) ?? (missionKinds.includes(kind) ? "mission" : "details");
 }

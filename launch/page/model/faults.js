@@ -1,54 +1,54 @@
-// Faults: whom they touch, and what the log says of those that are over.
+// The robots and links that a fault affects, and the list of faults of a run.
 
 import { faultInWords, termsInWords } from "../ui/words.js";
 
-/** Whether the fault befalls that robot as a whole: its process, its devices, its radio. */
-export function concernsRobot(fault, name) {
-  const [it] = Object.values(fault);
-  return it === name || it.robot === name;
+/** Tests whether the fault affects the robot itself: its process, its devices or its radio. */
+export function affectsRobot(fault, name) {
+  const [value] = Object.values(fault);
+  return value === name || value.robot === name;
 }
 
-const meets = (end, name) => (end ?? "all") === "all" || end === name;
+const matches = (end, name) => (end ?? "all") === "all" || end === name;
 
-/** Whether the fault may change what `to` hears of `from`. */
-export function touchesLink(fault, from, to) {
-  const [[kind, it]] = Object.entries(fault);
+/** Tests whether the fault may change the messages that `to` receives from `from`. */
+export function affectsLink(fault, from, to) {
+  const [[kind, value]] = Object.entries(fault);
   switch (kind) {
     case "drop":
     case "delay":
     case "duplicate":
     case "reorder":
     case "hold":
-      return meets(it.from, from) && meets(it.to, to);
+      return matches(value.from, from) && matches(value.to, to);
     case "mute":
-      return it === from;
+      return value === from;
     case "deaf":
-      return it === to;
+      return value === to;
     case "range":
     case "radio":
       return true;
     case "partition": {
-      const group = (name) => it.groups.findIndex((each) => each.includes(name));
-      const [speaker, hearer] = [group(from), group(to)];
-      if (speaker < 0 || hearer < 0 || speaker === hearer) return false;
-      return !it.one_way || speaker > hearer;
+      const group = (name) => value.groups.findIndex((each) => each.includes(name));
+      const [sender, receiver] = [group(from), group(to)];
+      if (sender < 0 || receiver < 0 || sender === receiver) return false;
+      return !value.one_way || sender > receiver;
     }
     default:
       return false;
   }
 }
 
-const TELLING = new Set(["armed", "applied", "healed", "disarmed", "failed"]);
+const PHASE_EVENTS = new Set(["armed", "applied", "healed", "disarmed", "failed"]);
 
 /**
- * All faults up to now, latest first: `{id, words, terms, phase, applied_ms, healed_ms, hits, failed}`. Those that are armed or in force
- * stand in the view; what else the events tell of is over.
+ * Returns all faults up to now, latest first: `{id, words, terms, phase, applied_ms, healed_ms, hits, failed}`. The
+ * view has the faults that are armed or in force. The events have the past ones.
  * @param {import("../../page-tests/types.js").View} view
  */
 export function faultRows(view, events) {
   const rows = new Map();
   for (const event of events) {
-    if (!TELLING.has(event.kind)) continue;
+    if (!PHASE_EVENTS.has(event.kind)) continue;
     const row = rows.get(event.subject) ?? {
       id: event.subject,
       terms: "",

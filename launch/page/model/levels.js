@@ -1,18 +1,16 @@
-// Cuts from the curves what a chart of one robot shows: motivations as columns, states as bands.
+// The data of one robot's chart, from its curves: motivations as columns, states as bands.
 
 import { HIBERNATING, firstAfter, levelAt } from "./curves.js";
 
-/** Places of a chart at which a pointer can read a value; no screen shows more of them. */
-const PLACES = 600;
+/** The number of positions in a chart where the pointer can read a value. */
+const POSITIONS = 600;
 
 /**
- * Motivations and states of a robot from `from` to `to`, ms. `curves`: corners by behavior set. `samples`: those of the history,
- * of which only the states of the robot's agent count.
- *
- * `columns`: first the times in seconds, then one column per behavior set, null where the robot has no such set or does not take
- * part; where a curve makes a step, its time stands there twice. However many corners there are, each curve's lowest and highest
- * point of each place stay. `bands`: `{set, state, from, to}`, in seconds, where a set waits or is active; with set null where the
- * robot is not present, `state` then being its own.
+ * Returns the motivations and states of a robot from `from` to `to`, ms. `curves` contains corners by behavior set. Of
+ * the history's `samples` only the agents' states are used. `columns` has the times in seconds, then one column per
+ * behavior set, with null where the robot has no such set or is absent. A step has two rows with the same time. Each
+ * curve's lowest and highest point at each position are kept. `bands` has `{set, state, from, to}` in seconds where a
+ * set is waiting or active. A band with a null set is a time in which the robot was not present, with its state.
  */
 export function levels(curves, samples, rank, from, to) {
   const bands = curves.flatMap((corners, set) => stateBands(corners, set, from, to));
@@ -21,7 +19,7 @@ export function levels(curves, samples, rank, from, to) {
 }
 
 function columns(curves, from, to) {
-  const grain_ms = Math.max(1, (to - from) / PLACES);
+  const grain_ms = Math.max(1, (to - from) / POSITIONS);
   const rows = [];
   for (const t of times(curves, from, to, grain_ms)) {
     const all = curves.map((corners) => levelAt(corners, t));
@@ -32,7 +30,7 @@ function columns(curves, from, to) {
   return Array.from({ length: curves.length + 1 }, (_, column) => kept.map((row) => row[column]));
 }
 
-/** All corners, right after all ends, and the places between. */
+/** Returns the times of all corners, the times right after all ends, and the positions between. */
 function times(curves, from, to, grain_ms) {
   const found = new Set([from, to]);
   for (const corners of curves) {
@@ -41,11 +39,11 @@ function times(curves, from, to, grain_ms) {
       if (corners[index].last) found.add(corners[index].at + 1);
     }
   }
-  for (let place = 0; place <= PLACES; place += 1) found.add(Math.round(from + place * grain_ms));
+  for (let position = 0; position <= POSITIONS; position += 1) found.add(Math.round(from + position * grain_ms));
   return [...found].filter((t) => t >= from && t <= to).sort((a, b) => a - b);
 }
 
-/** Of all rows in one grain: the first and last, and of each column its lowest, its highest and its gaps. */
+/** Reduces the rows of each position to the first, the last, and each column's lowest, highest and empty one. */
 function thin(rows, grain) {
   const kept = [];
   let begin = 0;
@@ -53,11 +51,11 @@ function thin(rows, grain) {
     const group = Math.floor(rows[begin][0] / grain);
     let end = begin + 1;
     while (end < rows.length && Math.floor(rows[end][0] / grain) === group) end += 1;
-    const places = new Set([begin, end - 1]);
+    const chosen = new Set([begin, end - 1]);
     for (let column = 1; end - begin > 2 && column < rows[begin].length; column += 1) {
-      for (const place of extremes(rows, column, begin, end)) places.add(place);
+      for (const row of extremes(rows, column, begin, end)) chosen.add(row);
     }
-    kept.push(...[...places].sort((a, b) => a - b).map((place) => rows[place]));
+    kept.push(...[...chosen].sort((a, b) => a - b).map((row) => rows[row]));
     begin = end;
   }
   return kept;
@@ -65,22 +63,22 @@ function thin(rows, grain) {
 
 function extremes(rows, column, begin, end) {
   let [low, high, gap] = [null, null, null];
-  for (let place = begin; place < end; place += 1) {
-    const level = rows[place][column];
-    if (level === null) gap ??= place;
+  for (let row = begin; row < end; row += 1) {
+    const level = rows[row][column];
+    if (level === null) gap ??= row;
     else {
-      if (low === null || level < rows[low][column]) low = place;
-      // The last of equals: a step down is upright.
-      if (high === null || level >= rows[high][column]) high = place;
+      if (low === null || level < rows[low][column]) low = row;
+      // The last of equal values, so that a step down is vertical.
+      if (high === null || level >= rows[high][column]) high = row;
     }
   }
-  return [low, high, gap].filter((place) => place !== null);
+  return [low, high, gap].filter((row) => row !== null);
 }
 
 function stateBands(corners, set, from, to) {
   const bands = [];
   let open = null;
-  // From the one before the window on.
+  // Starts with the corner before the window.
   for (let index = Math.max(0, firstAfter(corners, from) - 1); index < corners.length; index += 1) {
     const { at, state, last } = corners[index];
     if (open) open.to = Math.min(at, to) / 1000;

@@ -1,26 +1,26 @@
-// What a mission tells of itself, in the words of the columns that it declares: `{name, kind}`, each with a value in every view.
+// The state of a mission in words, from the columns that it declares: `{name, kind}`. Every view has a value for each.
 
 import { seconds } from "../ui/words.js";
 
-/** `last_report_ms` → `last report`: a time is told with its unit. */
+/** Returns a column's label: `last_report_ms` → `last report`. A time is shown with its unit. */
 export function label(name) {
   return name.replace(/_ms$/, "").replaceAll("_", " ");
 }
 
-/** How far the mission has come: `{done, total, what}`; null if no column counts what is done. */
+/** Returns the progress of the mission as `{done, total, what}`, or null if no column counts finished work. */
 export function progress(columns, values) {
-  const sum = (wanted) => columns.reduce((all, { kind }, place) => all + (kind === wanted ? (values[place] ?? 0) : 0), 0);
+  const sum = (wanted) => columns.reduce((all, { kind }, index) => all + (kind === wanted ? (values[index] ?? 0) : 0), 0);
   const first = columns.find(({ kind }) => kind === "done");
   if (!first) return null;
   const done = sum("done");
   return { done, total: done + sum("left"), what: label(first.name) };
 }
 
-/** What the other columns tell, as texts, times first; `now` in ms. */
+/** Returns the other columns as texts, times first. `now` is in ms. */
 export function details(columns, values, now) {
-  const others = columns.map((column, place) => ({ ...column, value: values[place] })).filter(({ kind }) => kind !== "done");
-  others.sort((a, b) => Number(b.kind === "time") - Number(a.kind === "time"));
-  return others.map(({ name, kind, value }) => `${label(name)} ${inWords(kind, value, now)}`);
+  const rest = columns.map((column, index) => ({ ...column, value: values[index] })).filter(({ kind }) => kind !== "done");
+  rest.sort((a, b) => Number(b.kind === "time") - Number(a.kind === "time"));
+  return rest.map(({ name, kind, value }) => `${label(name)} ${inWords(kind, value, now)}`);
 }
 
 function inWords(kind, value, now) {

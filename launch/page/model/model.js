@@ -1,4 +1,4 @@
-// The run as this page knows it, whether it is live or a log: what it is made of, the newest view, and what was before.
+// State of the run on this page, live or from a log: its setup, the newest view and the past.
 
 import { robotColors, setStyles } from "../ui/colors.js";
 import { Curves } from "./curves.js";
@@ -6,19 +6,22 @@ import { groupOf } from "./events.js";
 import { History } from "./history.js";
 import { Traffic } from "./traffic.js";
 
-/** A live world is heard of ten times a second; after so long without a word it stands still, ms of wall-clock. */
+/**
+ * The time without a view after which a live world counts as frozen, in ms of wall-clock time. A live world sends ten
+ * views per second.
+ */
 const SILENCE_MS = 5000;
 
-/** Events that are remembered of a live run. */
-const EVENTS = 20_000;
+/** The maximum number of events of a live run. */
+const MAX_EVENTS = 20_000;
 
 export class Model {
-  /** Answer of /api/run. */
+  /** The answer of `/api/run`. */
   run;
   /** Names and colors of the robots, by rank. */
   names;
   colors;
-  /** Behavior sets by id: `{name, task, color, dash}`; color null is the page's ink. */
+  /** Behavior sets by id: `{name, task, color, dash}`. A null color is the text color of the page. */
   sets;
   /** Tasks by id: `{name, max_robots, priority}`. */
   tasks;
@@ -29,17 +32,17 @@ export class Model {
   view = null;
   /** Events by time, each with its group and a running number `index`. */
   events = [];
-  /** Events that did not reach this page, and those forgotten. */
+  /** The number of events that did not reach this page or were dropped. */
   missed = 0;
-  /** How a live run ended: `{outcome, folder}`. */
+  /** The end of a live run: `{outcome, folder}`, or `{isDisconnected}` if only the page's server ended. */
   ended = null;
 
   #changed;
   #nextEvent = 0;
-  // When the newest view came, ms of wall-clock.
-  #heardAt = 0;
+  // The time of the newest view, in ms of wall-clock time.
+  #lastViewAt = 0;
 
-  /** `changed` is called after every change. */
+  /** Calls `changed` after every change. */
   constructor(run, changed) {
     const { scenario, catalog } = run;
     this.run = run;
@@ -58,40 +61,40 @@ export class Model {
     return this.run.mode === "live";
   }
 
-  /** Whether orders can still be given. */
+  /** Tests whether the run still accepts orders. */
   get isOpen() {
     return this.isLive && this.ended === null;
   }
 
-  /** Simulated time that is shown, ms. */
+  /** The displayed simulated time, ms. */
   get now() {
     return this.view?.now ?? 0;
   }
 
-  /** Whether a fault happens in a moment, so that it can neither last nor be undone. */
-  isMomentary(fault) {
+  /** Tests whether a fault is instantaneous. Such a fault has no duration and cannot be undone. */
+  isInstantaneous(fault) {
     return this.run.momentary.includes(Object.keys(fault)[0]);
   }
 
   /**
-   * Takes in the next view, or one of the same tick whose clock or faults are others.
+   * Adds the next view, or one of the same tick with another clock or other faults.
    * @param {import("../../page-tests/types.js").View} view
    */
-  absorb(view) {
+  addView(view) {
     this.history.add(view, view.now);
-    if (view.tick !== this.view?.tick) this.traffic.absorb(view);
+    if (view.tick !== this.view?.tick) this.traffic.addView(view);
     this.view = view;
-    this.#heardAt = performance.now();
+    this.#lastViewAt = performance.now();
     this.#changed();
   }
 
-  /** Whether a live world says nothing any more, though its run is not over. */
+  /** Tests whether a live world has stopped sending views before the end of its run. */
   get isFrozen() {
-    return this.isOpen && this.view !== null && performance.now() - this.#heardAt > SILENCE_MS;
+    return this.isOpen && this.view !== null && performance.now() - this.#lastViewAt > SILENCE_MS;
   }
 
   /**
-   * Goes to another place in the log: `view`, with the views right before it.
+   * Moves to another time of the log: `view`, with the views right before it.
    * @param {import("../../page-tests/types.js").View} view
    * @param {import("../../page-tests/types.js").View[]} before
    */
@@ -100,35 +103,34 @@ export class Model {
     this.view = null;
     for (const each of before) {
       this.history.add(each, view.now);
-      this.traffic.absorb(each);
+      this.traffic.addView(each);
     }
-    this.absorb(view);
+    this.addView(view);
   }
 
-  /** Takes in views of which only where the robots were counts: samples of a whole log. */
-  remember(views) {
+  /** Adds samples of a whole log to the history. */
+  addSamples(views) {
     for (const view of views) this.history.add(view, this.now);
     this.#changed();
   }
 
-  /** Takes in what has become of messages of a live run. */
-  hear(messages) {
-    this.traffic.hear(messages);
+  /** Adds receptions of a live run. */
+  addMessages(messages) {
+    this.traffic.add(messages);
     this.#changed();
   }
 
-  /** Takes in corners of curves. */
-  bend(bends) {
-    this.curves.add(bends);
+  addCorners(corners) {
+    this.curves.add(corners);
     this.#changed();
   }
 
-  /** The corners of that set of a robot; in a live run up to now. */
+  /** Returns the corners of a set of a robot, in a live run up to now. */
   corners(rank, set) {
     const corners = this.curves.of(rank, set);
     const robot = this.isLive ? this.view.robots[rank] : null;
     const motivation = robot?.state === "present" && robot.sets.find((each) => each.motivation.set === set)?.motivation;
-    // A view stands between two steps.
+    // A view lies between two steps.
     const at = this.now - this.run.scenario.step_ms;
     if (!motivation || !(corners.at(-1)?.at < at)) return corners;
     return [...corners, { at, level: motivation.motivation, state: motivation.state, last: true }];
@@ -139,7 +141,7 @@ export class Model {
       const group = groupOf(event.kind, this.run.mission.events);
       this.events.push({ ...event, group, index: this.#nextEvent++ });
     }
-    const surplus = this.events.length - EVENTS;
+    const surplus = this.events.length - MAX_EVENTS;
     if (this.isLive && surplus > 0) {
       this.events.splice(0, surplus);
       this.missed += surplus;
@@ -147,17 +149,17 @@ export class Model {
     this.#changed();
   }
 
-  miss(count) {
+  addMissed(count) {
     this.missed += count;
     this.#changed();
   }
 
-  end(how) {
-    this.ended ??= how;
+  setEnded(end) {
+    this.ended ??= end;
     this.#changed();
   }
 
-  /** The events up to the time that is shown. A live page may hear of an event just before it gets the view. */
+  /** Returns the events up to the displayed time. A live page may receive an event just before its view. */
   eventsSoFar() {
     if (this.isLive) return this.events;
     let low = 0;
@@ -171,7 +173,7 @@ export class Model {
   }
 
   /**
-   * The behavior set that a robot waits to activate, or null.
+   * Returns the behavior set that a robot waits to activate, or null.
    * @param {import("../../page-tests/types.js").RobotView} robot
    */
   waitingFor(robot) {
@@ -180,19 +182,19 @@ export class Model {
   }
 
   /**
-   * What a robot does: a behavior set, or that it waits for one, or idle; empty if it takes no part.
+   * Returns the activity of a robot: a behavior set, a set that it waits for, or idle. Empty if it does not take part.
    * @param {import("../../page-tests/types.js").RobotView} robot
    */
   doingInWords(robot) {
     const doing = this.doing(robot);
     if (doing) return doing.set.name;
     if (robot.state !== "present" && robot.state !== "silent") return "";
-    const wanted = this.waitingFor(robot);
-    return wanted ? `waits for ${wanted.name}` : "idle";
+    const next = this.waitingFor(robot);
+    return next ? `waits for ${next.name}` : "idle";
   }
 
   /**
-   * The behavior set that a robot executes, with since when: `{set, since}`, or null. Dead robots execute nothing.
+   * Returns the active behavior set of a robot and its start as `{set, since}`, or null. A dead robot has none.
    * @param {import("../../page-tests/types.js").RobotView} robot
    */
   doing(robot) {

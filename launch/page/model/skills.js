@@ -1,7 +1,6 @@
-// Skills, as the run declares them.
 
-/** Those that a robot has: names. Where none of it are stated, it has all. */
+/** Returns the names of a robot's skills. A robot without stated skills has all. */
 export function skillsOf({ skills, scenario }, rank) {
-  const own = scenario.robots[rank].skills;
-  return own ? skills.filter((name) => own[name] > 0) : skills;
+  const stated = scenario.robots[rank].skills;
+  return stated ? skills.filter((name) => stated[name] > 0) : skills;
 }

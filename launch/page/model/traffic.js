@@ -1,20 +1,23 @@
-// Who said what, who heard it, and how good each link has been lately.
+// The recent broadcasts with their receptions, and the recent quality of each link.
 
-/** Broadcasts that are remembered. */
-const BROADCASTS = 400;
-/** A link is judged by so many messages, not older than this, ms of simulated time. */
-const JUDGED = 20;
-const JUDGED_MS = 30_000;
+/** The maximum number of broadcasts. */
+const MAX_BROADCASTS = 400;
+/** The number of messages that determine a link's quality, and their maximum age in ms of simulated time. */
+const LINK_MESSAGES = 20;
+const LINK_WINDOW_MS = 30_000;
 
 const LOST = new Set(["Lost", "Dropped", "Cut"]);
 
 export class Traffic {
-  /** Latest broadcasts, oldest first: `{key, sender, incarnation, sent, said, receptions: Map(receiver → delivery), twice}`. */
+  /**
+   * Latest broadcasts, oldest first: `{key, sender, incarnation, sent, content, receptions: Map(receiver → delivery),
+   * duplicates}`.
+   */
   broadcasts = [];
-  /** Receptions that did not reach this page. */
+  /** The number of receptions that did not reach this page. */
   leftOut = 0;
-  /** Ticks of which nothing was heard, for their views were not shown. */
-  skipped = 0;
+  /** The number of ticks without messages here, because their views were not shown. */
+  skippedTicks = 0;
 
   #robots;
   #isSampled;
@@ -23,7 +26,7 @@ export class Traffic {
   // By sender · robots + receiver: [{at, delivery}], oldest first.
   #links;
 
-  /** `isSampled`: a view tells of its own tick only, as in a log, and not of all since the view before. */
+  /** `isSampled`: a view has the messages of its own tick only, as in a log, not of all ticks since the view before. */
   constructor(robots, isSampled) {
     this.#robots = robots;
     this.#isSampled = isSampled;
@@ -33,61 +36,61 @@ export class Traffic {
   clear() {
     this.broadcasts = [];
     this.leftOut = 0;
-    this.skipped = 0;
+    this.skippedTicks = 0;
     this.#lastTick = null;
     this.#byKey.clear();
     this.#links = Array.from({ length: this.#robots ** 2 }, () => []);
   }
 
-  /** Takes in what a view of a log tells. */
-  absorb(view) {
-    if (this.#isSampled && this.#lastTick !== null) this.skipped += view.tick - this.#lastTick - 1;
+  /** Adds the messages of a view from a log. */
+  addView(view) {
+    if (this.#isSampled && this.#lastTick !== null) this.skippedTicks += view.tick - this.#lastTick - 1;
     this.#lastTick = view.tick;
-    this.hear({ receptions: view.messages, left_out: view.messages_left_out });
+    this.add({ receptions: view.messages, left_out: view.messages_left_out });
   }
 
-  /** Takes in what has become of messages, and how many more there were. */
-  hear({ receptions, left_out }) {
+  /** Adds receptions and the number of those left out. */
+  add({ receptions, left_out }) {
     this.leftOut += left_out;
-    // Those with contents first: one that never arrived then finds its broadcast by sender and time.
+    // Receptions with content go first: a message without content is then found by its sender and time.
     const sorted = receptions.filter(({ reception }) => reception.said);
     sorted.push(...receptions.filter(({ reception }) => !reception.said));
     for (const { receiver, reception } of sorted) {
-      this.#enter(receiver, reception);
-      this.#judge(receiver, reception);
+      this.#addReception(receiver, reception);
+      this.#addToLink(receiver, reception);
     }
-    while (this.broadcasts.length > BROADCASTS) this.#byKey.delete(this.broadcasts.shift().key);
+    while (this.broadcasts.length > MAX_BROADCASTS) this.#byKey.delete(this.broadcasts.shift().key);
   }
 
-  #enter(receiver, reception) {
-    const { sender, incarnation, sent, delivery, said } = reception;
-    const stem = `${sender}.${incarnation}.${sent}.`;
-    const key = stem + (said ? said.seq : "");
-    let broadcast = this.#byKey.get(key) ?? (said ? null : this.#unheard(stem, receiver));
+  #addReception(receiver, reception) {
+    const { sender, incarnation, sent, delivery, said: content } = reception;
+    const prefix = `${sender}.${incarnation}.${sent}.`;
+    const key = prefix + (content ? content.seq : "");
+    let broadcast = this.#byKey.get(key) ?? (content ? null : this.#unreceived(prefix, receiver));
     if (!broadcast) {
-      broadcast = { key, sender, incarnation, sent, said, receptions: new Map(), twice: new Set() };
+      broadcast = { key, sender, incarnation, sent, content, receptions: new Map(), duplicates: new Set() };
       this.#byKey.set(key, broadcast);
       this.broadcasts.push(broadcast);
     }
-    if (delivery === "Duplicate") broadcast.twice.add(receiver);
+    if (delivery === "Duplicate") broadcast.duplicates.add(receiver);
     else broadcast.receptions.set(receiver, delivery);
   }
 
-  /** A known broadcast of that sender and time of which this receiver has not got anything yet. */
-  #unheard(stem, receiver) {
-    return this.broadcasts.findLast((each) => each.key.startsWith(stem) && !each.receptions.has(receiver));
+  /** Returns a known broadcast of that sender and time that the receiver has not received, or undefined. */
+  #unreceived(prefix, receiver) {
+    return this.broadcasts.findLast((each) => each.key.startsWith(prefix) && !each.receptions.has(receiver));
   }
 
-  #judge(receiver, { sender, at, delivery }) {
+  #addToLink(receiver, { sender, at, delivery }) {
     if (delivery === "Pending" || delivery === "Duplicate") return;
     const link = this.#links[sender * this.#robots + receiver];
     link.push({ at, delivery });
-    if (link.length > JUDGED) link.shift();
+    if (link.length > LINK_MESSAGES) link.shift();
   }
 
-  /** How the link has been lately: how many of `count` messages were lost, and how many came late. */
+  /** Returns the recent quality of a link: of `count` messages, how many were lost and how many were late. */
   link(from, to, now) {
-    const recent = this.#links[from * this.#robots + to].filter(({ at }) => at > now - JUDGED_MS);
+    const recent = this.#links[from * this.#robots + to].filter(({ at }) => at > now - LINK_WINDOW_MS);
     return {
       count: recent.length,
       lost: recent.filter(({ delivery }) => LOST.has(delivery)).length,

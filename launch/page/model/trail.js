@@ -1,14 +1,14 @@
-// Where a robot came along, as lines that cross no obstacle.
+// The path of a robot as lines that cross no obstacle.
 
-/** Up to this penetrability an obstacle is solid. */
+/** An obstacle up to this penetrability is solid. */
 const SOLID = 0.1;
-/** A robot cannot have come this far between two samples that lie close together in time: it was put there. */
-const LEAP_M = 1.5;
+/** A longer distance between two samples within a second is a relocation, not a drive. */
+const RELOCATION_M = 1.5;
 
 /**
- * The lines of a robot's trail from `from` to `to`, ms, each a list of points `[x, y]`, m. Its body of that radius never came
- * nearer to a solid obstacle than that, so a straight line between places half a radius apart cannot cross one; a longer one, of
- * a page that saw little of the way, is left out where it would.
+ * Returns the lines of a robot's trail from `from` to `to`, ms. Each line is a list of points `[x, y]`, m. A body of
+ * that radius keeps its distance from solid obstacles, so a short straight line cannot cross one. A longer line is left
+ * out where it would.
  */
 export function trail(history, rank, from, to, radius_m, obstacles) {
   const solid = obstacles.filter(({ penetrability }) => penetrability <= SOLID);
@@ -16,22 +16,22 @@ export function trail(history, rank, from, to, radius_m, obstacles) {
   let last = null;
   const { samples } = history;
   for (let index = history.indexAt(from); index < samples.length && samples[index].t <= to; index += 1) {
-    const { t, places, agents } = samples[index];
+    const { t, positions, agents } = samples[index];
     if (agents[rank] === "absent") continue;
-    const point = [places[2 * rank], places[2 * rank + 1]];
+    const point = [positions[2 * rank], positions[2 * rank + 1]];
     const length = last ? Math.hypot(point[0] - last.point[0], point[1] - last.point[1]) : Infinity;
     const isNewest = index === samples.length - 1 || samples[index + 1].t > to;
     if (length < radius_m / 2 && !isNewest) continue;
-    const leaps = !last || (length > LEAP_M && t - last.t < 1000);
-    const isBlocked = !leaps && length > radius_m && solid.some((each) => crosses(last.point, point, each));
-    if (leaps || isBlocked) lines.push([point]);
+    const isRelocated = !last || (length > RELOCATION_M && t - last.t < 1000);
+    const isBlocked = !isRelocated && length > radius_m && solid.some((each) => crosses(last.point, point, each));
+    if (isRelocated || isBlocked) lines.push([point]);
     else lines.at(-1).push(point);
     last = { point, t };
   }
   return lines;
 }
 
-/** Whether the line from a to b passes through the rectangle. */
+/** Tests whether the line from a to b crosses the rectangle. */
 export function crosses(a, b, { x_m, y_m, width_m, height_m }) {
   let [from, to] = [0, 1];
   for (const [start, step, low, size] of [

@@ -1,5 +1,5 @@
-// The motivations of the robots as running charts: one chart per robot, one line per behavior set, the threshold, and the states
-// as bands; utilities, which have no threshold, where an allocator has these. Drawn by uPlot, which index.html loads.
+// Charts of the robots' motivations, one chart per robot: a line per behavior set, the threshold, and states as bands.
+// An allocator without motivations has utilities, without a threshold. uPlot draws them; index.html loads it.
 
 import { ACTIVE, WAITING } from "../model/curves.js";
 import { levels } from "../model/levels.js";
@@ -8,12 +8,11 @@ import { attribute, byId, dot, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
 import { Matrix } from "./matrix.js";
 
-/** Robots that are shown at first. */
-const SHOWN = 6;
-/** Curves of a robot with more behavior sets than these: of those that it executes, waits for, and those with the highest levels. */
-const MOST_CURVES = 8;
-/** Least height of a chart, px. */
-const HEIGHT_PX = 108;
+/** The number of robots with a chart at first. */
+const INITIAL_ROBOTS = 6;
+/** The maximum number of curves per robot. The active and waiting sets come first, then those with the highest levels. */
+const MAX_CURVES = 8;
+const MIN_HEIGHT_PX = 108;
 const MAX_HEIGHT_PX = 220;
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -25,26 +24,26 @@ export class Charts {
   #hidden = new Set();
   #charts = new Map();
   #load;
-  // Ranks whose curves a log has been asked for.
-  #asked = new Set();
+  // Ranks of robots whose curves were requested from the log.
+  #requested = new Set();
 
   /**
-   * `seek(ms)` is called on a click into a chart; null where there is nothing to seek. `load(rank)` gets the curves of a robot
-   * into the model; null where they come by themselves.
+   * `seek(ms)` is called on a click into a chart; null in a live run. `load(rank)` loads a robot's curves into the
+   * model; null in a live run, which receives them.
    */
   constructor(model, choices, seek, load) {
     this.#model = model;
     this.#choices = choices;
     this.#seek = seek;
     this.#load = load;
-    this.#shown = new Set(model.names.slice(0, SHOWN));
+    this.#shown = new Set(model.names.slice(0, INITIAL_ROBOTS));
     this.#buildLegend();
-    // Of a large team these are hundreds.
+    // A large team has hundreds of check boxes: they are built when the list opens.
     byId("chart-choice").addEventListener("toggle", () => this.#buildRobots(), { once: true });
     byId("span").addEventListener("change", () => this.draw());
   }
 
-  /** Colors are others now: all charts are made anew. */
+  /** Rebuilds all charts after a change of colors. */
   refreshColors() {
     for (const { plot } of this.#charts.values()) plot?.destroy();
     this.#charts.clear();
@@ -63,7 +62,7 @@ export class Charts {
     attribute(svg, "width", "20");
     attribute(svg, "height", "8");
     attribute(svg, "aria-hidden", "true");
-    const look = {
+    const style = {
       x1: 0,
       x2: 20,
       y1: 4,
@@ -72,16 +71,16 @@ export class Charts {
       "stroke-width": 2.5,
       "stroke-dasharray": this.#model.sets[set].dash.join(" ") || null,
     };
-    for (const [name, value] of Object.entries(look)) attribute(line, name, value);
+    for (const [name, value] of Object.entries(style)) attribute(line, name, value);
     svg.append(line);
     return svg;
   }
 
-  /** A chip for each behavior set that some chart shows; of a mission with few, for all. */
+  /** Shows a chip for each behavior set with a curve, or for all sets of a small mission. */
   #buildLegend() {
     const all = this.#model.sets.map((_, set) => set);
     const drawn = new Set([...this.#charts.values()].flatMap(({ sets }) => sets));
-    const listed = all.length <= MOST_CURVES ? all : all.filter((set) => drawn.has(set));
+    const listed = all.length <= MAX_CURVES ? all : all.filter((set) => drawn.has(set));
     const key = listed.join(" ");
     if (byId("legend").dataset.sets === key) return;
     byId("legend").dataset.sets = key;
@@ -134,7 +133,7 @@ export class Charts {
     const list = byId("chart-list");
     list.hidden = byId("legend").hidden = byId("span").hidden = byId("chart-choice").hidden = Matrix.isChosen();
     if (Matrix.isChosen()) {
-      text(byId("chart-title"), "Who does what");
+      text(byId("chart-title"), "Activities");
       return;
     }
     const { names } = this.#model;
@@ -156,30 +155,30 @@ export class Charts {
     text(byId("chart-title"), hasMotivations || ranks.length === 0 ? "Motivations" : "Utilities");
     text(byId("chart-count"), `${ranks.length} of ${this.#model.names.length}`);
     const each = Math.floor(list.clientHeight / Math.max(1, ranks.length));
-    const size = { width: list.clientWidth - 4, height: Math.max(HEIGHT_PX, Math.min(MAX_HEIGHT_PX, each)) - 24 };
+    const size = { width: list.clientWidth - 4, height: Math.max(MIN_HEIGHT_PX, Math.min(MAX_HEIGHT_PX, each)) - 24 };
     for (const rank of ranks) this.#update(rank, size);
     this.#buildLegend();
   }
 
   /**
-   * The behavior sets of a robot whose curves are drawn; those that are drawn stay as long as none is missing that matters more. A robot
-   * that is gone has none at the moment, but it had.
+   * Returns the behavior sets whose curves are drawn. The drawn ones stay until a set without a curve becomes active or
+   * waiting. An absent robot has no current sets, but has past ones.
    */
   #setsOf(rank, drawn) {
-    const own = this.#model.view.robots[rank].sets.map(({ motivation }) => motivation);
-    const had = this.#model.curves.setsOf(rank);
+    const current = this.#model.view.robots[rank].sets.map(({ motivation }) => motivation);
+    const past = this.#model.curves.setsOf(rank);
     const byWeight = (a, b) => (b.state !== "Hibernating") - (a.state !== "Hibernating") || b.motivation - a.motivation || a.set - b.set;
-    const fewAnyway = new Set([...drawn, ...own.map(({ set }) => set), ...had]);
-    if (fewAnyway.size <= MOST_CURVES) return [...fewAnyway].sort((a, b) => a - b);
-    const wanted = own.sort(byWeight).filter(({ state, motivation }) => state !== "Hibernating" || motivation > 0);
-    const busy = wanted.filter(({ state }) => state !== "Hibernating").map(({ set }) => set);
+    const candidates = new Set([...drawn, ...current.map(({ set }) => set), ...past]);
+    if (candidates.size <= MAX_CURVES) return [...candidates].sort((a, b) => a - b);
+    const ranked = current.sort(byWeight).filter(({ state, motivation }) => state !== "Hibernating" || motivation > 0);
+    const busy = ranked.filter(({ state }) => state !== "Hibernating").map(({ set }) => set);
     if (drawn.length > 0 && busy.every((set) => drawn.includes(set))) return drawn;
-    const wasBusy = had.filter((set) => this.#model.corners(rank, set).some(({ state }) => state !== "Hibernating"));
-    const all = [...busy, ...drawn.slice(-MOST_CURVES / 2), ...wanted.map(({ set }) => set), ...wasBusy];
-    return [...new Set(all)].slice(0, MOST_CURVES).sort((a, b) => a - b);
+    const pastBusy = past.filter((set) => this.#model.corners(rank, set).some(({ state }) => state !== "Hibernating"));
+    const all = [...busy, ...drawn.slice(-MAX_CURVES / 2), ...ranked.map(({ set }) => set), ...pastBusy];
+    return [...new Set(all)].slice(0, MAX_CURVES).sort((a, b) => a - b);
   }
 
-  /** From when to when the charts go, ms. A log has something to show after the present, too. */
+  /** Returns the time range of the charts, ms. A log also has data after the present. */
   #range() {
     const span_ms = 1000 * Number(byId("span").value);
     const { now, run } = this.#model;
@@ -190,8 +189,8 @@ export class Charts {
   }
 
   #build(rank) {
-    if (this.#load && !this.#asked.has(rank)) {
-      this.#asked.add(rank);
+    if (this.#load && !this.#requested.has(rank)) {
+      this.#requested.add(rank);
       this.#load(rank);
     }
     const { names, colors } = this.#model;
@@ -204,7 +203,7 @@ export class Charts {
     return element;
   }
 
-  /** Makes the plot of a chart for these behavior sets, and the numbers beside the robot's name. */
+  /** Creates the plot of a chart for these behavior sets, and the values next to the robot's name. */
   #plot(chart, shown) {
     const { sets } = this.#model;
     chart.sets = shown;
@@ -227,7 +226,7 @@ export class Charts {
     };
     return {
       width: 300,
-      height: HEIGHT_PX,
+      height: MIN_HEIGHT_PX,
       padding: [4, 16, 0, 0],
       legend: { show: false },
       cursor: { sync: { key: "motivations" }, drag: { x: false, y: false }, y: false },
@@ -258,18 +257,17 @@ export class Charts {
       hooks: {
         drawClear: [(plot) => this.#paintBands(plot, chart)],
         draw: [(plot) => this.#paintLines(plot, chart)],
-        setCursor: [() => this.#tell(chart)],
+        setCursor: [() => this.#showValues(chart)],
         ready: [(plot) => this.#seekOnClick(plot)],
       },
     };
   }
 
-  /** Whether a robot has utilities, and no threshold. */
   #hasUtilities({ rank }) {
     return this.#model.view.robots[rank].measure === "utility";
   }
 
-  /** The level that is drawn as the highest: the threshold, or of utilities the highest in the picture. */
+  /** Returns the top of the vertical scale: the threshold, or the highest utility in the chart. */
   #top(chart) {
     if (!this.#hasUtilities(chart)) return this.#model.run.alliance.threshold;
     const levels = chart.columns.slice(1).flat();
@@ -306,11 +304,11 @@ export class Charts {
     attribute(chart.element, "aria-label", `${what} of ${this.#model.names[rank]}`);
     attribute(chart.element, "data-measure", this.#model.view.robots[rank].measure);
     attribute(chart.element, "data-state", this.#model.view.robots[rank].state);
-    this.#tell(chart, rank);
+    this.#showValues(chart, rank);
   }
 
-  /** The numbers beside the robot's name: at the pointer, or else now. */
-  #tell(chart) {
+  /** Shows the values at the pointer, or the current ones. */
+  #showValues(chart) {
     const { idx } = chart.plot?.cursor ?? {};
     const { columns } = chart;
     const at = idx ?? this.#indexOfNow(columns[0]);
@@ -324,7 +322,7 @@ export class Charts {
     attribute(chart.readout, "data-at", isPointer ? "pointer" : "now");
   }
 
-  /** A view stands between two steps: the latest levels are those of the step before it. */
+  /** Returns the row of the current levels. A view lies between two steps; its levels are those of the step before. */
   #indexOfNow(times) {
     const now = (this.#model.now - this.#model.run.scenario.step_ms) / 1000;
     let at = times.length - 1;
@@ -357,13 +355,13 @@ export class Charts {
       }
       c.globalAlpha = 1;
       const name = this.#model.sets[set]?.name;
-      const label = set === null ? state : state === ACTIVE ? name : `waits: ${name}`;
+      const label = set === null ? state : state === ACTIVE ? name : `waiting: ${name}`;
       paintBandLabel(c, label, Math.max(left, bbox.left), Math.min(right, bbox.left + bbox.width), bandTop, ratio, lines);
     }
     c.restore();
   }
 
-  /** The threshold; and in a log the present. */
+  /** Draws the threshold, and in a log the present. */
   #paintLines(plot, chart) {
     const { ctx: c, bbox } = plot;
     const line = (x1, y1, x2, y2, color, dash) => {
@@ -387,7 +385,7 @@ export class Charts {
   }
 }
 
-/** Names a band that is wide enough, in the first line of text that is free there; `lines` are the right ends of those in use. */
+/** Labels a band that is wide enough, in the first free line of text. `lines` has the right ends of the used lines. */
 function paintBandLabel(c, label, left, right, top, ratio, lines) {
   c.font = `${10 * ratio}px system-ui, sans-serif`;
   const width = c.measureText(label).width + 6 * ratio;
@@ -401,14 +399,14 @@ function paintBandLabel(c, label, left, right, top, ratio, lines) {
   c.fillText(label, left + 3 * ratio, top + 12 * ratio * line);
 }
 
-/** Strokes from the lower left to the upper right inside a box. */
+/** Draws diagonal stripes inside a box. */
 function stripes(c, [x, y, width, height], step) {
   c.save();
   c.beginPath();
   c.rect(x, y, width, height);
   c.clip();
   c.beginPath();
-  // On a grid of the canvas, so that stripes stand still while a band grows.
+  // The stripes start at fixed canvas positions, so they do not move while a band grows.
   for (let at = Math.floor((x - height) / step) * step; at < x + width; at += step) {
     c.moveTo(at, y + height);
     c.lineTo(at + height, y);

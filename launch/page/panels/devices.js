@@ -1,44 +1,44 @@
-// The menus of a robot: break a sensor, break an actuator, let a skill get worse, and what else there is.
+// The menus of a robot: sensor faults, actuator faults, skill faults and others.
 
 import { devicesOf } from "../model/devices.js";
 import { skillsOf } from "../model/skills.js";
-import { lasts } from "../room/tools.js";
+import { chosenDuration } from "../room/tools.js";
 import { el } from "../ui/dom.js";
 import { closeMenu, numberField, openMenu, selectField } from "../ui/menu.js";
 
 const SENSOR_MODES = [
-  ["dead", "dead: tells nothing"],
+  ["dead", "dead: no readings"],
   ["stuck", "stuck: repeats its last reading"],
-  ["noise", "noisy"],
-  ["bias", "biased"],
-  ["dropout", "drops out"],
+  ["noise", "noise"],
+  ["bias", "bias"],
+  ["dropout", "dropout: some readings are missing"],
 ];
 
 const ACTUATOR_MODES = [
   ["dead", "drive dead"],
   ["slowed", "drive slowed"],
-  ["turn-bias", "turns too much"],
+  ["turn-bias", "turn bias"],
   ["one-wheel left", "left wheel dead"],
   ["one-wheel right", "right wheel dead"],
   ["gripper", "gripper failed"],
 ];
 
-const duration = () =>
-  numberField("For how long, s", {
+const durationField = () =>
+  numberField("Duration, s", {
     min: 0.05,
     step: "any",
-    value: lasts() ?? "",
+    value: chosenDuration() ?? "",
     placeholder: "until undone",
     "data-field": "for",
   });
-const forHowLong = ({ input }) => (input.valueAsNumber > 0 ? input.valueAsNumber : null);
+const chosenSeconds = ({ input }) => (input.valueAsNumber > 0 ? input.valueAsNumber : null);
 
-/** A form that arms `fault()` for the chosen time. */
+/** Creates a form that arms `fault()` for the chosen time. */
 function form(orders, button, time, fault, ...fields) {
   const submit = (event) => {
     event.preventDefault();
     closeMenu();
-    orders.arm(fault(), forHowLong(time));
+    orders.arm(fault(), chosenSeconds(time));
   };
   return el(
     "form",
@@ -49,23 +49,23 @@ function form(orders, button, time, fault, ...fields) {
   );
 }
 
-/** Break a sensor of the robot. */
+/** Opens the menu of sensor faults. */
 export function openSensors(model, orders, rank, at) {
   const robot = model.names[rank];
-  const owned = devicesOf(model.run, rank);
-  const choice = owned.map(({ name, label }) => [name, label]);
+  const devices = devicesOf(model.run, rank);
+  const choice = devices.map(({ name, label }) => [name, label]);
   const device = selectField("Sensor", choice, { "data-field": "device" });
-  const mode = selectField("How", SENSOR_MODES, { "data-field": "mode" });
+  const mode = selectField("Mode", SENSOR_MODES, { "data-field": "mode" });
   const error = numberField("By, m", { step: "any", value: 0.2, "data-field": "m" });
   const turn = numberField("By, degrees", { step: "any", value: 0, "data-field": "deg" });
-  const share = numberField("In this share of the steps, %", { min: 0, max: 100, step: 1, value: 25, "data-field": "share" });
+  const share = numberField("Share of steps without a reading, %", { min: 0, max: 100, step: 1, value: 25, "data-field": "share" });
   const adapt = () => {
-    const { tells_lengths, tells_heading } = owned.find(({ name }) => name === device.input.value);
+    const { tells_lengths, tells_heading } = devices.find(({ name }) => name === device.input.value);
     for (const option of mode.input.options) option.disabled = !tells_lengths && (option.value === "noise" || option.value === "bias");
     if (mode.input.selectedOptions[0].disabled) mode.input.value = "dead";
-    const isOff = mode.input.value === "noise" || mode.input.value === "bias";
-    error.element.hidden = !isOff;
-    turn.element.hidden = !isOff || !tells_heading;
+    const hasError = mode.input.value === "noise" || mode.input.value === "bias";
+    error.element.hidden = !hasError;
+    turn.element.hidden = !hasError || !tells_heading;
     share.element.hidden = mode.input.value !== "dropout";
   };
   for (const { input } of [device, mode]) input.addEventListener("change", adapt);
@@ -78,14 +78,14 @@ export function openSensors(model, orders, rank, at) {
   };
   const fault = () => ({ sensor: { robot, device: device.input.value, mode: chosen() } });
   const fields = [device, mode, error, turn, share].map(({ element }) => element);
-  openMenu(`Break a sensor of ${robot}`, at, form(orders, "Break it", duration(), fault, ...fields));
+  openMenu(`Break a sensor of ${robot}`, at, form(orders, "Break it", durationField(), fault, ...fields));
 }
 
-/** Break an actuator of the robot. */
+/** Opens the menu of actuator faults. */
 export function openActuators(model, orders, rank, at) {
   const robot = model.names[rank];
-  const mode = selectField("How", ACTUATOR_MODES, { "data-field": "mode" });
-  const share = numberField("To this share of its speed, %", { min: 0, max: 100, step: 1, value: 20, "data-field": "share" });
+  const mode = selectField("Mode", ACTUATOR_MODES, { "data-field": "mode" });
+  const share = numberField("Remaining share of its speed, %", { min: 0, max: 100, step: 1, value: 20, "data-field": "share" });
   const turn = numberField("By, degrees/s", { step: "any", value: -10, "data-field": "deg" });
   const adapt = () => {
     share.element.hidden = mode.input.value !== "slowed";
@@ -103,28 +103,28 @@ export function openActuators(model, orders, rank, at) {
   openMenu(
     `Break an actuator of ${robot}`,
     at,
-    form(orders, "Break it", duration(), fault, mode.element, share.element, turn.element),
+    form(orders, "Break it", durationField(), fault, mode.element, share.element, turn.element),
   );
 }
 
-/** Let the robot get worse at something. */
+/** Opens the menu of skill faults. */
 export function openSkills(model, orders, rank, at) {
   const robot = model.names[rank];
   const choice = skillsOf(model.run, rank).map((name) => [name, name]);
   const skill = selectField("Skill", choice, { "data-field": "skill" });
-  const share = numberField("To this share of it, %", { min: 0, max: 100, step: 1, value: 30, "data-field": "share" });
+  const share = numberField("Remaining share, %", { min: 0, max: 100, step: 1, value: 30, "data-field": "share" });
   const fault = () => ({ skill: { robot, skill: skill.input.value, share: share.input.valueAsNumber / 100 } });
-  openMenu(`Let ${robot} get worse`, at, form(orders, "Let it", duration(), fault, skill.element, share.element));
+  openMenu(`Reduce a skill of ${robot}`, at, form(orders, "Reduce it", durationField(), fault, skill.element, share.element));
 }
 
-/** Power, behavior, radio and place of the robot. */
+/** Opens the menu of the other faults: radio, behavior, power, place. */
 export function openMore(model, choices, orders, rank, at) {
   const robot = model.names[rank];
-  const time = duration();
+  const time = durationField();
   const arm = (name, label) =>
     el(
       "button",
-      { type: "button", "data-action": name, onclick: () => (closeMenu(), orders.arm({ [name]: robot }, forHowLong(time))) },
+      { type: "button", "data-action": name, onclick: () => (closeMenu(), orders.arm({ [name]: robot }, chosenSeconds(time))) },
       label,
     );
   const move = () => (closeMenu(), choices.set({ selected: rank, tool: "move" }));
@@ -134,14 +134,14 @@ export function openMore(model, choices, orders, rank, at) {
     el(
       "div",
       { class: "choices" },
-      arm("mute", "Mute: nobody hears it"),
-      arm("deaf", "Deaf: it hears nobody"),
-      arm("babble", "Babble: talks, does nothing"),
-      arm("power", "No power"),
+      arm("mute", "Mute: its messages do not arrive"),
+      arm("deaf", "Deaf: receives no messages"),
+      arm("babble", "Babble: reports activity, does nothing"),
+      arm("power", "Power off"),
       arm("terminate", "Terminate (SIGTERM)"),
-      arm("remove", "Take out of the mission"),
+      arm("remove", "Remove from the mission"),
       time.element,
-      el("button", { type: "button", "data-action": "move", onclick: move }, "Put it elsewhere: click in the room"),
+      el("button", { type: "button", "data-action": "move", onclick: move }, "Move it: click in the room"),
     ),
   );
 }

@@ -1,12 +1,11 @@
-// The list of events, newest first, filtered by groups. In a log a click on one goes there.
+// The list of events, newest first, filtered by group. In a log a click on an event seeks its time.
 
 import { GROUPS } from "../model/events.js";
 import { byId, dot, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
-import { eventInWords, seconds } from "../ui/words.js";
+import { count, eventInWords, seconds } from "../ui/words.js";
 
-/** Rows at most. */
-const ROWS = 250;
+const MAX_ROWS = 250;
 const KEY = "alliance-events";
 
 export class Events {
@@ -15,7 +14,7 @@ export class Events {
   #changed;
   #groups;
 
-  /** `seek(ms)` is called on a click on an event; null where there is nothing to seek. `changed`: the filter is another. */
+  /** `seek(ms)` is called on a click on an event; null in a live run. `changed` is called on a new filter. */
   constructor(model, seek, changed) {
     this.#model = model;
     this.#seek = seek;
@@ -45,12 +44,12 @@ export class Events {
     this.#changed();
   }
 
-  /** Another text for every other filter. */
+  /** Returns a key that differs for each filter. */
   get filter() {
     return [...this.#groups].join();
   }
 
-  /** Whether the filter lets an event through. */
+  /** Tests whether the filter includes an event. */
   isWanted(event) {
     return this.#groups.has(event.group);
   }
@@ -59,7 +58,7 @@ export class Events {
     if (!isShown("events")) return;
     const all = this.#model.eventsSoFar();
     const rows = [];
-    for (let index = all.length - 1; index >= 0 && rows.length < ROWS; index -= 1) {
+    for (let index = all.length - 1; index >= 0 && rows.length < MAX_ROWS; index -= 1) {
       if (this.isWanted(all[index])) rows.push(all[index]);
     }
     keyed(
@@ -69,7 +68,7 @@ export class Events {
       (event) => this.#row(event),
     );
     const missed = this.#model.missed ? `; ${this.#model.missed} did not reach this page` : "";
-    text(byId("event-count"), `${all.length} events${missed}`);
+    text(byId("event-count"), `${count(all.length, "event")}${missed}`);
   }
 
   #row(event) {

@@ -1,12 +1,11 @@
-// What is broken on purpose: armed, in force, over, with the time of effect, and Undo.
+// The list of faults with phase, effect times, hits, and Undo.
 
 import { faultRows } from "../model/faults.js";
 import { attribute, byId, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
 import { seconds } from "../ui/words.js";
 
-/** Rows at most. */
-const ROWS = 100;
+const MAX_ROWS = 100;
 
 export class Faults {
   #model;
@@ -25,7 +24,7 @@ export class Faults {
     text(byId("fault-count"), count ? ` (${count})` : "");
     byId("undo-all").disabled = count === 0 || !this.#model.isOpen;
     if (!isShown("faults")) return;
-    const rows = faultRows(view, this.#model.eventsSoFar()).slice(0, ROWS);
+    const rows = faultRows(view, this.#model.eventsSoFar()).slice(0, MAX_ROWS);
     byId("no-faults").hidden = rows.length > 0;
     keyed(
       byId("fault-rows"),
@@ -53,13 +52,13 @@ export class Faults {
   }
 
   #update(row, { words, terms, phase, applied_ms, healed_ms, hits, failed }) {
-    const put = (field, value) => text(row.querySelector(`[data-field=${field}]`), value);
+    const setField = (field, value) => text(row.querySelector(`[data-field=${field}]`), value);
     attribute(row, "data-phase", phase);
-    put("fault", words + terms);
-    put("phase", failed ? `failed: ${failed}` : phase === "in-force" ? "in force" : phase);
+    setField("fault", words + terms);
+    setField("phase", failed ? `failed: ${failed}` : phase === "in-force" ? "in force" : phase);
     const until = phase === "over" && healed_ms !== null ? ` to ${seconds(healed_ms, 2)}` : "";
-    put("applied", applied_ms === null ? "–" : seconds(applied_ms, 2) + until);
-    put("hits", hits ?? "");
+    setField("applied", applied_ms === null ? "–" : seconds(applied_ms, 2) + until);
+    setField("hits", hits ?? "");
     const undo = row.querySelector("[data-undo]");
     if (undo) {
       undo.hidden = phase === "over";

@@ -1,22 +1,27 @@
-// The radio links as a table, senders down and receivers across, with what each has lost lately; of a large team those of the selected
-// robot. A click opens what can be done to the link.
+// The table of radio links, senders down and receivers across, with recent losses. A large team has only the links of
+// the selected robot. A click opens the menu of a link.
 
-import { touchesLink } from "../model/faults.js";
+import { affectsLink } from "../model/faults.js";
 import { attribute, byId, el, text } from "../ui/dom.js";
 import { closeMenu, numberField, openMenu } from "../ui/menu.js";
 import { isShown } from "../ui/tabs.js";
-import { faultInWords, percent } from "../ui/words.js";
-import { lasts } from "../room/tools.js";
+import { count as counted, faultInWords, percent } from "../ui/words.js";
+import { chosenDuration } from "../room/tools.js";
 
-/** Robots of a larger team have too many links for one table. */
+/** Teams above this size have a table of the selected robot's links only. */
 const ALL_LINKS = 16;
+
+/** Returns the losses and delays of a link in words. */
+function losses({ count, lost, late }) {
+  return `${lost} of the last ${counted(count, "message")} lost, ${late} late`;
+}
 
 export class Links {
   #model;
   #choices;
   #orders;
   #cells = [];
-  // Whose links the table has: a rank, "all", or null.
+  // The content of the table: a rank, "all", or null.
   #built = null;
 
   constructor(model, choices, orders) {
@@ -25,14 +30,14 @@ export class Links {
     this.#orders = orders;
   }
 
-  /** Makes the table of these links, unless it is there. */
-  #build(whose) {
-    if (this.#built === whose) return;
-    this.#built = whose;
+  /** Builds the table, unless it has this content already. */
+  #build(content) {
+    if (this.#built === content) return;
+    this.#built = content;
     this.#cells = [];
-    if (whose === "all") this.#buildAll();
-    else if (whose === null) byId("link-table").replaceChildren();
-    else this.#buildOf(whose);
+    if (content === "all") this.#buildAll();
+    else if (content === null) byId("link-table").replaceChildren();
+    else this.#buildOf(content);
   }
 
   #buildOf(rank) {
@@ -80,10 +85,10 @@ export class Links {
     this.#build(isSmall ? "all" : this.#choices.selected);
     byId("links-whose").hidden = isSmall || this.#choices.selected !== null;
     const orders = this.#inForce();
-    text(byId("links-left-out"), traffic.leftOut ? "Not all messages have reached this page: the table counts those that have." : "");
+    text(byId("links-left-out"), traffic.leftOut ? "Some messages did not reach this page; the table does not count them." : "");
     for (const { from, to, button } of this.#cells) {
       const link = traffic.link(from, to, now);
-      const isDisturbed = orders.some(({ order }) => touchesLink(order.fault, names[from], names[to]));
+      const isDisturbed = orders.some(({ order }) => affectsLink(order.fault, names[from], names[to]));
       const isUsed = [from, to].every((rank) => view.robots[rank].state !== "absent");
       const loss = link.count ? link.lost / link.count : 0;
       const state =
@@ -93,8 +98,8 @@ export class Links {
       attribute(button, "data-state", state);
       attribute(button, "data-loss", link.count ? loss.toFixed(2) : "");
       attribute(button, "data-disturbed", isDisturbed ? "yes" : "no");
-      const words = link.count ? `${link.lost} of the last ${link.count} messages lost, ${link.late} late` : "no messages lately";
-      attribute(button, "aria-label", `${names[from]} to ${names[to]}: ${words}${isDisturbed ? ", disturbed by a fault" : ""}`);
+      const words = link.count ? losses(link) : "no recent messages";
+      attribute(button, "aria-label", `${names[from]} to ${names[to]}: ${words}${isDisturbed ? ", affected by a fault" : ""}`);
       attribute(button, "title", button.getAttribute("aria-label"));
     }
   }
@@ -103,19 +108,19 @@ export class Links {
     return this.#model.view.faults.filter(({ phase }) => phase === "in-force");
   }
 
-  /** Opens the menu of the link from one rank to another beside `at` (see openMenu). */
+  /** Opens the menu of a link next to `at` (see openMenu). */
   open(from, to, at) {
     const { names, traffic, now } = this.#model;
     const [sender, receiver] = [names[from], names[to]];
     const { count, lost, late } = traffic.link(from, to, now);
-    const state = count ? `${lost} of the last ${count} messages lost, ${late} late.` : "No messages lately.";
+    const state = count ? `${losses({ count, lost, late })}.` : "No recent messages.";
     const content = [el("p", {}, state), this.#disturbances(sender, receiver)];
     if (this.#model.isOpen) content.push(this.#actions(sender, receiver));
     openMenu(`${sender} → ${receiver}`, at, ...content);
   }
 
   #disturbances(sender, receiver) {
-    const found = this.#inForce().filter(({ order }) => touchesLink(order.fault, sender, receiver));
+    const found = this.#inForce().filter(({ order }) => affectsLink(order.fault, sender, receiver));
     if (!found.length) return null;
     const rows = found.map(({ id, order }) => {
       const undo = () => (this.#orders.clear(id), closeMenu());
@@ -133,14 +138,14 @@ export class Links {
     const delay = numberField("Delay, s", { min: 0.05, step: 0.05, value: 0.5, id: "link-delay" });
     const loss = numberField("Loss, %", { min: 1, max: 100, step: 1, value: 30, id: "link-loss" });
     const both = el("input", { type: "checkbox", id: "link-both" });
-    const duration = numberField("For how long, s", {
+    const duration = numberField("Duration, s", {
       min: 0.05,
       step: "any",
-      value: lasts() ?? "",
+      value: chosenDuration() ?? "",
       placeholder: "until undone",
       id: "link-for",
     });
-    // One fault per direction; a partition is the only one that knows both.
+    // Each direction needs its own fault; only a partition covers both.
     const arm = async (make) => {
       closeMenu();
       const for_s = duration.input.valueAsNumber > 0 ? duration.input.valueAsNumber : null;
@@ -158,9 +163,9 @@ export class Links {
     return el(
       "div",
       { class: "choices" },
-      // Later groups hear earlier ones: so the receiver is in the first.
+      // Later groups still receive from earlier ones, so the receiver is in the first group.
       act("cut", "Cut", (isBoth) => [{ partition: { groups: [[receiver], [sender]], one_way: !isBoth } }]),
-      act("hold", "Hold back", (isBoth) => ends(isBoth).map((link) => ({ hold: link }))),
+      act("hold", "Hold", (isBoth) => ends(isBoth).map((link) => ({ hold: link }))),
       el(
         "div",
         { class: "row" },
@@ -173,7 +178,7 @@ export class Links {
         "div",
         { class: "row" },
         loss.element,
-        act("drop", "Thin out", (isBoth) =>
+        act("drop", "Drop", (isBoth) =>
           ends(isBoth).map((link) => ({ drop: { ...link, p: loss.input.valueAsNumber / 100 } })),
         ),
       ),

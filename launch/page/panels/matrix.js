@@ -1,15 +1,15 @@
-// All robots by all tasks in one picture, where curves would be hundreds: who executes what, who waits, and how near the others are.
+// The matrix of robots by tasks for large teams: active, waiting, and the levels of the other sets.
 
 import { themeColor } from "../ui/colors.js";
 import { attribute, byId, text } from "../ui/dom.js";
 
-/** Teams with more robots or tasks than these begin with the matrix and not with curves. */
+/** Teams with more robots or tasks start with the matrix instead of curves. */
 const MANY_ROBOTS = 12;
 const MANY_TASKS = 24;
 
-/** Least and greatest size of a cell, px. */
+/** The minimum and maximum size of a cell, px. */
 const CELL_PX = { width: [3, 30], height: [4, 16] };
-/** Names are written where a line of text has room. */
+/** Names are written in rows of at least this height. */
 const LINE_PX = 9;
 const NAMES_PX = 64;
 
@@ -33,7 +33,7 @@ export class Matrix {
     });
   }
 
-  /** Whether the matrix is wanted in the place of curves. */
+  /** Tests whether the matrix is selected instead of curves. */
   static isChosen() {
     return byId("chart-kind").value === "matrix";
   }
@@ -56,7 +56,7 @@ export class Matrix {
     const highest = this.#highest();
     view.robots.forEach((robot, rank) => {
       const top = rank * height;
-      const isThere = robot.state === "present";
+      const isPresent = robot.state === "present";
       c.globalAlpha = 1;
       if (rank === this.#choices.selected) {
         c.globalAlpha = 0.25;
@@ -65,28 +65,28 @@ export class Matrix {
         c.globalAlpha = 1;
       }
       c.fillStyle = ink;
-      if (left === NAMES_PX) c.fillText(isThere ? names[rank] : `${names[rank]} ✗`, 2, top + height / 2, NAMES_PX - 6);
-      if (!isThere) {
+      if (left === NAMES_PX) c.fillText(isPresent ? names[rank] : `${names[rank]} ✗`, 2, top + height / 2, NAMES_PX - 6);
+      if (!isPresent) {
         c.fillStyle = line;
         c.fillRect(left, top, width * tasks.length, height);
       }
       for (const { motivation } of robot.sets) {
         const { task } = sets[motivation.set];
-        const look = {
+        const style = {
           Active: { color: colors[rank], alpha: 1, share: 1 },
           Waiting: { color: colors[rank], alpha: 0.9, share: 0.4 },
         }[motivation.state] ?? { color: ink, alpha: 0.45 * Math.min(1, motivation.motivation / highest), share: 1 };
-        if (look.alpha < 0.02) continue;
-        c.globalAlpha = look.alpha;
-        c.fillStyle = look.color;
-        c.fillRect(left + task * width, top + height * (1 - look.share), Math.max(1, width - (width > 5 ? 1 : 0)), height * look.share - (height > 5 ? 1 : 0));
+        if (style.alpha < 0.02) continue;
+        c.globalAlpha = style.alpha;
+        c.fillStyle = style.color;
+        c.fillRect(left + task * width, top + height * (1 - style.share), Math.max(1, width - (width > 5 ? 1 : 0)), height * style.share - (height > 5 ? 1 : 0));
       }
     });
     const busy = view.robots.filter(({ active }) => active !== null).length;
     attribute(this.#canvas, "aria-label", `${names.length} robots by ${tasks.length} tasks: ${busy} robots are at work`);
   }
 
-  /** The level that is drawn the darkest: the threshold, or of utilities the highest. */
+  /** Returns the level that is drawn darkest: the threshold, or the highest utility. */
   #highest() {
     const { view, run } = this.#model;
     let highest = view.robots.some(({ measure }) => measure === "motivation") ? run.alliance.threshold : 0;
@@ -110,7 +110,7 @@ export class Matrix {
     return c;
   }
 
-  /** The robot and task under the pointer, or null. */
+  /** Returns the robot and task under the pointer, or null. */
   #under({ offsetX, offsetY }) {
     if (!this.#layout) return null;
     const { left, width, height } = this.#layout;
@@ -122,8 +122,8 @@ export class Matrix {
     const cell = this.#under(event);
     if (!cell || !this.#model.view) return;
     const { names, tasks, sets, view } = this.#model;
-    const own = view.robots[cell.rank].sets.filter(({ motivation }) => sets[motivation.set].task === cell.task);
-    const said = own.map(({ motivation }) => `${motivation.state.toLowerCase()}, ${motivation.motivation.toFixed(1)}`);
-    text(byId("matrix-cell"), `${names[cell.rank]} × ${tasks[cell.task].name}: ${said.join("; ") || "nothing"}`);
+    const found = view.robots[cell.rank].sets.filter(({ motivation }) => sets[motivation.set].task === cell.task);
+    const states = found.map(({ motivation }) => `${motivation.state.toLowerCase()}, ${motivation.motivation.toFixed(1)}`);
+    text(byId("matrix-cell"), `${names[cell.rank]} × ${tasks[cell.task].name}: ${states.join("; ") || "nothing"}`);
   }
 }

@@ -1,15 +1,14 @@
-// The stream of heartbeats and bulletins, newest first, with what became of each at every receiver.
+// The list of broadcasts, newest first, with the delivery at each receiver.
 
 import { byId, dot, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
-import { DELIVERIES, seconds } from "../ui/words.js";
+import { DELIVERIES, count as counted, seconds } from "../ui/words.js";
 
-/** Rows at most. */
-const ROWS = 120;
-/** Receivers are named one by one up to so many. */
-const NAMED = 6;
+const MAX_ROWS = 120;
+/** Up to this number of receivers, each is named. */
+const MAX_NAMED = 6;
 
-/** Kinds of bulletins; the mission names them. */
+/** Kinds of bulletins; the mission has the names. */
 const BULLETINS = ["FirstBulletin", "SecondBulletin"];
 
 const isGood = (delivery) => delivery === "Heard" || delivery === "Delayed";
@@ -33,7 +32,7 @@ export class Messages {
     if (!isShown("messages")) return;
     const { traffic } = this.#model;
     const rows = [];
-    for (let index = traffic.broadcasts.length - 1; index >= 0 && rows.length < ROWS; index -= 1) {
+    for (let index = traffic.broadcasts.length - 1; index >= 0 && rows.length < MAX_ROWS; index -= 1) {
       if (this.#isWanted(traffic.broadcasts[index])) rows.push(traffic.broadcasts[index]);
     }
     keyed(
@@ -44,49 +43,49 @@ export class Messages {
       (row, broadcast) => this.#fill(row, broadcast),
     );
     const gaps = [
-      traffic.leftOut ? `${traffic.leftOut} receptions were left out to keep up.` : "",
-      traffic.skipped ? `The messages of ${traffic.skipped} ticks that were not shown are missing.` : "",
+      traffic.leftOut ? `${counted(traffic.leftOut, "reception")} did not reach this page.` : "",
+      traffic.skippedTicks ? `Messages of ${counted(traffic.skippedTicks, "skipped tick")} are missing.` : "",
     ];
     text(byId("messages-left-out"), gaps.join(" ").trim());
   }
 
-  #isWanted({ sender, said, receptions }) {
+  #isWanted({ sender, content, receptions }) {
     const [kind, robot, delivery] = ["message-kind", "message-robot", "message-delivery"].map((id) => byId(id).value);
-    if (kind && said?.kind !== kind && !(kind === "Heartbeat" && !said)) return false;
+    if (kind && content?.kind !== kind && !(kind === "Heartbeat" && !content)) return false;
     if (robot && Number(robot) !== sender && !receptions.has(Number(robot))) return false;
     return !delivery || [...receptions.values()].some((each) => each !== "Heard" && each !== "Pending");
   }
 
-  #row({ sender, sent, said }) {
+  #row({ sender, sent, content }) {
     const { names, colors, sets, tasks } = this.#model;
-    const subject = said?.set !== null && said?.set !== undefined ? sets[said.set]?.name : tasks[said?.task]?.name;
-    const claim = [said?.state?.toLowerCase(), subject].filter(Boolean).join(" ");
-    const details = said ? [claim, said.progress ? `progress ${said.progress}` : null] : ["never arrived"];
+    const subject = content?.set !== null && content?.set !== undefined ? sets[content.set]?.name : tasks[content?.task]?.name;
+    const claim = [content?.state?.toLowerCase(), subject].filter(Boolean).join(" ");
+    const details = content ? [claim, content.progress ? `progress ${content.progress}` : null] : ["never arrived"];
     return el(
       "li",
-      { "data-message": said?.kind ?? "unknown", "data-sender": names[sender], "data-t": sent },
+      { "data-message": content?.kind ?? "unknown", "data-sender": names[sender], "data-t": sent },
       el("span", { class: "time" }, seconds(sent, 2)),
       dot(colors[sender]),
       el(
         "span",
         {},
         el("strong", {}, `${names[sender]} `),
-        said ? this.#kind(said.kind) : "message",
+        content ? this.#kind(content.kind) : "message",
         el("span", { class: "dim" }, ` ${details.filter(Boolean).join(", ")}`),
       ),
       el("span", { class: "deliveries" }),
     );
   }
 
-  #fill(row, { receptions, twice }) {
+  #fill(row, { receptions, duplicates }) {
     const bad = [...receptions.values()].some((delivery) => !isGood(delivery) && delivery !== "Pending");
     row.dataset.delivery = bad ? "lost" : [...receptions.values()].every((delivery) => delivery === "Heard") ? "heard" : "late";
     const all = [...receptions].sort(([a], [b]) => a - b);
-    const many = this.#model.names.length - 1 > NAMED;
-    // A large team: those who heard are only counted.
-    const named = many ? all.filter(([, delivery]) => delivery !== "Heard").slice(0, NAMED) : all;
-    const items = named.map(([receiver, delivery]) => ({ key: receiver, receiver, delivery, twice: twice.has(receiver) }));
-    if (many) items.unshift({ key: "heard", count: all.filter(([, delivery]) => delivery === "Heard").length });
+    const isLarge = this.#model.names.length - 1 > MAX_NAMED;
+    // In a large team successful receptions are only counted.
+    const named = isLarge ? all.filter(([, delivery]) => delivery !== "Heard").slice(0, MAX_NAMED) : all;
+    const items = named.map(([receiver, delivery]) => ({ key: receiver, receiver, delivery, isDuplicate: duplicates.has(receiver) }));
+    if (isLarge) items.unshift({ key: "heard", count: all.filter(([, delivery]) => delivery === "Heard").length });
     keyed(
       row.lastChild,
       items,
@@ -96,17 +95,17 @@ export class Messages {
     );
   }
 
-  #delivery(element, { receiver, delivery, twice, count }) {
+  #delivery(element, { receiver, delivery, isDuplicate, count }) {
     if (count !== undefined) {
       text(element, `✓ ${count}`);
-      element.title = `heard by ${count}`;
+      element.title = `received by ${counted(count, "robot")}`;
       return;
     }
     const { sign, word } = DELIVERIES[delivery];
-    const again = twice ? ` ${DELIVERIES.Duplicate.sign}` : "";
+    const again = isDuplicate ? ` ${DELIVERIES.Duplicate.sign}` : "";
     element.dataset.receiver = this.#model.names[receiver];
     element.dataset.delivery = delivery;
     text(element, `${sign} ${this.#model.names[receiver]}${again}`);
-    element.title = `${this.#model.names[receiver]}: ${word}${twice ? `, ${DELIVERIES.Duplicate.word}` : ""}`;
+    element.title = `${this.#model.names[receiver]}: ${word}${isDuplicate ? `, ${DELIVERIES.Duplicate.word}` : ""}`;
   }
 }

@@ -1,15 +1,15 @@
-// The robots as cards: state, process, what each does and carries, what is broken about it, and what can be done to it.
+// The robots as cards: state, process, activity, faults, and the actions of the operator.
 
-import { concernsRobot } from "../model/faults.js";
+import { affectsRobot } from "../model/faults.js";
 import { skillsOf } from "../model/skills.js";
-import { lasts } from "../room/tools.js";
+import { chosenDuration } from "../room/tools.js";
 import { attribute, byId, dot, el, keyed, text } from "../ui/dom.js";
 import { Listing } from "../ui/listing.js";
 import { isShown } from "../ui/tabs.js";
 import { faultInWords, seconds } from "../ui/words.js";
 import { openActuators, openMore, openSensors, openSkills } from "./devices.js";
 
-/** Robots of a larger team can be searched, and so many have a card at a time. */
+/** Teams with more than FEW robots have a search; at most MOST cards are shown. */
 const FEW = 12;
 const MOST = 40;
 
@@ -23,7 +23,7 @@ export class Robots {
     this.#model = model;
     this.#choices = choices;
     this.#orders = orders;
-    this.#listing = new Listing("robot-search", "robots", { all: model.names.length, few: FEW, most: MOST }, changed);
+    this.#listing = new Listing("robot-search", "robot", { all: model.names.length, few: FEW, most: MOST }, changed);
   }
 
   draw() {
@@ -39,19 +39,19 @@ export class Robots {
     );
   }
 
-  /** How badly off a robot is: dead or silent, broken, on its way, waiting, at nothing, at work, not in the mission. */
+  /** Returns the rank of a robot's trouble, 0 the worst: dead, silent, faulty, joining, waiting, idle, active, absent. */
   #trouble(rank) {
     const { view, names } = this.#model;
     const robot = view.robots[rank];
     const ofState = { dead: 0, silent: 1, coming: 3, absent: 7 }[robot.state];
     if (ofState !== undefined) return ofState;
-    const isBroken = view.faults.some(({ phase, order }) => phase === "in-force" && concernsRobot(order.fault, names[rank]));
+    const isBroken = view.faults.some(({ phase, order }) => phase === "in-force" && affectsRobot(order.fault, names[rank]));
     if (isBroken) return 2;
     if (robot.active !== null) return 6;
     return this.#model.waitingFor(robot) ? 4 : 5;
   }
 
-  /** Brings a robot's card into sight. */
+  /** Scrolls a robot's card into view. */
   reveal(rank) {
     const name = CSS.escape(this.#model.names[rank]);
     byId("robot-cards").querySelector(`[data-robot="${name}"]`)?.scrollIntoView({ block: "nearest" });
@@ -70,7 +70,7 @@ export class Robots {
         {},
         el(
           "button",
-          { type: "button", class: "name", "data-action": "select", title: "Select: its rays, its radio links", onclick: select },
+          { type: "button", class: "name", "data-action": "select", title: "Select: shows its rays and radio links", onclick: select },
           dot(colors[rank]),
           name,
         ),
@@ -84,7 +84,7 @@ export class Robots {
           ["carries", "carries"],
           ["speed", "speed"],
           ["process", "pid"],
-          ["life", "life"],
+          ["incarnation", "life"],
           ["energy", "energy"],
         ].map(([label, field]) => el("div", {}, el("dt", {}, label), fact(field))),
       ),
@@ -108,7 +108,7 @@ export class Robots {
       act("pause", "Pause", () => this.pause(rank)),
       act("continue", "Continue", () => this.pause(rank)),
       act("restart", "Restart", () => this.restart(rank)),
-      act("add", "Bring in", () => this.#orders.arm({ add: name }, lasts())),
+      act("add", "Add", () => this.#orders.arm({ add: name }, chosenDuration())),
       act("sensors", "Sensor…", ({ currentTarget }) => openSensors(this.#model, this.#orders, rank, currentTarget)),
       act("actuators", "Actuator…", ({ currentTarget }) => openActuators(this.#model, this.#orders, rank, currentTarget)),
       skillsOf(this.#model.run, rank).length > 0
@@ -124,14 +124,14 @@ export class Robots {
   }
 
   kill(rank) {
-    return this.#orders.arm({ kill: this.#model.names[rank] }, lasts());
+    return this.#orders.arm({ kill: this.#model.names[rank] }, chosenDuration());
   }
 
-  /** Stops its process, or lets it go on if it is stopped. */
+  /** Pauses the robot's process, or continues it if it is paused. */
   pause(rank) {
     const name = this.#model.names[rank];
     const isStopped = this.#model.view.robots[rank].state === "silent";
-    return isStopped ? this.#orders.arm({ continue: name }) : this.#orders.arm({ pause: name }, lasts());
+    return isStopped ? this.#orders.arm({ continue: name }) : this.#orders.arm({ pause: name }, chosenDuration());
   }
 
   restart(rank) {
@@ -141,23 +141,23 @@ export class Robots {
   #update(card, rank) {
     const { view, names, now } = this.#model;
     const robot = view.robots[rank];
-    const put = (field, value) => text(card.querySelector(`[data-field=${field}]`), value);
+    const setField = (field, value) => text(card.querySelector(`[data-field=${field}]`), value);
     attribute(card, "data-state", robot.state);
     attribute(card, "data-selected", this.#choices.selected === rank ? "yes" : null);
     attribute(card.querySelector("[data-action=select]"), "aria-pressed", String(this.#choices.selected === rank));
-    put("state", robot.state);
+    setField("state", robot.state);
     const doing = this.#model.doing(robot);
     const since = doing && doing.since !== null ? ` for ${seconds(Math.max(0, now - doing.since))}` : "";
-    const said = this.#model.doingInWords(robot) + since || "–";
-    put("doing", said);
-    attribute(card.querySelector("[data-field=doing]"), "title", said);
-    put("carries", robot.carrying === null ? "nothing" : `item-${robot.carrying}`);
-    put("speed", `${robot.speed_m_s.toFixed(2)} m/s`);
-    put("pid", robot.pid ?? "–");
-    put("life", robot.incarnation ?? "–");
+    const activity = this.#model.doingInWords(robot) + since || "–";
+    setField("doing", activity);
+    attribute(card.querySelector("[data-field=doing]"), "title", activity);
+    setField("carries", robot.carrying === null ? "nothing" : `item-${robot.carrying}`);
+    setField("speed", `${robot.speed_m_s.toFixed(2)} m/s`);
+    setField("pid", robot.pid ?? "–");
+    setField("life", robot.incarnation ?? "–");
     const hasEnergy = robot.energy_j !== null;
     card.querySelector("[data-field=energy]").parentElement.hidden = !hasEnergy;
-    if (hasEnergy) put("energy", `${(robot.energy_j / 1000).toFixed(1)} kJ`);
+    if (hasEnergy) setField("energy", `${(robot.energy_j / 1000).toFixed(1)} kJ`);
     this.#updateFaults(card.querySelector("[data-field=faults]"), names[rank]);
     for (const button of card.querySelectorAll("[data-interfere]")) {
       button.hidden = !this.#isOffered(button.dataset.action, robot.state);
@@ -173,7 +173,7 @@ export class Robots {
   }
 
   #updateFaults(list, name) {
-    const found = this.#model.view.faults.filter(({ order }) => concernsRobot(order.fault, name));
+    const found = this.#model.view.faults.filter(({ order }) => affectsRobot(order.fault, name));
     keyed(
       list,
       found,
@@ -197,7 +197,7 @@ export class Robots {
             : null,
         ),
       (row, { id, order, phase, applied_ms }) => {
-        // What has just been ordered takes effect in the step that comes next.
+        // A new order takes effect in the next step.
         const isNext = phase === "in-force" && applied_ms >= this.#model.now;
         const when = phase === "armed" ? " (armed)" : isNext ? " (from the next tick)" : "";
         text(row.firstChild, `${id}: ${faultInWords(order.fault)}${when} `);

@@ -1,29 +1,29 @@
-// The task table: who executes each task, who waits for it, since when.
+// The task table: the robots that execute each task, those that wait for it, and the start times.
 
 import { byId, dot, el, keyed, text } from "../ui/dom.js";
 import { Listing } from "../ui/listing.js";
 import { isShown } from "../ui/tabs.js";
 import { seconds } from "../ui/words.js";
 
-const TAKES_PART = new Set(["present", "silent"]);
+const ACTIVE_STATES = new Set(["present", "silent"]);
 
-/** More tasks than these can be searched, and so many are shown at a time. */
+/** With more than FEW tasks there is a search; at most MOST are shown. */
 const FEW = 20;
 const MOST = 80;
 
-/** Idle robots that are named. */
-const NAMED = 20;
+/** The number of idle robots that are named. */
+const MAX_NAMED = 20;
 
 export class Tasks {
   #model;
   #listing;
-  // By task: entries of robots that execute it, and of those that wait for it.
+  // By task: entries of robots that execute it, and of robots that wait for it.
   #executes = [];
   #waits = [];
 
   constructor(model, changed) {
     this.#model = model;
-    this.#listing = new Listing("task-search", "tasks", { all: model.tasks.length, few: FEW, most: MOST }, changed);
+    this.#listing = new Listing("task-search", "task", { all: model.tasks.length, few: FEW, most: MOST }, changed);
   }
 
   draw() {
@@ -36,25 +36,25 @@ export class Tasks {
       ({ task }) => task,
       ({ task }) => this.#row(task),
       (row, { task }) => {
-        this.#fill(row.children[1], this.#executes[task], "nobody");
+        this.#fill(row.children[1], this.#executes[task], "no robot");
         this.#fill(row.children[2], this.#waits[task], "–");
       },
     );
     const idle = view.robots
       .map((robot, rank) => ({ robot, rank }))
       .filter(({ robot }) => robot.state === "present" && this.#model.doingInWords(robot) === "idle");
-    const named = idle.slice(0, NAMED).map(({ rank }) => this.#model.names[rank]);
-    const others = idle.length > NAMED ? ` and ${idle.length - NAMED} others` : "";
-    text(byId("idle"), idle.length ? `Idle: ${named.join(", ")}${others}` : "Nobody is idle.");
+    const named = idle.slice(0, MAX_NAMED).map(({ rank }) => this.#model.names[rank]);
+    const others = idle.length > MAX_NAMED ? ` and ${idle.length - MAX_NAMED} more` : "";
+    text(byId("idle"), idle.length ? `Idle: ${named.join(", ")}${others}` : "No robot is idle.");
   }
 
-  /** Sorts the robots by what they execute and wait for. */
+  /** Groups the robots by the tasks that they execute and wait for. */
   #sort() {
     const { view, sets, tasks } = this.#model;
     this.#executes = tasks.map(() => []);
     this.#waits = tasks.map(() => []);
     view.robots.forEach((robot, rank) => {
-      if (!TAKES_PART.has(robot.state)) return;
+      if (!ACTIVE_STATES.has(robot.state)) return;
       for (const { motivation, since } of robot.sets) {
         const by = { Active: this.#executes, Waiting: this.#waits }[motivation.state];
         const set = sets[motivation.set];
@@ -63,7 +63,7 @@ export class Tasks {
     });
   }
 
-  /** Executed by more than may, or by a silent robot; waited for; by nobody; by somebody. */
+  /** Returns the rank of a task's trouble: 0 with too many or silent robots, 1 with waiting ones, 2 if executed, 3 if not. */
   #trouble(task) {
     const executes = this.#executes[task];
     const isWrong = executes.length > this.#model.tasks[task].max_robots || executes.some(({ robot }) => robot.state === "silent");
@@ -84,7 +84,7 @@ export class Tasks {
     );
   }
 
-  #fill(cell, entries, nobody) {
+  #fill(cell, entries, placeholder) {
     const { names, colors, tasks, now } = this.#model;
     cell.dataset.robots = entries.map(({ rank }) => names[rank]).join(" ");
     keyed(
@@ -92,12 +92,12 @@ export class Tasks {
       entries.length ? entries : [null],
       (entry) => (entry ? `${entry.rank} ${entry.set.name}` : ""),
       (entry) => {
-        if (!entry) return el("span", { class: "dim" }, nobody);
+        if (!entry) return el("span", { class: "dim" }, placeholder);
         return el("div", { "data-robot": names[entry.rank] }, dot(colors[entry.rank]), el("span"), el("span", { class: "dim" }));
       },
       (element, entry) => {
         if (!entry) return;
-        // The set is named only where it is not the task's own name.
+        // A set with the name of its task is not repeated.
         const set = entry.set.name === tasks[entry.set.task].name ? "" : ` with ${entry.set.name}`;
         const silent = entry.robot.state === "silent" ? " (silent)" : "";
         text(element.children[1], `${names[entry.rank]}${silent}${set}`);

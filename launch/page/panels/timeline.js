@@ -1,11 +1,11 @@
-// The time slider of a log, with marks of the events that the list shows.
+// The time slider of a log, with marks of the listed events.
 
 import { GROUPS } from "../model/events.js";
 import { themeColor } from "../ui/colors.js";
 import { byId, text } from "../ui/dom.js";
 import { eventInWords, seconds } from "../ui/words.js";
 
-/** Half of a range input's thumb, px: the slider's ends lie so far inside it. */
+/** Half of the slider thumb, px. The ends of the slider's range lie this far inside. */
 const THUMB_PX = 8;
 
 export class Timeline {
@@ -13,7 +13,7 @@ export class Timeline {
   #player;
   #events;
   #marked = "";
-  // The event that was jumped to, and where that led: {t_ms, place_ms, line}.
+  // The event of the last jump and the position after it: {t_ms, place_ms, line}.
   #jumped = null;
 
   constructor(model, player, events) {
@@ -30,10 +30,10 @@ export class Timeline {
     text(byId("duration"), seconds(model.run.log.duration_ms, 2));
   }
 
-  /** Goes to the next (1) or previous (-1) event that the list shows. */
+  /** Seeks the next (1) or previous (-1) listed event. */
   jump(direction) {
     const { events } = this.#model;
-    // A log of a long run does not hold every tick: then the view after an event is not of the event's own time.
+    // The log of a long run does not have every tick: the view after an event may have a later time.
     const from = this.#jumped?.place_ms === this.#player.place_ms ? this.#jumped.t_ms : this.#player.place_ms;
     const wanted = (event) => (event.t_ms - from) * direction > 0 && this.#events.isWanted(event);
     const found = direction > 0 ? events.find(wanted) : events.findLast(wanted);
@@ -47,14 +47,14 @@ export class Timeline {
     const { view } = this.#model;
     if (!view) return;
     const slider = byId("time-slider");
-    // While views are on their way the slider stays where it was put.
+    // The slider keeps its position until the views arrive.
     if (!this.#player.isWaiting) slider.value = view.tick;
     slider.setAttribute("aria-valuetext", seconds(this.#model.now, 2));
     text(byId("at-event"), this.#jumped?.place_ms === this.#player.place_ms ? this.#jumped.line : "");
     this.#mark();
   }
 
-  /** Redraws the marks where the filter, the theme or the width is another. */
+  /** Redraws the marks after a change of filter, theme or size. */
   #mark() {
     const canvas = byId("marks");
     const { clientWidth: width, clientHeight: height } = canvas;

@@ -1,4 +1,4 @@
-// Tools for the faults that only the mission knows: a button each, fields for what is to be stated, and the floor for a place.
+// Tools for the mission's own faults: a button for each, fields for its arguments, and a click on the floor for its place.
 
 import { fieldsOf, label, letters, ownFault } from "../model/own_faults.js";
 import { attribute, byId, el } from "../ui/dom.js";
@@ -6,13 +6,13 @@ import { sentence } from "../ui/words.js";
 
 export class FaultTools {
   #orders;
-  // By the name of the tool: `{spec, button, fields}`, fields by key.
+  // `{spec, button, fields}` by the name of the tool; `fields` by key.
   #tools = new Map();
 
   constructor(specs, orders) {
     this.#orders = orders;
     for (const spec of specs) {
-      // No other tool has such a name.
+      // The prefix keeps the names apart from other tools.
       const tool = `fault-${spec.name}`;
       const title = sentence(spec.about);
       const button = el("button", { type: "button", "data-tool-button": tool, title, "aria-pressed": "false" }, label(spec));
@@ -23,7 +23,7 @@ export class FaultTools {
     byId("fault-tools").hidden = specs.length === 0;
   }
 
-  /** What the keys do beside those that are taken: `[{letter, about, tool}]`. The buttons tell them from now on. */
+  /** Assigns free keys to the faults as `[{letter, about, tool}]` and adds them to the buttons' tooltips. */
   keys(taken) {
     const tools = [...this.#tools];
     const found = letters(
@@ -38,7 +38,7 @@ export class FaultTools {
     });
   }
 
-  /** Shows the fields of the tool in hand. */
+  /** Shows the fields of the selected tool. */
   take(tool) {
     const form = byId("fault-fields");
     const taken = this.#tools.get(tool);
@@ -53,14 +53,17 @@ export class FaultTools {
     };
   }
 
-  /** What to do with the tool; nothing if it is none of these. */
+  /** Returns the hint for a tool, or an empty text for any other tool. */
   hint(tool) {
     const { place, item } = this.#tools.get(tool)?.spec ?? {};
     if (!place) return "";
-    return item ? "Click on an item, then on its place:" : "Click:";
+    return item ? "Click on an item, then on its new place:" : "Click on the place:";
   }
 
-  /** A click on the floor, at that point in m, on that item or null. Tells whether the tool is one of these. */
+  /**
+   * Handles a click on the floor at `point`, m, and on `item` or null. Returns whether the tool belongs to the
+   * mission's faults.
+   */
   click(tool, point, item) {
     const taken = this.#tools.get(tool);
     if (!taken) return false;
@@ -77,7 +80,7 @@ export class FaultTools {
   }
 }
 
-/** The field of an argument: `{element, input}`. */
+/** Creates the field of an argument: `{element, input}`. */
 function field({ key, label: words, unit, about, from, to, is_whole, default: value }) {
   const input = el("input", {
     type: "number",

@@ -1,12 +1,11 @@
-// Where things are: in the room, m, and on the canvas, CSS pixels.
+// Geometry of the room in m and of the canvas in CSS pixels.
 
-/** Most that a part of the room is magnified. */
-const MOST_ZOOM = 40;
+const MAX_ZOOM = 40;
 
-/** What part of the room is looked at: all of it, or a part of it `zoom` times as large with a point of it in the middle. */
+/** The visible part of the room: a magnification and a center. */
 export class Lens {
   zoom = 1;
-  /** Point in the middle, m. */
+  /** The point of the room in the middle of the canvas, m. */
   center;
   #room;
 
@@ -15,29 +14,29 @@ export class Lens {
     this.reset();
   }
 
-  /** Looks at all of the room. */
+  /** Shows the whole room. */
   reset() {
     this.zoom = 1;
     this.center = { x: this.#room.width_m / 2, y: this.#room.height_m / 2 };
   }
 
-  /** Magnifies by that factor; `point` of the room, m, stays where it is. */
+  /** Magnifies by a factor. `point` of the room, m, keeps its place on the canvas. */
   magnify(factor, point) {
-    const zoom = Math.max(1, Math.min(MOST_ZOOM, this.zoom * factor));
+    const zoom = Math.max(1, Math.min(MAX_ZOOM, this.zoom * factor));
     if (zoom === 1) return this.reset();
     const share = this.zoom / zoom;
     this.zoom = zoom;
     this.lookAt({ x: point.x + (this.center.x - point.x) * share, y: point.y + (this.center.y - point.y) * share });
   }
 
-  /** Puts a point of the room, m, into the middle. */
+  /** Moves a point of the room, m, to the middle. */
   lookAt({ x, y }) {
     const within = (value, most) => Math.max(0, Math.min(most, value));
     this.center = { x: within(x, this.#room.width_m), y: within(y, this.#room.height_m) };
   }
 }
 
-/** A projection of a scenario's room onto a canvas of that size, to scale, with a margin around it, through a lens. */
+/** Projection of the room onto a canvas, to scale, with a margin, through a lens. */
 export class Projection {
   constructor(room, width_px, height_px, margin_px, lens) {
     const all = Math.max(1, Math.min((width_px - 2 * margin_px) / room.width_m, (height_px - 2 * margin_px) / room.height_m));
@@ -54,13 +53,13 @@ export class Projection {
     return this.bottom - this.scale * m;
   }
 
-  /** The point of the room under a point of the canvas, m. */
+  /** Returns the point of the room under a point of the canvas, m. */
   point(x_px, y_px) {
     return { x: (x_px - this.left) / this.scale, y: (this.bottom - y_px) / this.scale };
   }
 }
 
-/** Distance of a point from the piece of line between `a` and `b`. */
+/** Returns the distance of a point from the line segment between `a` and `b`. */
 export function distanceToLine(point, a, b) {
   const [dx, dy] = [b.x - a.x, b.y - a.y];
   const length = dx * dx + dy * dy;
@@ -68,27 +67,27 @@ export function distanceToLine(point, a, b) {
   return Math.hypot(point.x - a.x - share * dx, point.y - a.y - share * dy);
 }
 
-/** Whether two obstacles are the same rectangle; what was sent with double precision comes back with single. */
+/** Tests whether two obstacles are the same rectangle. The world returns coordinates in single precision. */
 export function sameRectangle(a, b) {
   return ["x_m", "y_m", "width_m", "height_m"].every((key) => Math.abs(a[key] - b[key]) < 1e-3);
 }
 
-/** Whether a point, m, lies in an obstacle. */
+/** Tests whether a point, m, lies in an obstacle. */
 export function isInside({ x, y }, obstacle) {
   return x >= obstacle.x_m && x <= obstacle.x_m + obstacle.width_m && y >= obstacle.y_m && y <= obstacle.y_m + obstacle.height_m;
 }
 
 /**
- * The radio lines between robots that are in the mission, on the canvas: each direction beside the other, seen along its
- * own way to the right. With a rank only the lines of that robot.
+ * Returns the radio lines on the canvas between robots in the mission. The two directions of a link run side by side.
+ * With a rank, only that robot's lines are returned.
  */
 export function radioLines(view, projection, selected) {
-  const there = view.robots
+  const shown = view.robots
     .map(({ state, pose }, rank) => ({ state, rank, x: projection.x(pose.position[0]), y: projection.y(pose.position[1]) }))
     .filter(({ state }) => state !== "absent");
   const lines = [];
-  for (const from of there) {
-    for (const to of there) {
+  for (const from of shown) {
+    for (const to of shown) {
       if (from === to || (selected !== null && from.rank !== selected && to.rank !== selected)) continue;
       const length = Math.hypot(to.x - from.x, to.y - from.y) || 1;
       const [right, down] = [(-5 * (to.y - from.y)) / length, (5 * (to.x - from.x)) / length];

@@ -1,14 +1,14 @@
-// Draws the room on a canvas. Everything is in CSS pixels of the canvas; `p` is the projection from meters.
+// Draws the room on a canvas. Units are CSS pixels of the canvas; `p` is the projection from meters.
 
 import { trail } from "../model/trail.js";
 import { kindColor, themeColor } from "../ui/colors.js";
 import { percent } from "../ui/words.js";
 
-/** Up to this penetrability an obstacle is solid. */
+/** An obstacle up to this penetrability is solid. */
 const SOLID = 0.1;
 const FULL_TURN = 2 * Math.PI;
 
-/** The colors of the theme, read once per picture. */
+/** Reads the theme's colors, once per frame. */
 export function readPalette() {
   const names = [
     "floor",
@@ -45,14 +45,14 @@ export function paintFloor(c, p, room, palette) {
   c.fillRect(p.x(0), p.y(room.height_m), p.scale * room.width_m, p.scale * room.height_m);
 }
 
-/** Smaller discs are rings, which can be seen round a robot: their share that is left, from the top. Pixels. */
-const RING = 24;
-/** With more marks than that only large ones have labels. */
-const LABELS = 60;
+/** Discs below this radius, px, are drawn as rings, which stay visible around a robot. The arc is the share that is left. */
+const RING_BELOW_PX = 24;
+/** Above this number of marks only large ones have labels. */
+const MAX_LABELS = 60;
 
-/** What the mission shows: each mark in the color of its kind or role, filled from below as far as it is done, with its label. */
+/** Draws the mission's marks in the color of their kind or role, filled from below by the finished share, with labels. */
 export function paintMarks(c, p, marks, palette) {
-  const isSmall = ({ outline: { disc } }) => disc && p.scale * disc.radius_m < RING;
+  const isSmall = ({ outline: { disc } }) => disc && p.scale * disc.radius_m < RING_BELOW_PX;
   for (const mark of marks) {
     const { outline, role, share } = mark;
     if (isSmall(mark) && share !== null) {
@@ -80,18 +80,18 @@ export function paintMarks(c, p, marks, palette) {
     c.stroke();
     c.setLineDash([]);
   }
-  const isCrowded = marks.length > LABELS;
+  const isCrowded = marks.length > MAX_LABELS;
   for (const mark of marks) {
     if (isCrowded && isSmall(mark)) continue;
     const { outline, share, label } = mark;
     const isDone = share === 1;
-    const look = { color: isDone ? palette.ink : palette["ink-2"], bold: isDone };
+    const style = { color: isDone ? palette.ink : palette["ink-2"], bold: isDone };
     const { x, y, align } = labelPlace(p, outline);
-    if (label) words(c, isDone ? `✓ ${label}` : label, x, y - 8, { ...look, align });
+    if (label) words(c, isDone ? `✓ ${label}` : label, x, y - 8, { ...style, align });
   }
 }
 
-/** A small disc: what is left of it, in the color of its kind; a faint one if nothing is. */
+/** Draws a small disc as a ring: an arc for the share that is left, faint if nothing is left. */
 function paintRing(c, p, { id, outline: { disc }, role, share }, palette) {
   const [x, y, radius] = [p.x(disc.center[0]), p.y(disc.center[1]), Math.max(p.scale * disc.radius_m, 3)];
   const top = -FULL_TURN / 4;
@@ -108,28 +108,28 @@ function paintRing(c, p, { id, outline: { disc }, role, share }, palette) {
   c.stroke();
 }
 
-/** Begins the path of an outline. Gives the box that it fills, in pixels; null of a line. */
+/** Begins the path of an outline. Returns its bounding box in pixels, or null for a line. */
 function outlined(c, p, outline) {
-  const [[kind, it]] = Object.entries(outline);
+  const [[kind, shape]] = Object.entries(outline);
   c.beginPath();
   if (kind === "disc") {
-    const [x, y, radius] = [p.x(it.center[0]), p.y(it.center[1]), p.scale * it.radius_m];
+    const [x, y, radius] = [p.x(shape.center[0]), p.y(shape.center[1]), p.scale * shape.radius_m];
     c.arc(x, y, radius, 0, FULL_TURN);
     return { left: x - radius, bottom: y + radius, width: 2 * radius, height: 2 * radius };
   }
   if (kind === "rectangle") {
-    const [left, bottom, right, top] = [p.x(it.min[0]), p.y(it.min[1]), p.x(it.max[0]), p.y(it.max[1])];
+    const [left, bottom, right, top] = [p.x(shape.min[0]), p.y(shape.min[1]), p.x(shape.max[0]), p.y(shape.max[1])];
     c.rect(left, top, right - left, bottom - top);
     return { left, bottom, width: right - left, height: bottom - top };
   }
-  const [from, to] = [it.from, it.to].map(([x, y]) => ({ x: p.x(x), y: p.y(y) }));
+  const [from, to] = [shape.from, shape.to].map(([x, y]) => ({ x: p.x(x), y: p.y(y) }));
   if (kind === "line") {
     c.moveTo(from.x, from.y);
     c.lineTo(to.x, to.y);
     return null;
   }
-  // A bar: half a circle at each end.
-  const radius = p.scale * it.half_width_m;
+  // A bar has half a circle at each end.
+  const radius = p.scale * shape.half_width_m;
   const angle = Math.atan2(to.y - from.y, to.x - from.x);
   c.arc(to.x, to.y, radius, angle - FULL_TURN / 4, angle + FULL_TURN / 4);
   c.arc(from.x, from.y, radius, angle + FULL_TURN / 4, angle - FULL_TURN / 4);
@@ -139,12 +139,12 @@ function outlined(c, p, outline) {
   return { left: left - radius, bottom: bottom + radius, width: right - left + 2 * radius, height: bottom - top + 2 * radius };
 }
 
-/** Where the label of an outline stands: above it; what lies along a wall has room inside only. */
+/** Returns the label position of an outline: above shape, and left-aligned in a rectangle, which may touch a wall. */
 function labelPlace(p, outline) {
-  const [[kind, it]] = Object.entries(outline);
-  if (kind === "disc") return { x: p.x(it.center[0]), y: p.y(it.center[1] + it.radius_m), align: "center" };
-  if (kind === "rectangle") return { x: p.x(it.min[0]) + 5, y: p.y(it.max[1]), align: "left" };
-  return { x: p.x((it.from[0] + it.to[0]) / 2), y: p.y((it.from[1] + it.to[1]) / 2), align: "center" };
+  const [[kind, shape]] = Object.entries(outline);
+  if (kind === "disc") return { x: p.x(shape.center[0]), y: p.y(shape.center[1] + shape.radius_m), align: "center" };
+  if (kind === "rectangle") return { x: p.x(shape.min[0]) + 5, y: p.y(shape.max[1]), align: "left" };
+  return { x: p.x((shape.from[0] + shape.to[0]) / 2), y: p.y((shape.from[1] + shape.to[1]) / 2), align: "center" };
 }
 
 export function paintBorder(c, p, room, palette) {
@@ -153,7 +153,7 @@ export function paintBorder(c, p, room, palette) {
   c.strokeRect(p.x(0) - 1.5, p.y(room.height_m) - 1.5, p.scale * room.width_m + 3, p.scale * room.height_m + 3);
 }
 
-/** A bar of one meter, so that the scale can be read. */
+/** Draws a scale bar of one meter. */
 export function paintScale(c, p, room, palette) {
   const [x, y] = [p.x(room.width_m) - p.scale - 8, p.y(0) - 8];
   c.strokeStyle = palette["ink-2"];
@@ -167,13 +167,13 @@ export function paintScale(c, p, room, palette) {
   words(c, "1 m", x + p.scale / 2, y - 8, { color: palette["ink-2"] });
 }
 
-/** An obstacle or a patch. `label` names the fault that put it there, if one did. */
+/** Draws an obstacle or a patch. `label` is the id of the fault that created shape, or empty. */
 export function paintObstacle(c, p, obstacle, label, palette) {
   const box = [p.x(obstacle.x_m), p.y(obstacle.y_m + obstacle.height_m), p.scale * obstacle.width_m, p.scale * obstacle.height_m];
   const { penetrability } = obstacle;
   const isSolid = penetrability <= SOLID;
   const kind = isSolid ? "solid" : penetrability < 1 ? "slow" : penetrability > 1 ? "fast" : "neutral";
-  // What neither stops nor changes anybody is an outline on the floor.
+  // A neutral obstacle is an outline on the floor.
   const color = palette[kind] ?? palette["ink-2"];
   c.save();
   c.beginPath();
@@ -194,7 +194,7 @@ export function paintObstacle(c, p, obstacle, label, palette) {
   if (note) badge(c, note, box[0] + box[2] / 2, box[1] + box[3] / 2, palette);
 }
 
-/** Solid: strokes one way; slow: dense dots; fast: arrow heads. */
+/** Fills a box with a pattern: strokes for solid, dots for slow, arrow heads for fast. */
 function hatch(c, [x, y, width, height], kind, color) {
   c.strokeStyle = color;
   c.fillStyle = color;
@@ -223,7 +223,7 @@ function hatch(c, [x, y, width, height], kind, color) {
   c.stroke();
 }
 
-/** Items that lie on the floor, and those that are carried, at the front of their carriers. */
+/** Draws the items on the floor, and the carried ones in front of their carriers. */
 export function paintItems(c, p, view, body_m, palette) {
   c.fillStyle = palette.item;
   c.strokeStyle = palette.ink;
@@ -239,31 +239,31 @@ export function paintItems(c, p, view, body_m, palette) {
     c.lineTo(x + size, y);
     c.lineTo(x, y + size);
     c.lineTo(x - size, y);
-    // Not by closePath, which costs more the longer the path already is.
+    // Without closePath, which gets slower with a longer path.
     c.lineTo(x, y - size);
   }
   c.fill();
   c.stroke();
 }
 
-/** Where robots of these ranks came along in the last `lasts_ms`. */
-export function paintTrails(c, p, model, lasts_ms, ranks) {
+/** Draws the trails of robots over the last `span_ms`. */
+export function paintTrails(c, p, model, span_ms, ranks) {
   const { view, now, run } = model;
   c.lineWidth = 2;
   c.globalAlpha = 0.8;
   for (const rank of ranks) {
-    const way = new Path2D();
-    for (const line of trail(model.history, rank, now - lasts_ms, now, run.scenario.body.radius_m, view.obstacles)) {
-      way.moveTo(p.x(line[0][0]), p.y(line[0][1]));
-      for (const [x, y] of line.slice(1)) way.lineTo(p.x(x), p.y(y));
+    const path = new Path2D();
+    for (const line of trail(model.history, rank, now - span_ms, now, run.scenario.body.radius_m, view.obstacles)) {
+      path.moveTo(p.x(line[0][0]), p.y(line[0][1]));
+      for (const [x, y] of line.slice(1)) path.lineTo(p.x(x), p.y(y));
     }
     c.strokeStyle = model.colors[rank];
-    c.stroke(way);
+    c.stroke(path);
   }
   c.globalAlpha = 1;
 }
 
-/** What a robot's sensors tell: a free beam to its full range, a beam that meets something to there. */
+/** Draws the range readings: a free beam at full range, any other up to the hit. */
 export function paintRays(c, p, robot, scenario, palette) {
   const { readings } = robot;
   if (!readings) return;
@@ -272,7 +272,7 @@ export function paintRays(c, p, robot, scenario, palette) {
   const [cos, sin] = [Math.cos(heading), Math.sin(heading)];
   const { radius_m: radius } = scenario.body;
   const { avoidance_range_m, border_range_m } = scenario.sensors;
-  // From the robot's frame (x ahead, y to the left) to the canvas.
+  // Converts from the robot's frame (x ahead, y to the left) to the canvas.
   const at = (ahead, left) => [p.x(x + ahead * cos - left * sin), p.y(y + ahead * sin + left * cos)];
   const beam = (ahead, left, dx, dy, range, distance) => {
     const length = distance ?? range;
@@ -311,7 +311,7 @@ export function paintRays(c, p, robot, scenario, palette) {
   }
 }
 
-/** A radio line. `link` is `{count, lost}`; `isDisturbed`: a fault in force may change it. */
+/** Draws a radio line. `link` is `{count, lost}`. `isDisturbed`: a fault in force may affect shape. */
 export function paintRadio(c, { a, b }, link, isDisturbed, palette) {
   const loss = link.count ? link.lost / link.count : 0;
   const isCut = link.count > 0 && loss === 1;
@@ -324,7 +324,7 @@ export function paintRadio(c, { a, b }, link, isDisturbed, palette) {
   c.lineTo(b.x, b.y);
   c.stroke();
   c.setLineDash([]);
-  // An arrow head at two thirds, so that those of both directions do not meet.
+  // The arrow head is at two thirds of the line, so that those of both directions do not overlap.
   const angle = Math.atan2(b.y - a.y, b.x - a.x);
   c.save();
   c.translate(a.x + (b.x - a.x) * 0.66, a.y + (b.y - a.y) * 0.66);
@@ -340,12 +340,12 @@ export function paintRadio(c, { a, b }, link, isDisturbed, palette) {
   if (loss > 0) badge(c, isCut ? "✗ cut" : `✗ ${percent(loss)}`, a.x + (b.x - a.x) * 0.4, a.y + (b.y - a.y) * 0.4, palette);
 }
 
-/** A robot's body: heading, color, sign; crossed out when dead, hatched when it is silent, dashed when it is about to come. */
-export function paintBody(c, p, robot, look, palette) {
+/** Draws a robot's body with heading, color and sign. A dead one is crossed out, a silent one hatched, a joining one dashed. */
+export function paintBody(c, p, robot, style, palette) {
   const [x, y] = [p.x(robot.pose.position[0]), p.y(robot.pose.position[1])];
-  const radius = Math.max(5, p.scale * look.radius_m);
+  const radius = Math.max(5, p.scale * style.radius_m);
   const isDead = robot.state === "dead";
-  if (look.isSelected) {
+  if (style.isSelected) {
     c.strokeStyle = palette.select;
     c.lineWidth = 3;
     c.beginPath();
@@ -356,10 +356,10 @@ export function paintBody(c, p, robot, look, palette) {
   c.translate(x, y);
   c.save();
   c.rotate(-robot.pose.heading_rad);
-  c.fillStyle = isDead ? palette["ink-2"] : look.color;
+  c.fillStyle = isDead ? palette["ink-2"] : style.color;
   c.strokeStyle = palette.ink;
   c.lineWidth = 1.5;
-  // A nose that stands out says where it faces.
+  // The nose shows the heading.
   c.beginPath();
   c.moveTo(radius * 1.55, 0);
   c.lineTo(radius * 0.8, radius * 0.55);
@@ -401,23 +401,23 @@ export function paintBody(c, p, robot, look, palette) {
     c.lineTo(-radius, radius);
     c.stroke();
   } else if (radius >= 8 && robot.state !== "silent") {
-    const size = Math.min(14, Math.round((look.sign.length > 1 ? 0.95 : 1.2) * radius));
-    words(c, look.sign, 0, 0.5, { color: "#fff", bold: true, size, outline: "rgba(0,0,0,.55)" });
+    const size = Math.min(14, Math.round((style.sign.length > 1 ? 0.95 : 1.2) * radius));
+    words(c, style.sign, 0, 0.5, { color: "#fff", bold: true, size, outline: "rgba(0,0,0,.55)" });
   }
   c.restore();
 }
 
 /**
- * Lines of text beside a robot, at the first of four sides where they cover no other label; `side`, the one of the picture
- * before, is tried first, so that labels do not jump. Where none is free the label is left out unless it `mustShow`. Gives the
- * side taken.
+ * Draws lines of text next to a robot, on the first of four sides without another label. `side`, the one of the
+ * previous frame, has priority, so that labels do not jump. Without a free side the label is left out unless shape
+ * `mustShow`. Returns the side used.
  */
 export function paintLabel(c, p, room, x, y, gap, { lines, side, mustShow }, taken, palette) {
   const size = 11;
   const height = lines.length * (size + 2) + 2;
   const width = Math.max(...lines.map((line, index) => measure(c, line, size, index === 0))) + 6;
   const canvas = c.canvas;
-  // Within the walls, where they are seen: what stands across one cannot be told from it.
+  // Labels stay within the walls, because text across a wall is illegible.
   const [west, east] = [Math.max(0, p.x(0)), Math.min(canvas.clientWidth, p.x(room.width_m))];
   const [north, south] = [Math.max(0, p.y(room.height_m)), Math.min(canvas.clientHeight, p.y(0))];
   const most = { left: east - width, top: south - height };
@@ -450,7 +450,7 @@ export function paintLabel(c, p, room, x, y, gap, { lines, side, mustShow }, tak
   return chosen;
 }
 
-/** The rectangle that is being drawn, with its size. */
+/** Draws the rectangle in progress, with its size. */
 export function paintDraft(c, p, draft, palette) {
   paintObstacle(c, p, draft, "", palette);
   const label = `${draft.width_m} × ${draft.height_m} m`;

@@ -1,31 +1,30 @@
-// The room seen from above: draws it to scale, and finds what lies under the pointer.
+// The room from above: draws it to scale and finds the object under the pointer.
 
-import { touchesLink } from "../model/faults.js";
+import { affectsLink } from "../model/faults.js";
 import { progress } from "../model/mission.js";
 import { attribute, text } from "../ui/dom.js";
 import { Lens, Projection, distanceToLine, isInside, radioLines, sameRectangle } from "./geometry.js";
 import * as paint from "./paint.js";
 
 const MARGIN_PX = 10;
-/** Trails reach back so far, ms of simulated time. */
+/** The length of trails, ms of simulated time. */
 const TRAIL_MS = 60_000;
-/** Robots of a larger team are labeled by their names only, and only where there is room. */
+/** Above this team size labels have the name only, and only where shown is space. */
 const FULL_LABELS = 12;
-/** Of a larger team, unless it is magnified, only the selected robot has label and trail, and those that are gone a label. */
+/** Above this team size, without magnification, only lost and selected robots have a label and only the selected one a trail. */
 const ALL_LABELS = 60;
-/** Robots that are named to who cannot see the picture. */
-const TOLD = 40;
-/** Radio lines of a larger team are drawn for the selected robot only. */
+/** The number of robots in the text alternative of the picture. */
+const MAX_NAMED = 40;
+/** Above this team size only the selected robot's radio lines are drawn. */
 const ALL_LINES = 8;
-/** How near to a robot or line the pointer must be, px. */
+/** The maximum distance of the pointer from a robot or line, px. */
 const NEAR_PX = 7;
 
 export class Room {
-  /** A rectangle that is being drawn, as an obstacle, or null. */
+  /** The obstacle that is being drawn, or null. */
   draft = null;
-  /** What part of the room is seen. */
   lens;
-  /** Whether the selected robot stays in the middle. */
+  /** Keeps the selected robot in the middle. */
   follows = false;
 
   #canvas;
@@ -46,33 +45,33 @@ export class Room {
     this.#fit();
   }
 
-  /** Reads the colors anew. */
+  /** Reads the theme's colors again. */
   refreshPalette() {
     this.#palette = paint.readPalette();
   }
 
-  /** Where a point of the room is, CSS pixels from the canvas' upper left corner. */
+  /** Returns the canvas position of a point of the room in CSS pixels. */
   toScreen(x_m, y_m) {
     return { x: this.#projection.x(x_m), y: this.#projection.y(y_m) };
   }
 
-  /** The point of the room under a pointer event, m. */
+  /** Returns the point of the room under a pointer event, m. */
   pointUnder(event) {
     const box = this.#canvas.getBoundingClientRect();
     return this.#projection.point(event.clientX - box.left, event.clientY - box.top);
   }
 
-  /** What is under the pointer: `{robot: rank}`, `{link: [from, to]}`, `{obstacle}` or null. */
+  /** Returns the object under the pointer: `{robot: rank}`, `{link: [from, to]}`, `{obstacle}` or null. */
   pick(event) {
     const { view } = this.#model;
     if (!view) return null;
     const point = this.pointUnder(event);
     const reach_m = this.#model.run.scenario.body.radius_m + NEAR_PX / this.#projection.scale;
-    const far = ({ pose }) => Math.hypot(pose.position[0] - point.x, pose.position[1] - point.y);
+    const distance = ({ pose }) => Math.hypot(pose.position[0] - point.x, pose.position[1] - point.y);
     const near = view.robots
       .map((robot, rank) => ({ robot, rank }))
-      .filter(({ robot }) => robot.state !== "absent" && far(robot) <= reach_m);
-    near.sort((a, b) => far(a.robot) - far(b.robot));
+      .filter(({ robot }) => robot.state !== "absent" && distance(robot) <= reach_m);
+    near.sort((a, b) => distance(a.robot) - distance(b.robot));
     if (near.length) return { robot: near[0].rank };
 
     const at = this.toScreen(point.x, point.y);
@@ -84,17 +83,17 @@ export class Room {
     return obstacle ? { obstacle } : null;
   }
 
-  /** The number of the item that lies under the pointer, or null. */
+  /** Returns the number of the item on the floor under the pointer, or null. */
   itemUnder(event) {
     const point = this.pointUnder(event);
-    const far = ({ position, radius_m }) => Math.hypot(position[0] - point.x, position[1] - point.y) - radius_m;
+    const distance = ({ position, radius_m }) => Math.hypot(position[0] - point.x, position[1] - point.y) - radius_m;
     const lying = (this.#model.view?.items ?? []).map((item, number) => ({ item, number })).filter(({ item }) => item.carrier === null);
-    const near = lying.filter(({ item }) => far(item) <= NEAR_PX / this.#projection.scale);
-    near.sort((a, b) => far(a.item) - far(b.item));
+    const near = lying.filter(({ item }) => distance(item) <= NEAR_PX / this.#projection.scale);
+    near.sort((a, b) => distance(a.item) - distance(b.item));
     return near[0]?.number ?? null;
   }
 
-  /** The fault in force that put this obstacle there, if any. */
+  /** Returns the fault in force that created the obstacle, if any. */
   faultBehind(obstacle) {
     return this.#model.view.faults.findLast(({ order, phase }) => {
       return phase === "in-force" && order.fault.obstacle && sameRectangle(order.fault.obstacle, obstacle);
@@ -119,7 +118,7 @@ export class Room {
     this.#canvas.height = Math.round(height * devicePixelRatio);
   }
 
-  /** Whether only the most important things are drawn, for there are too many. */
+  /** Tests whether the team is too large to draw every label and trail. */
   get #isCrowded() {
     return this.#model.names.length > ALL_LABELS && this.lens.zoom < 3;
   }
@@ -150,21 +149,21 @@ export class Room {
     paint.paintItems(c, p, view, scenario.body.radius_m, palette);
     if (choices.rays) {
       view.robots.forEach((robot, rank) => {
-        const isAsked = choices.selected === null || choices.selected === rank;
-        if (isAsked && (robot.state === "present" || robot.state === "silent")) paint.paintRays(c, p, robot, scenario, palette);
+        const isWanted = choices.selected === null || choices.selected === rank;
+        if (isWanted && (robot.state === "present" || robot.state === "silent")) paint.paintRays(c, p, robot, scenario, palette);
       });
     }
     this.#drawRadio(c);
     this.#drawRobots(c);
     if (this.draft) paint.paintDraft(c, p, this.draft, palette);
-    this.#tell();
+    this.#describe();
   }
 
   #drawRadio(c) {
     const { names, traffic, now, view } = this.#model;
     const orders = view.faults.filter(({ phase }) => phase === "in-force").map(({ order }) => order);
     for (const line of this.#lines()) {
-      const isDisturbed = orders.some(({ fault }) => touchesLink(fault, names[line.from], names[line.to]));
+      const isDisturbed = orders.some(({ fault }) => affectsLink(fault, names[line.from], names[line.to]));
       paint.paintRadio(c, line, traffic.link(line.from, line.to, now), isDisturbed, this.#palette);
     }
   }
@@ -172,18 +171,18 @@ export class Room {
   #drawRobots(c) {
     const { names, colors, view, run } = this.#model;
     const { radius_m } = run.scenario.body;
-    const there = view.robots.map((robot, rank) => ({ robot, rank })).filter(({ robot }) => robot.state !== "absent");
-    for (const { robot, rank } of there) {
-      const look = { radius_m, color: colors[rank], sign: this.#signs[rank], isSelected: rank === this.#choices.selected };
-      paint.paintBody(c, this.#projection, robot, look, this.#palette);
+    const shown = view.robots.map((robot, rank) => ({ robot, rank })).filter(({ robot }) => robot.state !== "absent");
+    for (const { robot, rank } of shown) {
+      const style = { radius_m, color: colors[rank], sign: this.#signs[rank], isSelected: rank === this.#choices.selected };
+      paint.paintBody(c, this.#projection, robot, style, this.#palette);
     }
-    // Bodies are no place for labels.
+    // Labels must not cover bodies.
     const gap = Math.max(5, this.#projection.scale * radius_m) + 6;
-    const taken = there.map(({ robot }) => {
+    const taken = shown.map(({ robot }) => {
       const { x, y } = this.toScreen(...robot.pose.position);
       return { left: x - gap + 4, right: x + gap - 4, top: y - gap + 4, bottom: y + gap - 4 };
     });
-    const labeled = there.filter(({ robot, rank }) => !this.#isCrowded || robot.state !== "present" || rank === this.#choices.selected);
+    const labeled = shown.filter(({ robot, rank }) => !this.#isCrowded || robot.state !== "present" || rank === this.#choices.selected);
     for (const { robot, rank } of labeled) {
       const { x, y } = this.toScreen(...robot.pose.position);
       const mustShow = names.length <= FULL_LABELS || rank === this.#choices.selected;
@@ -200,20 +199,20 @@ export class Room {
     return lines;
   }
 
-  /** Says in words what the picture shows. */
-  #tell() {
+  /** Sets the text alternative of the picture. */
+  #describe() {
     const { names, view, run } = this.#model;
-    const so_far = progress(run.mission.columns, view.mission);
-    const robots = view.robots.slice(0, TOLD).map((robot, rank) => {
+    const current = progress(run.mission.columns, view.mission);
+    const robots = view.robots.slice(0, MAX_NAMED).map((robot, rank) => {
       return `${names[rank]} ${robot.state === "present" ? this.#model.doingInWords(robot) : robot.state}`;
     });
-    if (names.length > TOLD) robots.push(`and ${names.length - TOLD} others`);
-    const goes = so_far ? `; ${so_far.done} of ${so_far.total} ${so_far.what}` : "";
-    attribute(this.#canvas, "aria-label", `The room seen from above: ${robots.join(", ")}${goes}`);
+    if (names.length > MAX_NAMED) robots.push(`and ${names.length - MAX_NAMED} more`);
+    const done = current ? `; ${current.done} of ${current.total} ${current.what}` : "";
+    attribute(this.#canvas, "aria-label", `The room seen from above: ${robots.join(", ")}${done}`);
   }
 }
 
-/** What stands on the robots: the end of a name's number, or its initial, with a second letter where several have the same. */
+/** Returns the signs on the robots: the number at the end of the name, or one or two initial letters. */
 function signs(names) {
   const initial = (name) => name[0].toUpperCase();
   return names.map((name) => {

@@ -1,23 +1,23 @@
-// What the pointer does in the room: look at things, draw an obstacle, break what the mission declares, put a robot elsewhere.
+// The pointer tools in the room: look, draw an obstacle, arm the mission's faults, move a robot.
 
 import { attribute, byId, text } from "../ui/dom.js";
 import { FaultTools } from "./fault_tools.js";
 import { showPoint } from "./room.js";
 
-/** Rectangles snap to this grid, and smaller ones are a mere click, m. */
+/** The grid of drawn rectangles, m. A smaller rectangle counts as a click. */
 const GRID_M = 0.05;
 
 const HINTS = {
   look: "",
-  obstacle: "Drag in the room to draw it.",
-  move: "Click its new place.",
+  obstacle: "Drag in the room to draw an obstacle.",
+  move: "Click the robot's new place.",
 };
 
-/** Magnified by so much per notch of the wheel, and press of a button. */
+/** The magnification per notch of the wheel and per press of a button. */
 const NOTCH = 1.25;
 const PRESS = 1.6;
-/** A drag of fewer pixels is a click. */
-const STILL_PX = 4;
+/** A shorter drag counts as a click, px. */
+const MAX_CLICK_PX = 4;
 
 const snap = (m) => Number((Math.round(m / GRID_M) * GRID_M).toFixed(2));
 
@@ -29,14 +29,14 @@ export class Tools {
   #orders;
   #faults;
   #look;
-  // Where the rectangle that is being drawn began, m.
+  // The start of the rectangle that is being drawn, m.
   #start = null;
-  // Where the pointer was when it was pressed or last moved the picture, CSS pixels, and whether it has.
+  // The pointer position at the press or the last pan, CSS pixels, and whether the pointer has moved.
   #pan = null;
-  // Whether the click that is about to come only ends a drag.
-  #hasDrawn = false;
+  // The next click only ends a drag.
+  #ignoresClick = false;
 
-  /** `look(found, event)` is called with what a click has found (see Room.pick), or null. */
+  /** Calls `look(found, event)` with the object that was clicked (see Room.pick), or null. */
   constructor(canvas, room, model, choices, orders, look) {
     this.#canvas = canvas;
     this.#room = room;
@@ -48,7 +48,7 @@ export class Tools {
     canvas.addEventListener("pointerdown", (event) => this.#press(event));
     canvas.addEventListener("pointermove", (event) => this.#drag(event));
     canvas.addEventListener("pointerup", (event) => this.#release(event));
-    // Not on pointerup: the browser would take that for a click beside the menu that opens, and close it.
+    // Not on pointerup: the browser would count it as a click outside the new menu and close that.
     canvas.addEventListener("click", (event) => this.#click(event));
     canvas.addEventListener(
       "wheel",
@@ -63,14 +63,14 @@ export class Tools {
     byId("zoom-out").addEventListener("click", () => this.magnify(1 / PRESS));
     byId("zoom-all").addEventListener("click", () => this.magnify(0));
     byId("follow").addEventListener("click", () => this.follow());
-    canvas.addEventListener("pointercancel", () => this.#forget());
+    canvas.addEventListener("pointercancel", () => this.#cancel());
     canvas.addEventListener("pointerleave", () => showPoint(byId("pointer"), null));
     for (const button of document.querySelectorAll("[data-tool-button]")) {
       button.addEventListener("click", () => this.take(button.dataset.toolButton));
     }
   }
 
-  /** Magnifies the room about a point of it; by default about its middle, or the robot that is selected. 0: all of it is seen. */
+  /** Magnifies the room around a point; by default around its middle or the selected robot. 0 shows the whole room. */
   magnify(factor, point = null) {
     const { lens, follows } = this.#room;
     const selected = this.#model.view?.robots[this.#choices.selected]?.pose.position;
@@ -80,28 +80,28 @@ export class Tools {
     this.#choices.set({});
   }
 
-  /** Keeps the selected robot in the middle, or no longer. */
+  /** Toggles whether the selected robot stays in the middle. */
   follow() {
     this.#room.follows = !this.#room.follows;
     if (this.#room.follows && this.#room.lens.zoom === 1) this.magnify(4);
     else this.#choices.set({});
   }
 
-  /** Takes up a tool, or puts it down if it is in hand. */
+  /** Selects a tool, or deselects it if it is selected. */
   take(tool) {
     const wanted = this.#choices.tool === tool || !this.#model.isOpen ? "look" : tool;
-    this.#forget();
+    this.#cancel();
     this.#faults.take(wanted);
     this.#choices.set({ tool: wanted });
     this.draw();
   }
 
-  /** What keys take up tools of the mission: see FaultTools.keys. */
+  /** Assigns keys to the mission's faults: see FaultTools.keys. */
   faultKeys(taken) {
     return this.#faults.keys(taken);
   }
 
-  /** Brings buttons and hints up to date. */
+  /** Updates buttons and hints. */
   draw() {
     const { tool } = this.#choices;
     if (tool !== "look" && !this.#model.isOpen) this.take("look");
@@ -120,14 +120,14 @@ export class Tools {
     text(byId("tool-hint"), HINTS[tool] ?? this.#faults.hint(tool));
   }
 
-  #forget() {
+  #cancel() {
     this.#start = null;
     this.#pan = null;
     this.#room.draft = null;
   }
 
   #press(event) {
-    this.#hasDrawn = false;
+    this.#ignoresClick = false;
     if (event.button !== 0) return;
     if (this.#choices.tool === "look" && this.#room.lens.zoom > 1) {
       this.#pan = { x: event.clientX, y: event.clientY, hasMoved: false };
@@ -153,11 +153,11 @@ export class Tools {
     }
   }
 
-  /** Moves the picture along with the pointer. */
+  /** Pans the picture with the pointer. */
   #panTo(event) {
     const { lens } = this.#room;
     const [dx, dy] = [event.clientX - this.#pan.x, event.clientY - this.#pan.y];
-    if (!this.#pan.hasMoved && Math.hypot(dx, dy) < STILL_PX) return;
+    if (!this.#pan.hasMoved && Math.hypot(dx, dy) < MAX_CLICK_PX) return;
     const [from, to] = [{ clientX: this.#pan.x, clientY: this.#pan.y }, event].map((each) => this.#room.pointUnder(each));
     this.#pan = { x: event.clientX, y: event.clientY, hasMoved: true };
     this.#room.follows = false;
@@ -174,19 +174,19 @@ export class Tools {
   }
 
   #release(event) {
-    this.#hasDrawn = this.#pan?.hasMoved ?? false;
+    this.#ignoresClick = this.#pan?.hasMoved ?? false;
     this.#pan = null;
     if (!this.#start) return;
     const draft = this.#rectangle(this.#room.pointUnder(event));
-    this.#forget();
+    this.#cancel();
     this.#choices.set({});
     if (draft.width_m <= 0 || draft.height_m <= 0) return;
-    this.#hasDrawn = true;
-    this.#orders.arm({ obstacle: draft }, lasts());
+    this.#ignoresClick = true;
+    this.#orders.arm({ obstacle: draft }, chosenDuration());
   }
 
   #click(event) {
-    if (this.#hasDrawn) return;
+    if (this.#ignoresClick) return;
     const { x, y } = this.#room.pointUnder(event);
     const point = { x: snap(x), y: snap(y) };
     const { tool, selected } = this.#choices;
@@ -200,8 +200,8 @@ export class Tools {
   }
 }
 
-/** For how long an order shall hold, as the field beside the tools says: simulated seconds, or null for until it is undone. */
-export function lasts() {
+/** Returns the duration of an order from the toolbar's field: simulated seconds, or null for an unlimited one. */
+export function chosenDuration() {
   const value = byId("for-s").valueAsNumber;
   return value > 0 ? value : null;
 }

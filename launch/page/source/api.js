@@ -1,4 +1,4 @@
-// The server's API: every call bears the token of the link.
+// The server's API. Every call has the token of the link.
 
 export class Api {
   #token;
@@ -7,24 +7,24 @@ export class Api {
     this.#token = token;
   }
 
-  /** The JSON at that path. Throws an Error whose message is one line for people. */
+  /** Returns the JSON at a path. Throws an Error whose message is one line for users. */
   async get(path) {
     return this.#call(path, {});
   }
 
-  /** Sends a command and gives the reply. Throws likewise. */
+  /** Sends a command and returns the reply. Throws like `get`. */
   async control(command) {
     const headers = { "Content-Type": "application/json" };
     return this.#call("/api/control", { method: "POST", headers, body: JSON.stringify(command) });
   }
 
-  /** A socket on which the live run comes. */
-  live() {
+  /** Opens the socket of the live run. */
+  openLiveSocket() {
     return this.#socket("/api/live");
   }
 
-  /** A socket that tells the server of a log that this page is open. */
-  accompany() {
+  /** Opens the socket that keeps the server of a log running while this page is open. */
+  openPageSocket() {
     return this.#socket("/api/page");
   }
 
@@ -39,9 +39,9 @@ export class Api {
     try {
       answer = await fetch(path, { ...options, headers });
     } catch {
-      throw new Error("the server of this page does not answer; it ends with its command");
+      throw new Error("The server of this page does not answer; it runs only as long as its command");
     }
-    if (answer.status === 401) throw new Error("this link is not valid (any more): open the one that the command has printed");
+    if (answer.status === 401) throw new Error("This link is not valid: open the link that the command printed");
     const body = await answer.json().catch(() => null);
     if (answer.ok && body !== null) return body;
     throw new Error(body?.error ?? `${path}: ${answer.status} ${answer.statusText}`);

@@ -1,62 +1,62 @@
-// A live run, as the server's socket tells it. When the socket closes nothing is tried again, for the server lives no longer
-// than its command; whether the run is over, it has said before. Where the command goes on with the log, so does the page.
+// A live run over the server's socket. A closed socket is not reopened, because the server runs only as long as its
+// command. An end of the run is reported before. If the command continues with the log, so does the page.
 
-/** Which run this page has shown live, while it goes on to its log. */
+/** The session key of the run that this page showed live, until it shows the log. */
 const FROM_LIVE = "alliance-from-live";
 
-/** Follows the run until its end. */
+/** Follows the run to its end. */
 export function followLive(api, model) {
-  const socket = api.live();
+  const socket = api.openLiveSocket();
   socket.addEventListener("message", ({ data }) => {
     const [[kind, content]] = Object.entries(JSON.parse(data));
     switch (kind) {
       case "past":
-        for (const view of content.views) model.absorb(view);
-        model.hear(content.messages);
-        model.bend(content.bends);
+        for (const view of content.views) model.addView(view);
+        model.addMessages(content.messages);
+        model.addCorners(content.bends);
         model.addEvents(content.events);
         break;
       case "view":
-        model.absorb(content);
+        model.addView(content);
         break;
       case "messages":
-        model.hear(content);
+        model.addMessages(content);
         break;
       case "bends":
-        model.bend(content);
+        model.addCorners(content);
         break;
       case "events":
         model.addEvents(content);
         break;
       case "missed":
-        model.miss(content);
+        model.addMissed(content);
         break;
       case "ended":
-        model.end(content);
+        model.setEnded(content);
         break;
     }
   });
   socket.addEventListener("close", () => {
-    model.end({ isServerGone: true });
-    if (model.run.stays && !model.ended.isServerGone) goOnToLog(api);
+    model.setEnded({ isDisconnected: true });
+    if (model.run.stays && !model.ended.isDisconnected) openLog(api);
   });
 }
 
-/** How often it is looked whether the log is there, ms. */
+/** The time between two checks for the log, ms. */
 const RETRY_MS = 300;
 
-/** Shows the log of the run at the same link, as soon as it is there; at its end, which is where the run is now. */
-async function goOnToLog(api) {
+/** Opens the log of the run at the same link as soon as it exists. */
+async function openLog(api) {
   const run = await api.get("/api/run").catch(() => null);
   if (run?.mode !== "log") {
-    setTimeout(() => goOnToLog(api), RETRY_MS);
+    setTimeout(() => openLog(api), RETRY_MS);
     return;
   }
   sessionStorage.setItem(FROM_LIVE, run.run);
   location.reload();
 }
 
-/** Whether this page has just shown that run live; says so once. */
+/** Returns whether this page has just shown that run live. Returns true only once. */
 export function wasLive(run) {
   const was = sessionStorage.getItem(FROM_LIVE) === run.run;
   sessionStorage.removeItem(FROM_LIVE);

@@ -1,10 +1,10 @@
-// The clock of a live run: what it shows comes with the views, what is asked of it goes to the world.
+// The clock of a live run: views contain its state, orders change it.
 
 export class LiveClock {
   #model;
   #orders;
-  // What the world answered last, until the next view: {status, view}.
-  #answered = null;
+  // The world's latest reply, valid until the next view: {status, view}.
+  #reply = null;
 
   constructor(model, orders) {
     this.#model = model;
@@ -12,11 +12,11 @@ export class LiveClock {
   }
 
   get #status() {
-    const seen = this.#model.view?.clock ?? { paused: false, speed: null, steps_left: 0, tick: 0 };
-    return this.#answered && this.#answered.view === this.#model.view ? this.#answered.status : seen;
+    const shown = this.#model.view?.clock ?? { paused: false, speed: null, steps_left: 0, tick: 0 };
+    return this.#reply && this.#reply.view === this.#model.view ? this.#reply.status : shown;
   }
 
-  /** Whether no tick begins; while steps are left, some do. */
+  /** Tests whether the clock is held. With steps left it is not. */
   get paused() {
     return this.#status.paused && this.#status.steps_left === 0;
   }
@@ -30,19 +30,19 @@ export class LiveClock {
   }
 
   toggle() {
-    return this.#ask(this.paused ? "resume" : "pause");
+    return this.#send(this.paused ? "resume" : "pause");
   }
 
   step(ticks) {
-    return this.#ask({ step: ticks });
+    return this.#send({ step: ticks });
   }
 
   setSpeed(speed) {
-    return this.#ask({ speed });
+    return this.#send({ speed });
   }
 
-  async #ask(command) {
+  async #send(command) {
     const status = await this.#orders.clock(command);
-    this.#answered = status && { status, view: this.#model.view };
+    this.#reply = status && { status, view: this.#model.view };
   }
 }

@@ -1,39 +1,40 @@
-// The views of a finished run, fetched in chunks around the place that is looked at.
-//
-// Level l has every l-th view, l a power of two: very fast playing takes a high level, so that it can keep up. A chunk has a
-// fixed number of views of one level.
+// The views of a finished run, loaded in chunks around the displayed time. Level l has every l-th view, where l is a
+// power of two. Fast playback uses a high level. Every chunk has the same number of views.
 
-/** Chunks that are kept. */
-const CHUNKS = 24;
-/** Of the robots' views together, in one chunk. */
-const ROBOT_VIEWS = 1200;
+/** The maximum number of chunks in memory. */
+const MAX_CHUNKS = 24;
+/** The number of views in a chunk, times the number of robots. */
+const ROBOT_VIEWS_PER_CHUNK = 1200;
 
 export class Log {
-  /** Views that are held, and simulated time between two of them, ms. */
+  /** The number of views, and the simulated time between two of them, ms. */
   count;
   step_ms;
 
   #api;
   #every;
   #size;
-  // "level:chunk" → views, or null while they are on their way; the latest used last.
+  // "level:chunk" → views, or null while they are loading; the latest used last.
   #chunks = new Map();
   #arrived;
   #failed;
-  #isDown = false;
+  #hasFailed = false;
 
-  /** `arrived` is called when views have come, `failed` with an Error when they cannot be had; nothing is fetched after that. */
+  /**
+   * Calls `arrived` when views have arrived, and `failed` with an Error when a request fails. Nothing is loaded after a
+   * failure.
+   */
   constructor(api, run, arrived, failed) {
     this.#api = api;
     this.#every = run.log.every;
     this.count = Math.floor(run.log.ticks / run.log.every) + 1;
     this.step_ms = run.scenario.step_ms * run.log.every;
-    this.#size = Math.max(40, Math.min(400, Math.round(ROBOT_VIEWS / run.scenario.robots.length)));
+    this.#size = Math.max(40, Math.min(400, Math.round(ROBOT_VIEWS_PER_CHUNK / run.scenario.robots.length)));
     this.#arrived = arrived;
     this.#failed = failed;
   }
 
-  /** The view at `index`, rounded down to its level, or null while it is on its way. What comes next is fetched ahead. */
+  /** Returns the view at `index`, rounded down to its level, or null while it is loading. Also loads the next chunk. */
   view(index, level) {
     const place = Math.floor(index / level);
     const chunk = Math.floor(place / this.#size);
@@ -43,8 +44,8 @@ export class Log {
   }
 
   /**
-   * The view at `index` and those right before it, oldest first: `{view, before}`, or null while some are on their way. They
-   * reach back by half a chunk at least.
+   * Returns the view at `index` and the views before it, oldest first: `{view, before}`, or null while some are
+   * loading. `before` covers at least half a chunk.
    */
   viewWithPast(index) {
     const chunk = Math.floor(index / this.#size);
@@ -56,12 +57,12 @@ export class Log {
     return view && earlier ? { view, before: [...earlier, ...views.slice(0, place)] } : null;
   }
 
-  /** The corners of all curves of a robot. */
-  async bends(rank) {
+  /** Returns the corners of all curves of a robot. */
+  async corners(rank) {
     return this.#api.get(`/api/bends?robot=${rank}`);
   }
 
-  /** Some hundred views of the whole run. */
+  /** Returns some hundred views of the whole run. */
   async overview() {
     const step = Math.max(1, Math.ceil(this.count / this.#size)) * this.#every;
     return this.#api.get(`/api/views?from=0&count=${this.#size}&step=${step}`);
@@ -81,18 +82,18 @@ export class Log {
 
   async #fetch(key, level, chunk) {
     const first = chunk * this.#size * level;
-    if (this.#isDown || first >= this.count) return;
+    if (this.#hasFailed || first >= this.count) return;
     this.#chunks.set(key, null);
     const query = `from=${first * this.#every}&count=${this.#size}&step=${level * this.#every}`;
     try {
       this.#chunks.set(key, await this.#api.get(`/api/views?${query}`));
     } catch (error) {
-      this.#isDown = true;
+      this.#hasFailed = true;
       this.#failed(error);
       return;
     }
     for (const old of this.#chunks.keys()) {
-      if (this.#chunks.size <= CHUNKS) break;
+      if (this.#chunks.size <= MAX_CHUNKS) break;
       this.#chunks.delete(old);
     }
     this.#arrived();

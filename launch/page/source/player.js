@@ -1,27 +1,27 @@
-// Plays a log: where it is, how fast it goes. Has the same face as the clock of a live run (see live_clock.js).
+// Playback of a log. It has the interface of the clock of a live run (see live_clock.js).
 
-/** Views taken in per second at least where there are so many, and of how many robots together; up to twice as many. */
-const VIEWS_PER_S = 30;
+/** The minimum rate of views during playback, and the same times the number of robots. The actual rate is up to twice as high. */
+const MIN_VIEWS_PER_S = 30;
 const ROBOT_VIEWS_PER_S = 1500;
-/** What "as fast as possible" means here, times real time. */
+/** The playback speed for "as fast as possible", times real time. */
 const MAX_SPEED = 500;
-/** Views that are taken in one after the other when the page was slow; more of them are a jump. */
-const MOST_AT_ONCE = 200;
+/** The maximum number of views added at once after a slow frame. Views before them are skipped. */
+const MAX_AT_ONCE = 200;
 
-/** After a longer time without pictures, as of a page in the background, it goes on where it was, ms. */
-const MOST_LATE_MS = 500;
+/** A longer gap between frames, as in a background tab, counts as this time, ms. */
+const MAX_GAP_MS = 500;
 
 export class Player {
   paused = true;
   /** Times real time; null: as fast as possible. */
   speed = 1;
-  /** Whether views are on their way. */
+  /** Views are loading. */
   isWaiting = false;
 
   #log;
   #model;
   #changed;
-  // In views, with a fraction while it plays.
+  // In views, with a fraction during playback.
   #place = 0;
   #shown = -1;
   #mustJump = true;
@@ -33,7 +33,7 @@ export class Player {
     this.#changed = changed;
   }
 
-  /** Where it is or shall be as soon as the views are there, simulated ms. */
+  /** The current simulated time, or the target of a seek, ms. */
   get place_ms() {
     return this.#place * this.#log.step_ms;
   }
@@ -42,9 +42,9 @@ export class Player {
     return this.#shown === this.#log.count - 1;
   }
 
-  /** Called before every picture, at that wall-clock time; tells whether another one is needed. */
+  /** Advances to a wall-clock time before a frame. Returns whether another frame is needed. */
   advance(wall_ms) {
-    const elapsed_ms = this.#last_ms === null ? 0 : Math.min(MOST_LATE_MS, wall_ms - this.#last_ms);
+    const elapsed_ms = this.#last_ms === null ? 0 : Math.min(MAX_GAP_MS, wall_ms - this.#last_ms);
     this.#last_ms = this.paused ? null : wall_ms;
     if (this.#mustJump) {
       this.#jump();
@@ -65,9 +65,9 @@ export class Player {
 
   #play(elapsed_ms) {
     const perSecond = (1000 * (this.speed ?? MAX_SPEED)) / this.#log.step_ms;
-    // Every view as long as that can be kept up with: for each tells only the messages of its own tick.
-    const bearable = Math.max(VIEWS_PER_S, ROBOT_VIEWS_PER_S / this.#model.names.length);
-    const level = 2 ** Math.max(0, Math.floor(Math.log2(perSecond / bearable)));
+    // Each view has only its own tick's messages, so every view is shown if the page can keep up.
+    const rate = Math.max(MIN_VIEWS_PER_S, ROBOT_VIEWS_PER_S / this.#model.names.length);
+    const level = 2 ** Math.max(0, Math.floor(Math.log2(perSecond / rate)));
     const last = this.#log.count - 1;
     const place = Math.min(last, this.#place + (elapsed_ms / 1000) * perSecond);
     // The last view belongs to every level.
@@ -76,20 +76,20 @@ export class Player {
     this.isWaiting = view === null;
     if (!view) return;
     this.#place = place;
-    this.#takeUpTo(target, level, view);
+    this.#addViewsUpTo(target, level, view);
     if (target === last) this.pause();
   }
 
-  #takeUpTo(target, level, view) {
+  #addViewsUpTo(target, level, view) {
     if (target <= this.#shown) return;
-    if ((target - this.#shown) / level <= MOST_AT_ONCE) {
+    if ((target - this.#shown) / level <= MAX_AT_ONCE) {
       for (let at = (Math.floor(this.#shown / level) + 1) * level; at < target; at += level) {
         const between = this.#log.view(at, level);
-        if (between) this.#model.absorb(between);
+        if (between) this.#model.addView(between);
       }
     }
     this.#shown = target;
-    this.#model.absorb(view);
+    this.#model.addView(view);
   }
 
   pause() {
@@ -110,7 +110,7 @@ export class Player {
     else this.pause();
   }
 
-  /** So many ticks on, or to the next view that is held, and then a pause. */
+  /** Moves forward by a number of ticks, at least to the next view, and pauses. */
   step(ticks) {
     this.pause();
     this.move(Math.max(this.#log.step_ms, ticks * this.#model.run.scenario.step_ms));
@@ -121,17 +121,17 @@ export class Player {
     this.#changed();
   }
 
-  /** Goes on by so much simulated time, ms; back if it is negative. */
+  /** Moves by a simulated time, ms; back if it is negative. */
   move(ms) {
     this.seek(this.place_ms + ms);
   }
 
-  /** Goes to the first view in which what happened at that time, ms, can be seen. */
+  /** Seeks the first view that includes the events of that time, ms. */
   seekAfter(ms) {
     this.seek(Math.ceil(ms / this.#log.step_ms) * this.#log.step_ms);
   }
 
-  /** Goes to that simulated time, ms, or the nearest that is held. */
+  /** Seeks the view nearest to a simulated time, ms. */
   seek(ms) {
     const index = Math.round(ms / this.#log.step_ms);
     this.#place = Math.max(0, Math.min(this.#log.count - 1, index));

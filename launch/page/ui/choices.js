@@ -1,15 +1,15 @@
-// What the person has chosen to see and to do; nothing of it is known to the run.
+// The choices of the user on this page. The run does not receive them.
 
 export class Choices {
-  /** Rank of the robot that is looked at, or null. */
+  /** The rank of the selected robot, or null. */
   selected = null;
-  /** Sensor rays on the floor. */
+  /** Shows sensor rays. */
   rays = false;
-  /** Where the robots came along. */
+  /** Shows trails. */
   trails = true;
-  /** Who hears whom, as lines on the floor. */
+  /** Shows radio links. */
   radio = false;
-  /** What the pointer does in the room: look, obstacle, move, or a fault of the mission (see room/fault_tools.js). */
+  /** The pointer tool: look, obstacle, move, or a fault of the mission (see room/fault_tools.js). */
   tool = "look";
 
   #changed;
@@ -18,13 +18,13 @@ export class Choices {
     this.#changed = changed;
   }
 
-  /** Chooses, and has the page drawn anew. */
+  /** Changes choices and redraws the page. */
   set(choice) {
     Object.assign(this, choice);
     this.#changed();
   }
 
-  /** Turns one of rays, trails and radio on or off. */
+  /** Toggles rays, trails or radio. */
   toggle(name) {
     this.set({ [name]: !this[name] });
   }

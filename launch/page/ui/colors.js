@@ -1,7 +1,7 @@
-// Colors that color-blind people can tell apart, after Okabe and Ito; each is legible on a light and on a dark floor. No color
-// ever stands alone: robots have names, behavior sets have line styles.
+// Colors that color-blind people can distinguish, after Okabe and Ito, legible on light and dark floors. A color is
+// never the only mark: robots have names, behavior sets have line styles.
 
-/** Robots that are called by a color have it. */
+/** Robots with the name of a color have that color. */
 const BY_NAME = {
   blue: "#1a7fc4",
   gold: "#e69f00",
@@ -20,10 +20,10 @@ const BY_NAME = {
   grey: "#8a8a8a",
 };
 
-/** For all others, in turn. */
+/** Colors of all other robots, in turn. */
 const OTHERS = ["#d55e00", "#cc79a7", "#56b4e9", "#1a7fc4", "#e69f00", "#009e73", "#d9c615", "#8c6239"];
 
-/** A color for each robot, by rank. */
+/** Returns a color for each robot, by rank. */
 export function robotColors(names) {
   let next = 0;
   return names.map((name) => BY_NAME[name] ?? OTHERS[next++ % OTHERS.length]);
@@ -33,8 +33,8 @@ const TASK_COLORS = ["#b0609a", "#d55e00", "#3b9bd6", "#a08c00", "#009e73", "#8c
 const DASHES = [[], [6, 3], [2, 2], [9, 3, 2, 3]];
 
 /**
- * Color and dash of each behavior set, by id: one color per task, `null` for the last one's, which is the ink of the page;
- * the sets of a task, and tasks of like colors, differ in their dashes.
+ * Returns color and dash of each behavior set, by id. Each task has a color; the last one has null, which is the text
+ * color. Sets of a task and tasks of similar colors differ in their dashes.
  */
 export function setStyles(catalog) {
   const last = catalog.tasks.length - 1;
@@ -49,13 +49,13 @@ export function setStyles(catalog) {
   });
 }
 
-/** The color of a mark that is one of several kinds, as its id says: `2/p7` is of the third; null of any other. */
+/** Returns the color of a mark of several kinds: `2/p7` is of the third kind. Returns null for any other mark. */
 export function kindColor(id) {
   const kind = /^(\d+)\//.exec(id);
   return kind && TASK_COLORS[Number(kind[1]) % TASK_COLORS.length];
 }
 
-/** A custom property of the page's theme, such as `--ink`. */
+/** Returns a custom property of the theme, such as `--ink`. */
 export function themeColor(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }

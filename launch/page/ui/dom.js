@@ -1,6 +1,6 @@
-// Building and changing elements. Data reaches the document as text and attributes only, never as HTML.
+// Creation and change of elements. Data enters the document as text and attributes only, never as HTML.
 
-/** A new element. Attributes named `on…` are listeners; those that are null, undefined or false are left out. */
+/** Creates an element. Attributes `on…` are listeners. Null, undefined and false attributes are left out. */
 export function el(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -11,13 +11,13 @@ export function el(tag, attributes = {}, ...children) {
   return element;
 }
 
-/** Writes a text only where it changes, so that a selection in it and the layout stay. */
+/** Sets a text only if it differs, so that a selection and the layout stay. */
 export function text(element, value) {
   const wanted = String(value);
   if (element.textContent !== wanted) element.textContent = wanted;
 }
 
-/** Sets an attribute where it changes; null, undefined and false take it away. */
+/** Sets an attribute only if it differs. Null, undefined and false remove it. */
 export function attribute(element, name, value) {
   if (value === null || value === undefined || value === false) {
     if (element.hasAttribute(name)) element.removeAttribute(name);
@@ -27,7 +27,7 @@ export function attribute(element, name, value) {
   if (element.getAttribute(name) !== wanted) element.setAttribute(name, wanted);
 }
 
-/** A robot's color, always beside its name. */
+/** Creates the colored dot of a robot, which stands next to its name. */
 export function dot(color) {
   return el("span", { class: "dot", style: `background:${color}` });
 }
@@ -35,8 +35,8 @@ export function dot(color) {
 const kept = new WeakMap();
 
 /**
- * Makes the children of `parent` those of `items`, in their order: elements of items that stay are kept, so that focus and
- * scrolling stay. `create(item)` gives a new element, `update(element, item)` brings any of them up to date.
+ * Makes the children of `parent` match `items`, in their order. Elements of remaining items are kept, with focus and
+ * scroll position. `create(item)` returns a new element, `update(element, item)` updates any element.
  */
 export function keyed(parent, items, keyOf, create, update) {
   const before = kept.get(parent) ?? new Map();
@@ -56,7 +56,6 @@ export function keyed(parent, items, keyOf, create, update) {
   kept.set(parent, after);
 }
 
-/** The element with that id, which index.html has. */
 export function byId(id) {
   return document.getElementById(id);
 }

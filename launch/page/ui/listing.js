@@ -1,34 +1,35 @@
-// Long lists: a field to search them by name, an order in which trouble comes first, and no more rows than anybody reads.
+// Long lists: a search by name, an order with trouble first, and a maximum number of rows.
 
 import { byId, el, text } from "./dom.js";
+import { count } from "./words.js";
 
 export class Listing {
   #id;
-  #what;
+  #noun;
   #few;
   #most;
   #query = "";
   #troubleFirst = true;
-  // Names of those shown last.
+  // Names of the rows shown last.
   #shown = null;
 
   /**
-   * Fills the element `id` with the tools, which are there only for more than `few` of `what`; `most` are shown at a time. `changed` is
-   * called when the person has asked for others.
+   * Fills the element `id` with the search tools if there are more than `few` items. `noun` is their singular name. At
+   * most `most` are shown. Calls `changed` after a change of the search.
    */
-  constructor(id, what, { all, few, most }, changed) {
+  constructor(id, noun, { all, few, most }, changed) {
     this.#id = id;
-    this.#what = what;
+    this.#noun = noun;
     this.#few = few;
     this.#most = most;
     if (all <= few) return;
-    const search = el("input", { type: "search", class: "small", placeholder: `find ${what}`, "aria-label": `Find ${what} by name`, "data-search": what });
+    const search = el("input", { type: "search", class: "small", placeholder: `find ${noun}s`, "aria-label": `Find ${noun}s by name`, "data-search": `${noun}s` });
     search.addEventListener("input", () => {
       this.#query = search.value.trim().toLowerCase();
       this.#shown = null;
       changed();
     });
-    const order = el("input", { type: "checkbox", "data-trouble-first": what });
+    const order = el("input", { type: "checkbox", "data-trouble-first": `${noun}s` });
     order.checked = true;
     order.addEventListener("change", () => {
       this.#troubleFirst = order.checked;
@@ -39,16 +40,16 @@ export class Listing {
   }
 
   /**
-   * Of `items` those to show: `{name, trouble}`, trouble 0 being the worst. `always` is shown whatever is asked for, if it is one of
-   * them. Under the pointer nothing changes its place: a click must not hit another one.
+   * Returns the items to show, of `{name, trouble}` with trouble 0 as the worst. `always` is shown in any case, if it
+   * is one of them. Under the pointer the rows stay in place, so that a click hits the intended row.
    */
   choose(items, always = null) {
     if (items.length <= this.#few) return items;
     const found = items.filter((item) => item === always || item.name.toLowerCase().includes(this.#query));
     found.sort((a, b) => (b === always) - (a === always) || (this.#troubleFirst ? a.trouble - b.trouble : 0));
     const best = found.slice(0, this.#most);
-    const count = best.length < found.length ? `${best.length} of ${found.length}` : `${found.length}`;
-    text(byId(this.#id).lastElementChild, `${count} ${this.#what}`);
+    const prefix = best.length < found.length ? `${best.length} of ` : "";
+    text(byId(this.#id).lastElementChild, prefix + count(found.length, this.#noun));
     const isHeld = this.#shown !== null && byId(this.#id).parentElement.matches(":hover") && (!always || this.#shown.has(always.name));
     const byName = isHeld ? new Map(items.map((item) => [item.name, item])) : null;
     const shown = isHeld ? [...this.#shown].map((name) => byName.get(name)) : best;

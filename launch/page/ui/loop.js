@@ -1,4 +1,4 @@
-// Draws only when something has changed, before the next picture of the screen, and each part no more often than it needs.
+// Draws after changes, before the next frame of the screen, and each part at its own maximum rate.
 
 export class Loop {
   // {least_ms, draw, last_ms, isDue}
@@ -7,17 +7,17 @@ export class Loop {
   #isRequested = false;
   #timer = null;
 
-  /** `run(wall_ms)` is called before every picture; if it is true, another one follows. */
+  /** Calls `run(wall_ms)` before every frame. If it returns true, another frame follows. */
   before(run) {
     this.#before = run;
   }
 
-  /** Adds a part that is drawn after a change, at least so many ms apart. */
+  /** Adds a part that is drawn after a change, with at least `least_ms` between two draws. */
   add(least_ms, draw) {
     this.#parts.push({ least_ms, draw, last_ms: -Infinity, isDue: false });
   }
 
-  /** Something has changed. */
+  /** Requests a redraw of all parts. */
   request() {
     for (const part of this.#parts) part.isDue = true;
     this.#next();

@@ -1,14 +1,14 @@
-// A small window beside what was clicked. The browser closes it on Escape and on a click elsewhere.
+// A small window next to the clicked element. The browser closes it on Escape and on a click outside.
 
 import { byId, el } from "./dom.js";
 
 const EDGE_PX = 8;
 
 let place = () => {};
-// A menu may grow when something is chosen in it.
+// A menu may grow after a choice in it.
 const observer = new ResizeObserver(() => place());
 
-/** Opens a menu named `title` at the element or point `at` = `{x, y}` (CSS pixels of the window); closes any other. */
+/** Opens a menu at an element or a point `{x, y}` (CSS pixels of the window). Closes any other menu. */
 export function openMenu(title, at, ...content) {
   const menu = byId("menu");
   if (menu.matches(":popover-open")) menu.hidePopover();
@@ -34,13 +34,13 @@ export function closeMenu() {
   if (menu.matches(":popover-open")) menu.hidePopover();
 }
 
-/** A labeled number field. `options` are attributes of the input. */
+/** Creates a labeled number field. `options` are attributes of the input. */
 export function numberField(label, options) {
   const input = el("input", { type: "number", ...options });
   return { input, element: el("label", { class: "field" }, el("span", {}, label), input) };
 }
 
-/** A labeled choice among `values` = `[[value, text], …]`. */
+/** Creates a labeled choice of `values` = `[[value, text], …]`. */
 export function selectField(label, values, options = {}) {
   const input = el("select", options, ...values.map(([value, shown]) => el("option", { value }, shown)));
   return { input, element: el("label", { class: "field" }, el("span", {}, label), input) };

@@ -1,9 +1,9 @@
-// Short notices in a corner of the page, read out by screen readers.
+// Short notices in a corner of the page. Screen readers announce them.
 
 import { byId, el } from "./dom.js";
 
-const LASTS_MS = 8000;
-const MOST = 2;
+const DURATION_MS = 8000;
+const MAX_NOTICES = 2;
 
 /** Shows a line for some seconds. `kind` is `done` or `refused`; `action`, if any, is `{label, run}`. */
 export function notify(kind, line, action = null) {
@@ -14,6 +14,6 @@ export function notify(kind, line, action = null) {
   const role = kind === "refused" ? "alert" : "status";
   const notice = el("div", { class: "notice", "data-notice": kind, role }, el("span", {}, line), act, dismiss);
   byId("notices").prepend(notice);
-  while (byId("notices").children.length > MOST) byId("notices").lastChild.remove();
-  setTimeout(close, kind === "refused" ? 2 * LASTS_MS : LASTS_MS);
+  while (byId("notices").children.length > MAX_NOTICES) byId("notices").lastChild.remove();
+  setTimeout(close, kind === "refused" ? 2 * DURATION_MS : DURATION_MS);
 }

@@ -1,11 +1,11 @@
-// One of several panels at a time. On a narrow page the robots and the charts are among them.
+// Tabs that show one of several panels. On a narrow page the robots and the charts have tabs, too.
 
 import { byId } from "./dom.js";
 
 const KEY = "alliance-tab";
 const narrow = matchMedia("(max-width: 899px)");
 
-/** Makes the tab bar work; `changed` is called when another panel shows. Gives a function that shows the tab of that name. */
+/** Starts the tab bar. `changed` is called when another panel shows. Returns a function that shows the tab of a name. */
 export function startTabs(changed) {
   const tabs = [...document.querySelectorAll("#tabs [role=tab]")];
   const offered = () => tabs.filter((tab) => narrow.matches || !tab.hasAttribute("data-narrow"));
@@ -41,7 +41,7 @@ export function startTabs(changed) {
   return show;
 }
 
-/** Whether a panel can be seen, so that the others need not be kept up to date. */
+/** Tests whether a panel is visible. Others are not updated. */
 export function isShown(id) {
   return byId(id).offsetParent !== null;
 }

@@ -1,11 +1,11 @@
-// Dark and light: as the system says, or as chosen here, which the browser remembers.
+// Dark and light theme: as in the system's settings, or as chosen here. The browser stores the choice.
 
 import { attribute } from "./dom.js";
 
 const KEY = "alliance-theme";
 const system = matchMedia("(prefers-color-scheme: dark)");
 
-/** Applies the theme and makes the button switch it; `changed` is called whenever colors are others. */
+/** Applies the theme and connects the button. `changed` is called after a change of colors. */
 export function startTheme(button, changed) {
   const show = () => {
     const theme = localStorage.getItem(KEY) ?? (system.matches ? "dark" : "light");

@@ -1,18 +1,23 @@
-// How things are said: times, faults as the command line takes them, events.
+// Texts for times, faults, events and deliveries.
 
-/** Milliseconds as seconds. */
+/** Formats milliseconds as seconds. */
 export function seconds(ms, digits = 1) {
   return `${(ms / 1000).toFixed(digits)} s`;
 }
 
-/** Meters, to the centimeter at most. */
+/** Formats meters, to the centimeter at most. */
 export function meters(m) {
   return `${Number(m.toFixed(2))} m`;
 }
 
+/** Formats a number with its noun, in the singular for 1. */
+export function count(number, noun) {
+  return `${number} ${noun}${number === 1 ? "" : "s"}`;
+}
+
 const percent = (share) => `${Math.round(100 * share)} %`;
 
-/** A share of 0 to 1 in percent. */
+/** Formats a share from 0 to 1 in percent. */
 export { percent };
 
 const ends = (link) => ` --from ${link.from ?? "all"} --to ${link.to ?? "all"}`;
@@ -30,46 +35,46 @@ function actuatorMode(mode) {
   return `${name} ${value}`;
 }
 
-/** A fault as the command line takes it and the log has it: `drop --from green --to all --p 0.3`. */
+/** Formats a fault as on the command line and in the log: `drop --from green --to all --p 0.3`. */
 export function faultInWords(fault) {
-  const [[name, it]] = Object.entries(fault);
-  if (typeof it === "string") return `${name} ${it}`;
+  const [[name, value]] = Object.entries(fault);
+  if (typeof value === "string") return `${name} ${value}`;
   switch (name) {
     case "drop":
-      return `drop${ends(it)} --p ${it.p}${option("burst", it.burst_s, "s")}`;
+      return `drop${ends(value)} --p ${value.p}${option("burst", value.burst_s, "s")}`;
     case "delay":
-      return `delay${ends(it)} --by ${it.delay_s}s${option("jitter", it.jitter_s, "s")}`;
+      return `delay${ends(value)} --by ${value.delay_s}s${option("jitter", value.jitter_s, "s")}`;
     case "duplicate":
     case "reorder":
-      return `${name}${ends(it)} --p ${it.p}`;
+      return `${name}${ends(value)} --p ${value.p}`;
     case "hold":
-      return `hold${ends(it)}`;
+      return `hold${ends(value)}`;
     case "partition":
-      return `partition ${it.groups.map((group) => group.join(",")).join(" / ")}${it.one_way ? " --one-way" : ""}`;
+      return `partition ${value.groups.map((group) => group.join(",")).join(" / ")}${value.one_way ? " --one-way" : ""}`;
     case "range":
-      return `range ${it.range_m}`;
+      return `range ${value.range_m}`;
     case "sensor":
-      return `sensor ${it.robot} ${it.device} ${sensorMode(it.mode)}`;
+      return `sensor ${value.robot} ${value.device} ${sensorMode(value.mode)}`;
     case "actuator":
-      return `actuator ${it.robot} ${actuatorMode(it.mode)}`;
+      return `actuator ${value.robot} ${actuatorMode(value.mode)}`;
     case "skill":
-      return `skill ${it.robot} ${it.skill} ${it.share}`;
+      return `skill ${value.robot} ${value.skill} ${value.share}`;
     case "obstacle":
-      return `obstacle ${it.x_m} ${it.y_m} ${it.width_m} ${it.height_m}${option("penetrability", it.penetrability)}`;
+      return `obstacle ${value.x_m} ${value.y_m} ${value.width_m} ${value.height_m}${option("penetrability", value.penetrability)}`;
     case "move-robot":
-      return `move-robot ${it.robot} ${it.x_m} ${it.y_m}${option("heading", it.heading_deg)}`;
-    // What only the mission knows.
+      return `move-robot ${value.robot} ${value.x_m} ${value.y_m}${option("heading", value.heading_deg)}`;
+    // A fault of the mission.
     default:
-      return [name, ...Object.keys(it).sort().map((key) => `--${key.replaceAll("_", "-")} ${it[key]}`)].join(" ");
+      return [name, ...Object.keys(value).sort().map((key) => `--${key.replaceAll("_", "-")} ${value[key]}`)].join(" ");
   }
 }
 
-/** `put an item elsewhere` → `Put an item elsewhere`. */
+/** Capitalizes the first letter: `put an item elsewhere` → `Put an item elsewhere`. */
 export function sentence(text) {
   return text.slice(0, 1).toUpperCase() + text.slice(1);
 }
 
-/** When and for how long an order holds, beside the fault itself: ` --at 60s --for 30s`. */
+/** Formats the times of an order, as after the fault: ` --at 60s --for 30s`. */
 export function termsInWords(order) {
   const timed = ["at", "every", "for"].map((name) => {
     const value = order[`${name}_s`];
@@ -79,49 +84,49 @@ export function termsInWords(order) {
 }
 
 const REASONS = {
-  threshold: "its motivation reached the threshold",
-  "not-applicable": "not applicable any more",
+  threshold: "motivation reached the threshold",
+  "not-applicable": "no longer applicable",
   suppressed: "another set of the robot is active",
-  "acquiesced-psi": "it acquiesced: ψ has passed and a teammate wants the task",
-  "gave-up-lambda": "it gave up: λ has passed",
-  arbitration: "a teammate's claim goes first",
-  "wait-over": "nobody executes the task any more",
-  "wait-bound": "it waited ψ + τ in vain",
+  "acquiesced-psi": "acquiesced: ψ has passed and a teammate waits for the task",
+  "gave-up-lambda": "gave up: λ has passed",
+  arbitration: "a teammate's claim has priority",
+  "wait-over": "no robot executes the task any more",
+  "wait-bound": "waited ψ + τ without success",
 };
 
 function reasonInWords(reason) {
-  return REASONS[reason] ?? reason.replace(/^reset-by (.*)$/, "reset by the first word of $1");
+  return REASONS[reason] ?? reason.replace(/^reset-by (.*)$/, "reset by the first claim of $1");
 }
 
 const SENTENCES = {
-  activated: (it) => `activates ${it.subject}`,
-  waiting: (it) => `waits for ${it.subject}`,
-  hibernated: (it) => `hibernates ${it.subject}`,
+  activated: (event) => `activates ${event.subject}`,
+  waiting: (event) => `waits for ${event.subject}`,
+  hibernated: (event) => `deactivates ${event.subject}`,
   "energy-out": () => "has no energy left",
   joined: () => "joins",
   gone: () => "is dead",
-  stalled: () => "falls silent",
+  stalled: () => "is silent",
   back: () => "is back",
-  lost: () => "did not get a message",
-  progress: (it) => `makes progress in ${it.detail}`,
-  detour: () => "goes round an obstacle",
-  armed: (it) => `${it.subject} is armed`,
-  applied: (it) => `${it.subject} takes effect`,
-  hit: (it) => `${it.subject} has its first effect`,
-  healed: (it) => `${it.subject} is healed`,
-  disarmed: (it) => `${it.subject} is disarmed`,
-  failed: (it) => `${it.subject} fails`,
+  lost: () => "lost a message",
+  progress: (event) => `makes progress in ${event.detail}`,
+  detour: () => "drives around an obstacle",
+  armed: (event) => `${event.subject} is armed`,
+  applied: (event) => `${event.subject} takes effect`,
+  hit: (event) => `${event.subject} has its first effect`,
+  healed: (event) => `${event.subject} is healed`,
+  disarmed: (event) => `${event.subject} is disarmed`,
+  failed: (event) => `${event.subject} fails`,
 };
 
 const STATE_KINDS = new Set(["activated", "waiting", "hibernated"]);
 
-/** Numbers of few digits, and robots by their names. */
+/** Shortens long decimals and replaces robot numbers by names. */
 function tidy(detail, names) {
   const short = detail.replace(/-?\d+\.\d{4,}/g, (number) => String(Number(Number(number).toFixed(2)) || 0));
   return short.replace(/robot#(\d+)/g, (rank, index) => names[index] ?? rank);
 }
 
-/** What an event says, without its robot, as `{what, why}`; `why` may be empty. `names` are those of the robots, by rank. */
+/** Returns an event without its robot as `{what, why}`; `why` may be empty. `names` are the robots' names, by rank. */
 export function eventInWords(event, names) {
   const what = SENTENCES[event.kind]?.(event) ?? [event.kind.replaceAll("-", " "), event.subject].filter(Boolean).join(" ");
   if (STATE_KINDS.has(event.kind)) return { what, why: reasonInWords(event.reason) };
@@ -129,13 +134,13 @@ export function eventInWords(event, names) {
   return { what, why: tidy([event.reason, event.detail].filter(Boolean).join("; "), names) };
 }
 
-/** What became of a message at a receiver: a sign that needs no color, and the word. */
+/** Delivery of a message at a receiver: a sign that needs no color, and a word. */
 export const DELIVERIES = {
-  Heard: { sign: "✓", word: "heard" },
-  Delayed: { sign: "◷", word: "heard late" },
-  Pending: { sign: "…", word: "on its way" },
+  Heard: { sign: "✓", word: "received" },
+  Delayed: { sign: "◷", word: "received late" },
+  Pending: { sign: "…", word: "in flight" },
   Lost: { sign: "✗", word: "lost" },
   Dropped: { sign: "✗", word: "dropped by a fault" },
-  Cut: { sign: "⊘", word: "cut off" },
-  Duplicate: { sign: "⧉", word: "came twice" },
+  Cut: { sign: "⊘", word: "cut" },
+  Duplicate: { sign: "⧉", word: "received twice" },
 };

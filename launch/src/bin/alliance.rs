@@ -1,4 +1,4 @@
-//! The `alliance` command.
+//! The executable of the `alliance` command.
 
 use std::process::ExitCode;
 

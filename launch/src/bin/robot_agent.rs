@@ -1,11 +1,11 @@
-//! One robot as a process of its own.
+//! The executable of a single robot process.
 
 use std::process::ExitCode;
 
 use clap::Parser;
 use robot_agent::args::AgentArgs;
 
-/// One robot of a mission: runs ALLIANCE locally and speaks with the world and the team over zenoh.
+/// Run one robot of a mission, with its allocator and controller, connected to the world and the team over zenoh.
 #[derive(Parser)]
 #[command(version)]
 struct AgentCli {

@@ -1,11 +1,11 @@
-//! The world as a process of its own.
+//! The executable of a single world process.
 
 use std::process::ExitCode;
 
 use clap::Parser;
 use world_server::args::{WorldArgs, log_to_stderr};
 
-/// The world of a mission: physics, sensing and the step clock. Scenarios are files; without one, the default mission.
+/// Run the world of a mission: physics, sensing and the step clock. Without a scenario it runs the default mission.
 #[derive(Parser)]
 #[command(version)]
 struct WorldCli {

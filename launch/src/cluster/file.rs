@@ -1,4 +1,4 @@
-//! The cluster file: which scenario, which hosts, and which robots are on which of them.
+//! The cluster file: the scenario, the hosts and the robots of each host.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,38 +10,36 @@ use anyhow::Context;
 use serde::Deserialize;
 use world_server::args::read_scenario;
 
-/// A team on several machines.
+/// The contents of a cluster file after all checks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cluster {
-    /// What `alliance run` would be given: a built-in scenario, or the path of a file.
+    /// The name of a built-in scenario or the path of a scenario file.
     pub scenario: String,
-    /// Seed of all random streams, if it is stated.
+    /// The seed of all random streams, if given.
     pub seed: Option<u64>,
-    /// Where the world is reached.
     pub listen: Locator,
-    /// Folder of the team's keys.
     pub keys: PathBuf,
-    /// Index of the host of world and launcher.
+    /// The index of the host that runs the world and the launcher.
     pub world: usize,
-    /// All hosts, in the order of the file.
+    /// The hosts in the order of the file.
     pub hosts: Vec<Host>,
 }
 
-/// A machine.
+/// A machine that runs robots or the world.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Host {
-    /// Its name, one word; nothing that a network would know.
+    /// The name, independent of network names.
     pub name: String,
-    /// Its robots.
+    /// The names of the robots on this host.
     #[serde(default)]
     pub robots: Vec<String>,
-    /// Addresses or names by which others connect to it.
+    /// The addresses or names by which others connect to this host.
     #[serde(default)]
     pub at: Vec<String>,
 }
 
-/// As it is written.
+/// The contents of the TOML file before checks.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Contents {
@@ -50,36 +48,29 @@ struct Contents {
     listen: String,
     #[serde(default)]
     unencrypted: bool,
-    #[serde(default = "usual_keys")]
+    #[serde(default = "default_keys")]
     keys: String,
     world: String,
     hosts: Vec<Host>,
 }
 
-/// Where `alliance keys` puts them.
-fn usual_keys() -> String {
+fn default_keys() -> String {
     "keys".to_owned()
 }
 
 impl Cluster {
-    /// Reads a file and the scenario that it names.
-    ///
-    /// # Errors
-    /// One line: where, what is wrong, and what would be right.
+    /// Reads a cluster file and its scenario.
     pub fn read(path: &Path) -> anyhow::Result<(Self, Scenario)> {
         let name = path.display().to_string();
         let bytes = std::fs::read(path).with_context(|| name.clone())?;
         let text = text_of(&name, bytes)?;
         let beside = path.parent().unwrap_or(Path::new(""));
         let known = crate::known();
-        Self::parse(&name, &text, beside, |asked| read_scenario(asked, &known))
+        Self::parse(&name, &text, beside, |name| read_scenario(name, &known))
     }
 
-    /// Reads the text of a file in that folder, where paths in it begin. `scenario` finds one by its name or file; `name` is for error
-    /// messages.
-    ///
-    /// # Errors
-    /// One line: where, what is wrong, and what would be right.
+    /// Parses the text of a cluster file. Its paths are relative to `beside`. `scenario` reads a scenario by name or path; `name` is for
+    /// error messages.
     pub fn parse(
         name: &str,
         text: &str,
@@ -88,9 +79,9 @@ impl Cluster {
     ) -> anyhow::Result<(Self, Scenario)> {
         let file = TomlFile::parse(name, text)?;
         let contents: Contents = file.to()?;
-        let asked = path_beside(beside, &contents.scenario);
+        let source = path_beside(beside, &contents.scenario);
         let place = || format!("{name}:{}", file.line_of(&[key("scenario")]));
-        let scenario = scenario(&asked).with_context(place)?;
+        let scenario = scenario(&source).with_context(place)?;
         check_hosts(&file, &contents.hosts)?;
         let world = world_of(&file, &contents)?;
         let listen = listen(&file, &contents)?;
@@ -98,7 +89,7 @@ impl Cluster {
         check_robots(&file, &contents.hosts, &scenario)?;
         check_minds(&file, &contents.hosts, world, &scenario)?;
         let cluster = Self {
-            scenario: asked,
+            scenario: source,
             seed: contents.seed,
             listen,
             keys: beside.join(&contents.keys),
@@ -108,20 +99,20 @@ impl Cluster {
         Ok((cluster, scenario))
     }
 
-    /// The host of world and launcher.
+    /// Returns the host of the world and the launcher.
     #[must_use]
     pub fn home(&self) -> &Host {
         &self.hosts[self.world]
     }
 
-    /// The other hosts, where `alliance host` runs.
+    /// Returns the other hosts, which run `alliance host`.
     pub fn others(&self) -> impl Iterator<Item = &Host> {
         let all = self.hosts.iter().enumerate();
         all.filter(|(index, _)| *index != self.world)
             .map(|(_, host)| host)
     }
 
-    /// Where others connect to the world.
+    /// Returns the locator by which others connect to the world.
     #[must_use]
     pub fn reached_at(&self) -> Locator {
         let mut locator = self.listen.clone();
@@ -129,7 +120,7 @@ impl Cluster {
         locator
     }
 
-    /// Addresses and names by which others connect to the world: at least one.
+    /// Returns the addresses and names by which others connect to the world; at least one.
     #[must_use]
     pub fn world_at(&self) -> Vec<String> {
         let mut at = self.home().at.clone();
@@ -140,16 +131,16 @@ impl Cluster {
     }
 }
 
-/// The name of a scenario, or the path of its file from here.
-fn path_beside(beside: &Path, asked: &str) -> String {
-    if asked.ends_with(".toml") {
-        beside.join(asked).display().to_string()
+/// Returns the name of a scenario, or the path of its file relative to the working directory.
+fn path_beside(beside: &Path, source: &str) -> String {
+    if source.ends_with(".toml") {
+        beside.join(source).display().to_string()
     } else {
-        asked.to_owned()
+        source.to_owned()
     }
 }
 
-/// Names that are names, each once; addresses that are addresses.
+/// Checks that names are valid and unique, and addresses are valid.
 fn check_hosts(file: &TomlFile<'_>, hosts: &[Host]) -> Result<(), ScenarioError> {
     if hosts.is_empty() {
         let remedy = "write [[hosts]] for each machine, with its name and robots";
@@ -160,16 +151,17 @@ fn check_hosts(file: &TomlFile<'_>, hosts: &[Host]) -> Result<(), ScenarioError>
         let at = of_host(index, "name");
         let name = &host.name;
         if !is_name(name) {
-            let remedy = "write at most 32 letters, digits, - and _, from a letter or digit on";
-            return Err(file.mistake(&at, format!("'{name}' is no name"), remedy));
+            let remedy =
+                "write at most 32 letters, digits, - and _, starting with a letter or digit";
+            return Err(file.mistake(&at, format!("'{name}' is not a valid name"), remedy));
         }
         if name == LAUNCHER_HOST {
-            let what = format!("no host can be called '{LAUNCHER_HOST}'");
+            let what = format!("the name '{LAUNCHER_HOST}' is reserved");
             return Err(file.mistake(&at, what, "give it another name"));
         }
         if let Some(first) = seen.insert(name, index) {
             let line = file.line_of(&of_host(first, "name"));
-            let what = format!("host '{name}' is already on line {line}");
+            let what = format!("host '{name}' is already defined on line {line}");
             let remedy = "name each host once, with all of its robots";
             return Err(file.mistake(&at, what, remedy));
         }
@@ -199,7 +191,8 @@ fn world_of(file: &TomlFile<'_>, contents: &Contents) -> Result<usize, ScenarioE
 
 fn listen(file: &TomlFile<'_>, contents: &Contents) -> Result<Locator, ScenarioError> {
     let locator = contents.listen.parse::<Locator>();
-    let locator = locator.and_then(|it| it.allowed(contents.unencrypted, "unencrypted = true"));
+    let locator =
+        locator.and_then(|locator| locator.allowed(contents.unencrypted, "unencrypted = true"));
     let locator = locator.map_err(|error| {
         let text = error.to_string();
         let (what, remedy) = text.split_once("; ").unwrap_or((&text, ""));
@@ -212,7 +205,7 @@ fn listen(file: &TomlFile<'_>, contents: &Contents) -> Result<Locator, ScenarioE
     Ok(locator)
 }
 
-/// Whoever connects to the world needs a name for it that its certificate has.
+/// Checks that the world has an address for its certificate, by which others connect.
 fn check_place(
     file: &TomlFile<'_>,
     listen: &Locator,
@@ -220,10 +213,10 @@ fn check_place(
     world: usize,
 ) -> Result<(), ScenarioError> {
     if listen.is_everywhere() && home.at.is_empty() {
-        let what = format!("nobody can connect to {}", listen.host);
+        let what = format!("no host can connect to {}", listen.host);
         let line = file.line_of(&of_host(world, "name"));
         let remedy = format!(
-            "say how others reach it, in `at` of host '{}' on line {line}",
+            "state how others reach it in `at` of host '{}' on line {line}",
             home.name
         );
         return Err(file.mistake(&[key("listen")], what, remedy));
@@ -231,7 +224,7 @@ fn check_place(
     Ok(())
 }
 
-/// Each robot of the scenario on one host.
+/// Checks that each robot of the scenario is on exactly one host.
 fn check_robots(
     file: &TomlFile<'_>,
     hosts: &[Host],
@@ -253,16 +246,16 @@ fn check_robots(
             }
         }
     }
-    let nowhere: Vec<&str> = team().filter(|name| !placed.contains_key(name)).collect();
-    if !nowhere.is_empty() {
-        let what = format!("on no host: {}", nowhere.join(", "));
+    let unplaced: Vec<&str> = team().filter(|name| !placed.contains_key(name)).collect();
+    if !unplaced.is_empty() {
+        let what = format!("robots without a host: {}", unplaced.join(", "));
         let remedy = "place each robot of the scenario";
         return Err(file.mistake(&[key("hosts")], what, remedy));
     }
     Ok(())
 }
 
-/// A mind that is a program of its own is reached by sockets of the world's host.
+/// Checks that external controllers are on the world's host, because they connect by its local sockets.
 fn check_minds(
     file: &TomlFile<'_>,
     hosts: &[Host],
@@ -276,7 +269,7 @@ fn check_minds(
                 let mut at = of_host(index, "robots").to_vec();
                 at.push(Step::Index(place));
                 let what = format!(
-                    "the mind '{mind}' of '{name}' is a program of its own, which runs on the world's host alone"
+                    "the controller '{mind}' of '{name}' is an external program, which runs only on the world's host"
                 );
                 let remedy = format!("place it on host '{}'", hosts[world].name);
                 return Err(file.mistake(&at, what, remedy));
@@ -314,12 +307,12 @@ at = ["10.0.0.2"]
 
     fn parse(text: &str) -> anyhow::Result<Cluster> {
         let known = crate::known();
-        let scenario = |asked: &str| read_scenario(asked, &known);
+        let scenario = |name: &str| read_scenario(name, &known);
         let (cluster, _) = Cluster::parse("c.toml", text, Path::new("lab"), scenario)?;
         Ok(cluster)
     }
 
-    /// What is said of the good file with that piece replaced.
+    /// Checks the error message for the good file with one piece replaced.
     #[track_caller]
     fn check(piece: &str, replaced: &str, expected: &str) {
         assert!(GOOD.contains(piece), "{piece}");
@@ -330,7 +323,7 @@ at = ["10.0.0.2"]
     }
 
     #[test]
-    fn what_is_written_is_read() {
+    fn parses_a_complete_file() {
         let cluster = parse(GOOD).unwrap();
         assert_eq!(cluster.scenario, "waste-cleanup");
         assert_eq!(cluster.seed, Some(7));
@@ -345,7 +338,7 @@ at = ["10.0.0.2"]
     }
 
     #[test]
-    fn what_is_read_of_files_is_beside_it() {
+    fn paths_are_relative_to_the_cluster_file() {
         let text = GOOD.replace("\"waste-cleanup\"", "\"mine/own.toml\"");
         let error = parse(&text).unwrap_err();
         let line = format!("{error:#}");
@@ -358,12 +351,12 @@ at = ["10.0.0.2"]
     }
 
     #[test]
-    fn a_world_that_listens_everywhere_says_how_it_is_reached() {
+    fn a_world_on_all_interfaces_needs_an_address() {
         let everywhere = GOOD.replace("10.0.0.1", "0.0.0.0");
         check(
             "10.0.0.1",
             "0.0.0.0",
-            "c.toml:3: listen: nobody can connect to 0.0.0.0; say how others reach it, in `at` of host 'h1' on line 7",
+            "c.toml:3: listen: no host can connect to 0.0.0.0; state how others reach it in `at` of host 'h1' on line 7",
         );
         let named = everywhere.replace(
             "robots = [\"blue\"]",
@@ -375,7 +368,7 @@ at = ["10.0.0.2"]
     }
 
     #[test]
-    fn keys_that_are_unknown_or_missing() {
+    fn unknown_or_missing_keys_are_refused() {
         let unknown = "c.toml:3: lisen: unknown key; did you mean 'listen'?";
         check("listen =", "lisen =", unknown);
         let unknown = "c.toml:11: hosts[1].robot: unknown key; did you mean 'robots'?";
@@ -410,7 +403,7 @@ at = ["10.0.0.2"]
     }
 
     #[test]
-    fn scenarios_and_hosts_that_are_unknown() {
+    fn unknown_scenarios_and_hosts_are_refused() {
         check(
             "waste-cleanup",
             "waste-clean",
@@ -424,26 +417,26 @@ at = ["10.0.0.2"]
     }
 
     #[test]
-    fn hosts_whose_names_are_none_or_stand_twice() {
+    fn invalid_or_repeated_host_names_are_refused() {
         check(
             "name = \"h2\"",
             "name = \"h 2\"",
-            "c.toml:10: hosts[1].name: 'h 2' is no name; ",
+            "c.toml:10: hosts[1].name: 'h 2' is not a valid name; ",
         );
         check(
             "name = \"h2\"",
             "name = \"\"",
-            "c.toml:10: hosts[1].name: '' is no name; ",
+            "c.toml:10: hosts[1].name: '' is not a valid name; ",
         );
         check(
             "name = \"h2\"",
             "name = \"launcher\"",
-            "c.toml:10: hosts[1].name: no host can be called 'launcher'; ",
+            "c.toml:10: hosts[1].name: the name 'launcher' is reserved; ",
         );
         check(
             "name = \"h2\"",
             "name = \"h1\"",
-            "c.toml:10: hosts[1].name: host 'h1' is already on line 7; ",
+            "c.toml:10: hosts[1].name: host 'h1' is already defined on line 7; ",
         );
         check(
             "10.0.0.2",
@@ -453,7 +446,7 @@ at = ["10.0.0.2"]
     }
 
     #[test]
-    fn robots_that_are_unknown_nowhere_or_on_two_hosts() {
+    fn unknown_unplaced_or_repeated_robots_are_refused() {
         check(
             "\"gold\"",
             "\"glod\"",
@@ -467,7 +460,7 @@ at = ["10.0.0.2"]
         check(
             "\"gold\", \"green\"",
             "",
-            "c.toml:6: hosts: on no host: gold, green; place each ",
+            "c.toml:6: hosts: robots without a host: gold, green; place each ",
         );
         check(
             "\"gold\"",
@@ -477,16 +470,16 @@ at = ["10.0.0.2"]
     }
 
     #[test]
-    fn places_that_are_none_or_not_encrypted() {
+    fn invalid_or_unencrypted_addresses_are_refused() {
         check(
             "tls/10.0.0.1:7447",
             "10.0.0.1",
-            "c.toml:3: listen: '10.0.0.1' is no place on a network; write tls/HOST:PORT",
+            "c.toml:3: listen: '10.0.0.1' is not a network address; write tls/HOST:PORT",
         );
         check(
             "tls/10",
             "tcp/10",
-            "c.toml:3: listen: 'tcp/10.0.0.1:7447' is not encrypted; write tls/…, or say that this is wanted: unencrypted = true",
+            "c.toml:3: listen: 'tcp/10.0.0.1:7447' is not encrypted; use tls/…, or allow it with unencrypted = true",
         );
         check(
             "keys =",
@@ -500,20 +493,20 @@ at = ["10.0.0.2"]
     }
 
     #[test]
-    fn minds_that_are_programs_are_on_the_world_s_host() {
+    fn external_controllers_are_on_the_host_of_the_world() {
         let known = crate::known();
-        let of = |robot: usize| {
-            let scenario = |asked: &str| {
-                let mut scenario = read_scenario(asked, &known)?;
+        let with_controller = |robot: usize| {
+            let scenario = |name: &str| {
+                let mut scenario = read_scenario(name, &known)?;
                 scenario.robots[robot].mind = Some("own".to_owned());
                 Ok(scenario)
             };
             Cluster::parse("c.toml", GOOD, Path::new("lab"), scenario)
         };
-        assert!(of(0).is_ok());
+        assert!(with_controller(0).is_ok());
         assert_eq!(
-            of(1).unwrap_err().to_string(),
-            "c.toml:11: hosts[1].robots[0]: the mind 'own' of 'gold' is a program of its own, which runs on the world's host alone; place it on host 'h1'"
+            with_controller(1).unwrap_err().to_string(),
+            "c.toml:11: hosts[1].robots[0]: the controller 'own' of 'gold' is an external program, which runs only on the world's host; place it on host 'h1'"
         );
     }
 }

@@ -1,4 +1,4 @@
-//! `alliance host`: the daemon on each other host of a run, and `alliance router`, which starts nobody.
+//! `alliance host`: the daemon of another host in a run, and `alliance router`: the same without agent processes.
 
 use std::io;
 use std::path::PathBuf;
@@ -25,18 +25,18 @@ use crate::run::crew::Crew;
 use crate::run::supervise::{GRACE, end};
 use crate::runtime;
 
-/// How often processes and the world are looked at when nothing calls.
+/// The interval between checks of processes and the world if no order arrives.
 const INTERVAL: Duration = Duration::from_millis(200);
 
-/// Be a host of runs over a network: starts, signals and watches the agents of its robots, for one run after the other
+/// Start, signal and watch the agents of one host in runs over several machines, one run after another
 #[derive(Args, Clone, Debug)]
 pub struct HostCommand {
-    /// Name of this host, as where the world is started
+    /// Name of this host, as given to the world
     #[arg(long, value_name = "HOST", value_parser = host_name)]
     name: String,
     #[command(flatten)]
     far: FarArgs,
-    /// Folder for what the agents print [default: runs/RUN.HOST]
+    /// Folder for the output of the agents [default: runs/RUN.HOST]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// End after one run
@@ -44,15 +44,15 @@ pub struct HostCommand {
     once: bool,
 }
 
-/// Be a router between robots of a host, which are started by hand, and the world of a run over a network
+/// Route messages between a remote host's robots, which are started by hand, and the world
 #[derive(Args, Clone, Debug)]
 pub struct RouterCommand {
-    /// Name of this host, as where the world is started
+    /// Name of this host, as given to the world
     #[arg(long, value_name = "HOST", value_parser = host_name)]
     name: String,
     #[command(flatten)]
     far: FarArgs,
-    /// Listen for robots on a network, such as at tls/10.0.0.2:7447, besides the socket for this machine
+    /// Also listen for robots on a network, such as at tls/10.0.0.2:7447
     #[arg(long, value_name = "LOCATOR")]
     listen: Vec<String>,
     /// End after one run
@@ -61,13 +61,13 @@ pub struct RouterCommand {
 }
 
 impl HostCommand {
-    /// Takes part in runs until somebody ends it.
+    /// Takes part in runs until it is interrupted.
     ///
-    /// Exit status 0 when it was asked to end, or after its run, 2 for a mistake in the arguments or keys, 3 when it was refused or the
-    /// bus failed.
+    /// Exit status 0 after an interrupt or its only run, 2 for a mistake in the arguments or keys, 3 if the world refused it or the bus
+    /// failed.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        let daemon = Daemon::of(&self.name, &self.far, &[], self.once);
+        let daemon = Daemon::new(&self.name, &self.far, &[], self.once);
         let daemon = daemon.map(|daemon| Daemon {
             starts_agents: true,
             out: self.out.clone(),
@@ -78,15 +78,14 @@ impl HostCommand {
 }
 
 impl RouterCommand {
-    /// Is a router until somebody ends it. Exit status as of [`HostCommand::run`].
+    /// Routes messages until it is interrupted. The exit status is that of [`HostCommand::run`].
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        let daemon = Daemon::of(&self.name, &self.far, &self.listen, self.once);
+        let daemon = Daemon::new(&self.name, &self.far, &self.listen, self.once);
         serve("router", daemon)
     }
 }
 
-/// What both need.
 struct Daemon {
     name: String,
     login: Login,
@@ -94,20 +93,20 @@ struct Daemon {
     listen: Vec<String>,
     once: bool,
     starts_agents: bool,
-    /// Folder for what the agents print, if one is stated.
+    /// The folder for the output of the agents, if given.
     out: Option<PathBuf>,
 }
 
 impl Daemon {
-    fn of(name: &str, far: &FarArgs, listen: &[String], once: bool) -> anyhow::Result<Self> {
+    fn new(name: &str, far: &FarArgs, listen: &[String], once: bool) -> anyhow::Result<Self> {
         let mut places = Vec::new();
         for at in listen {
             let locator = Locator::of_option(at, far.unencrypted).context("--listen")?;
             places.push(locator.to_string());
         }
-        let (login, keys) = far
-            .login(&member::host(name))?
-            .context("where is the world? State --connect LOCATOR and --keys DIR")?;
+        let (login, keys) = far.login(&member::host(name))?.context(
+            "the address of the world is missing; give --connect LOCATOR and --keys DIR",
+        )?;
         Ok(Self {
             name: name.to_owned(),
             login,
@@ -119,16 +118,16 @@ impl Daemon {
         })
     }
 
-    /// Takes part in one run; whether somebody has asked for the end.
+    /// Takes part in one run. Returns `true` if the daemon was interrupted.
     async fn take_part(&self, signals: &mut Signals) -> anyhow::Result<bool> {
         let relay = tokio::select! {
             relay = Relay::open(&self.name, &self.login, &self.keys, &self.listen) => relay?,
-            () = signals.asked() => return Ok(true),
+            () = signals.interrupted() => return Ok(true),
         };
         let robots = relay.enlisted.robots.join(", ");
         say(&format!("run {}: robots {robots}", relay.run));
-        let usual = || PathBuf::from(format!("runs/{}.{}", relay.run, self.name));
-        let folder = self.out.clone().unwrap_or_else(usual);
+        let default = || PathBuf::from(format!("runs/{}.{}", relay.run, self.name));
+        let folder = self.out.clone().unwrap_or_else(default);
         let mut crew = Crew::new(relay.run.clone(), [].into(), folder);
         let (session, keys) = (relay.session.clone(), relay.keys.clone());
         let mut bus = Bus::of_host(session, keys, relay.secret.clone(), &self.name).await?;
@@ -139,13 +138,13 @@ impl Daemon {
                 say(&format!("{robot} is process {pid}"));
             }
         }
-        let asked = self.watch(&relay, &mut crew, &mut bus, signals).await;
+        let interrupted = self.watch(&relay, &mut crew, &mut bus, signals).await;
         end(crew.everybody().collect(), GRACE, &say).await;
         relay.close().await;
-        asked
+        interrupted
     }
 
-    /// Until the run is over; whether somebody has asked for the end.
+    /// Handles orders and process changes until the run is over. Returns `true` if the daemon was interrupted.
     async fn watch(
         &self,
         relay: &Relay,
@@ -156,7 +155,7 @@ impl Daemon {
         let mut children = signal(SignalKind::child())?;
         loop {
             tokio::select! {
-                () = signals.asked() => return Ok(true),
+                () = signals.interrupted() => return Ok(true),
                 _ = children.recv() => {}
                 call = bus.call() => if let Call::Order(order, query) = call {
                     let done = crew.obey(&order).await;
@@ -168,9 +167,9 @@ impl Daemon {
                 () = sleep(INTERVAL) => {}
             }
             crew.poll(Some(bus), &say, false).await?;
-            // Agents that have lost the world try again for a while.
-            let anybody = crew.agents.iter().any(|agent| agent.ending().is_none());
-            if !anybody && !far::is_world_there(&relay.session, &relay.keys).await {
+            // Agents that have lost the world try to reconnect for a while.
+            let is_any_alive = crew.agents.iter().any(|agent| agent.ending().is_none());
+            if !is_any_alive && !far::is_world_there(&relay.session, &relay.keys).await {
                 say(&format!("run {} is over", relay.run));
                 return Ok(false);
             }
@@ -184,8 +183,7 @@ struct Signals {
 }
 
 impl Signals {
-    /// Somebody asks for the end.
-    async fn asked(&mut self) {
+    async fn interrupted(&mut self) {
         tokio::select! {
             _ = self.interrupt.recv() => {}
             _ = self.terminate.recv() => {}
@@ -223,12 +221,11 @@ fn serve(command: &str, daemon: anyhow::Result<Daemon>) -> ExitCode {
     }
 }
 
-/// Who is started from another machine ends with its standard input: nothing else tells it that whoever started it is gone.
+/// Ends this process when its standard input ends. A daemon that another machine started has no other sign of that launcher's end.
 fn end_with_input() {
     std::thread::spawn(|| {
-        // However it ends, it has ended.
+        // An error also means the end of the input.
         let _ = io::copy(&mut io::stdin(), &mut io::sink());
-        // This process is there.
         let _ = kill(Pid::this(), NixSignal::SIGTERM);
     });
 }

@@ -1,4 +1,5 @@
-//! A run over several machines, as a [file](mod@file) describes it: a daemon on each [`host`], and the command that starts it all, the daemons too if it is told [how](start).
+//! Runs over several machines: the cluster [file](mod@file), the daemon of each [`host`], and `alliance cluster up`, which can also
+//! [start](mod@start) the daemons.
 
 pub mod file;
 pub mod host;

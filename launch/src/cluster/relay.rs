@@ -1,4 +1,4 @@
-//! A host's router: its robots' agents connect to it, and it to the world.
+//! The router of a host. It connects the agents of the host's robots to the world.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -20,33 +20,28 @@ use world_server::router::Plan;
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 
-/// How long the world may take to say which robots are a host's.
+/// The time for the world to return the robots of a host.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// How long a session may take to close.
 const CLOSE_DEADLINE: Duration = Duration::from_secs(1);
 
-/// A host that takes part in a run.
 pub struct Relay {
-    /// The router's session.
     pub session: Session,
-    /// Keys of the run.
     pub keys: Keys,
-    /// Id of the run.
     pub run: String,
-    /// What the host and the world seal with what they tell each other.
+    /// The secret that seals messages between host and world.
     pub secret: Secret,
-    /// The robots of this host.
+    /// The robots that the world assigns to this host.
     pub enlisted: Enlisted,
     _announcement: Announcement,
 }
 
 impl Relay {
-    /// Finds the run of the world that is reached so, asks it which robots are this host's, opens a router for them, there and at
-    /// `listen`, and announces the run on this machine. Waits until there is a run.
+    /// Waits for a run at the world of `login` and requests the robots of this host. Then opens a router for them, also at `listen`, and
+    /// announces the run on this machine.
     ///
     /// # Errors
-    /// When the world does not want this host, the robots' secrets are not among its keys, or the bus fails.
+    /// If the world refuses this host, a robot's secret is missing, or the bus fails.
     pub async fn open(
         host: &str,
         login: &Login,
@@ -59,8 +54,8 @@ impl Relay {
         let enlisted = enlist(host, login, &keys, &secret).await?;
         let mut robots = BTreeMap::new();
         for robot in &enlisted.robots {
-            let of_robot = Keyring::secret(key_files, &member::robot(robot)).context("--keys")?;
-            robots.insert(robot.clone(), of_robot);
+            let secret = Keyring::secret(key_files, &member::robot(robot)).context("--keys")?;
+            robots.insert(robot.clone(), secret);
         }
         let speakers: Vec<Speaker> = robots.keys().map(|robot| Speaker::robot(robot)).collect();
         let (protocol, _) = login.endpoint.split_once('/').unwrap_or_default();
@@ -103,14 +98,13 @@ impl Relay {
         })
     }
 
-    /// Leaves the run.
     pub async fn close(self) {
-        // Teardown may hang; the process goes on whether or not it does.
+        // Closing may hang, so its time is limited.
         let _ = timeout(CLOSE_DEADLINE, self.session.close()).await;
     }
 }
 
-/// Asks the world which robots are this host's.
+/// Requests the robots of this host from the world.
 async fn enlist(
     host: &str,
     login: &Login,
@@ -121,7 +115,7 @@ async fn enlist(
     let session = bus::open(&session::client(login, false))
         .await
         .map_err(bus_error)?;
-    // Certificates know the clock on the wall, and the simulation does not.
+    // Certificates depend on wall-clock time; the simulation does not.
     #[allow(clippy::disallowed_methods)]
     let now = std::time::SystemTime::now();
     let since = now
@@ -147,7 +141,7 @@ async fn enlist(
             continue;
         };
         let bytes = sample.payload().to_bytes();
-        // One that could not be read is answered for no request.
+        // The world answers an unreadable request with nonce 0.
         let opened = [request.nonce, 0]
             .iter()
             .find_map(|nonce| secret.open(&keys.enlist_answer(host, *nonce), &bytes).ok());
@@ -161,7 +155,7 @@ async fn enlist(
             login.endpoint
         ),
         None => bail!(
-            "the world at {} knows no host '{host}': start it with --place {host}=ROBOT,ROBOT",
+            "the world at {} has no host '{host}'; start it with --place {host}=ROBOT,ROBOT",
             login.endpoint
         ),
     }

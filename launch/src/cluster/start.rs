@@ -1,4 +1,4 @@
-//! Hosts that `cluster up` starts itself, with keys of one run: made in memory, sent by standard input, written nowhere.
+//! Hosts that `cluster up` starts. Their keys are created in memory for one run and sent by standard input.
 
 use std::io::{self, PipeReader, Write};
 use std::sync::mpsc::{SyncSender, sync_channel};
@@ -14,36 +14,30 @@ use super::file::{Cluster, Host};
 use crate::keys::Team;
 use crate::keys::make::{Dates, KeyFile, make};
 
-/// How long certificates of one run hold: longer than any.
+/// The validity of certificates for one run, in days; longer than any run.
 const DAYS: u32 = 30;
 
-/// A team whose keys are of one run.
 #[derive(Clone, Debug)]
 pub struct Start {
-    /// Keys of the world.
     pub world: KeysInMemory,
-    /// The other hosts that have robots.
     pub hosts: Vec<HostStart>,
 }
 
-/// How one of them is started.
 #[derive(Clone, Debug)]
 pub struct HostStart {
-    /// Its name.
     pub name: String,
-    /// Command line for a shell, that is `alliance` on that host.
+    /// The shell command that runs `alliance` on that host.
     pub command: String,
-    /// Arguments for it.
     pub arguments: Vec<String>,
-    /// Its own keys, and the secrets of its robots.
+    /// The keys of the host and the secrets of its robots.
     pub keys: KeysInMemory,
 }
 
 impl Start {
-    /// Makes the keys. In the command `{name}` and `{at}` stand for a host's name and its first address.
+    /// Creates the keys. In the command, `{name}` and `{at}` are replaced with a host's name and its first address.
     ///
     /// # Errors
-    /// When the system has no random bits, or an address cannot stand in a certificate.
+    /// If the system has no random bits, or an address is invalid in a certificate.
     pub fn new(command: &str, cluster: &Cluster, scenario: &Scenario) -> anyhow::Result<Self> {
         let members = Team::of_cluster(cluster, scenario).members();
         let dates = Dates::days(OffsetDateTime::now_utc(), DAYS);
@@ -78,7 +72,7 @@ fn arguments(host: &Host, world: &Locator) -> Vec<String> {
     arguments.into_iter().map(ToOwned::to_owned).collect()
 }
 
-/// What a member has to have, and of those robots the secrets.
+/// Returns the keys of a member and the secrets of `robots`.
 fn keys_of(identity: &str, robots: &[String], files: &[KeyFile]) -> KeysInMemory {
     let mut names = vec!["ca.pem".to_owned()];
     names.extend(["pem", "key", "secret"].map(|ending| format!("{identity}.{ending}")));
@@ -90,23 +84,22 @@ fn keys_of(identity: &str, robots: &[String], files: &[KeyFile]) -> KeysInMemory
         .collect()
 }
 
-/// Holds a standard input open, whose end asks a host to end.
-pub struct Hold(#[expect(dead_code, reason = "it is there to be dropped")] SyncSender<()>);
+/// An open standard input of a host. Dropping it requests the end of the host.
+pub struct Hold(
+    #[expect(dead_code, reason = "dropping it closes the host's standard input")] SyncSender<()>,
+);
 
 impl HostStart {
-    /// A standard input with its keys, which ends when the hold is dropped.
-    ///
-    /// # Errors
-    /// When the operating system has none.
+    /// Creates a standard input that contains the keys and ends when the hold is dropped.
     pub fn input(&self) -> io::Result<(PipeReader, Hold)> {
         let (reader, mut writer) = io::pipe()?;
-        let (hold, held) = sync_channel::<()>(0);
+        let (hold, closed) = sync_channel::<()>(0);
         let line = self.keys.to_line();
-        // A network may take it slowly, and nobody waits for that.
+        // In a thread, because a slow network can delay the writing.
         thread::spawn(move || {
-            // Whoever does not read them has ended, which is seen elsewhere.
+            // An error means that the host has ended, which the launcher detects.
             let _ = writer.write_all(line.as_bytes());
-            let _ = held.recv();
+            let _ = closed.recv();
         });
         Ok((reader, Hold(hold)))
     }
@@ -143,14 +136,14 @@ name = "h4"
 
     fn start(text: &str) -> Start {
         let known = crate::known();
-        let scenario = |asked: &str| read_scenario(asked, &known);
+        let scenario = |name: &str| read_scenario(name, &known);
         let (cluster, scenario) =
             Cluster::parse("c.toml", text, Path::new("lab"), scenario).unwrap();
         Start::new("ssh {at} x={name} alliance", &cluster, &scenario).unwrap()
     }
 
     #[test]
-    fn each_host_with_robots_is_started_with_what_is_its_own() {
+    fn each_host_with_robots_is_started_with_its_own_keys() {
         let start = start(CLUSTER);
         let [two, three] = &start.hosts[..] else {
             panic!("{start:?}");
@@ -174,7 +167,7 @@ name = "h4"
     }
 
     #[test]
-    fn what_is_not_encrypted_is_said_there_too() {
+    fn an_unencrypted_run_starts_unencrypted_hosts() {
         let plain = CLUSTER.replace("tls/", "tcp/");
         let plain = plain.replace("world =", "unencrypted = true\nworld =");
         let start = start(&plain);
@@ -183,7 +176,7 @@ name = "h4"
     }
 
     #[test]
-    fn keys_of_one_run_are_of_no_other() {
+    fn each_run_has_new_keys() {
         assert_ne!(start(CLUSTER).world, start(CLUSTER).world);
     }
 

@@ -1,4 +1,4 @@
-//! `alliance cluster`: starts the world of a run over several machines, and what belongs to it here; the hosts come by themselves.
+//! `alliance cluster up`: starts the world of a run over several machines and the robots of this host.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ use super::file::Cluster;
 use super::start::Start;
 use crate::run::args::{Over, RunCommand};
 
-/// Runs over several machines
+/// Run a mission over several machines
 #[derive(Args, Clone, Debug)]
 pub struct ClusterCommand {
     #[command(subcommand)]
@@ -28,14 +28,14 @@ enum What {
     Up(Box<Up>),
 }
 
-/// Start the world of a cluster file, the robots of this host, and wait for the other hosts, where `alliance host` runs
+/// Start the world and the robots of this host, and wait for the other hosts
 #[derive(Args, Clone, Debug)]
 struct Up {
-    /// Cluster file: the scenario, the hosts, which robots are on which, and where the world is reached
+    /// Cluster file: scenario, hosts, the robots of each host, and the address of the world
     #[arg(value_name = "CLUSTER.toml")]
     cluster: PathBuf,
-    /// Start `alliance host` on each other host too, with keys of this run that are in no file: command line for a shell that is `alliance` there,
-    /// with {name} and {at} for a host's name and address, such as 'ssh {at} alliance'
+    /// Start `alliance host` on each other host with this shell command, such as 'ssh {at} alliance'; {name} and {at} are the host's
+    /// name and address, and new keys are sent by standard input
     #[arg(long, value_name = "COMMAND")]
     start: Option<String>,
     #[command(flatten)]
@@ -43,7 +43,7 @@ struct Up {
 }
 
 impl ClusterCommand {
-    /// Exit status as of `alliance run`.
+    /// Runs the command. The exit status is that of `alliance run`.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let What::Up(up) = &self.what;
@@ -58,14 +58,12 @@ impl ClusterCommand {
 }
 
 impl Up {
-    /// The run that the file asks for.
+    /// Returns the `alliance run` command for the cluster file.
     fn command(&self) -> anyhow::Result<RunCommand> {
         let (cluster, scenario) = Cluster::read(&self.cluster)?;
         let name = self.cluster.display();
         if self.run.is_of_a_scenario() {
-            bail!(
-                "{name} says which scenario is run, with which seed; leave SCENARIO, its size and --seed out"
-            );
+            bail!("{name} sets the scenario and the seed; leave SCENARIO, its size and --seed out");
         }
         let start = self.start.as_deref();
         let start = start.map(|command| Start::new(command, &cluster, &scenario));
@@ -73,7 +71,7 @@ impl Up {
         let keys = if start.is_some() {
             PathBuf::from(STANDARD_INPUT)
         } else {
-            // Absolute, so that a folder called `-` is not taken for standard input.
+            // An absolute path, so that a folder named `-` does not select standard input.
             let folder = std::path::absolute(&cluster.keys).with_context(|| name.to_string())?;
             let files = KeyFiles::Folder(folder.clone());
             Keyring::read(&files, WORLD).with_context(|| name.to_string())?;

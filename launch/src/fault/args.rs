@@ -1,4 +1,4 @@
-//! Every fault as a command, in the words in which [`Order`] is printed.
+//! The fault subcommands. Their syntax is the text form of [`Order`].
 
 use std::convert::Infallible;
 
@@ -16,69 +16,67 @@ use super::modes::{ACTUATOR_MODES, SENSOR_MODES, actuator_mode, sensor_mode};
 use super::own::OwnFault;
 use super::timing::Timing;
 
-/// A fault with its trigger and duration.
 #[derive(Subcommand, Clone, Debug)]
 pub enum OrderArgs {
-    /// SIGKILL to a robot's process; healed by a restart in a new incarnation
+    /// Send SIGKILL to a robot's process; cleared by a restart in a new incarnation
     Kill(Timed<OneRobot>),
-    /// SIGTERM to a robot's process; healed by a restart in a new incarnation
+    /// Send SIGTERM to a robot's process; cleared by a restart in a new incarnation
     Terminate(Timed<OneRobot>),
-    /// SIGSTOP to a robot's process; healed by SIGCONT
+    /// Send SIGSTOP to a robot's process; cleared by SIGCONT
     Pause(Timed<OneRobot>),
-    /// SIGCONT to a robot's process: ends a pause before its time
+    /// Send SIGCONT to a robot's process, to end a pause early
     Continue(Timed<OneRobot>),
-    /// Start a robot's process in a new incarnation; one that still lives is killed first
+    /// Start a robot's process in a new incarnation; a running process is killed first
     Restart(Timed<OneRobot>),
-    /// Bring a robot that the scenario calls absent into the mission
+    /// Add a robot that is absent in the scenario to the mission
     Add(Timed<OneRobot>),
-    /// Take a robot out of the mission: its process and its body
+    /// Remove a robot's process and body from the mission
     Remove(Timed<OneRobot>),
-    /// Lose messages
+    /// Drop a share of messages
     Drop(Timed<LossArgs>),
-    /// Let messages come late
+    /// Delay the messages of a link
     Delay(Timed<DelayArgs>),
-    /// Let messages come twice
+    /// Deliver a share of messages twice
     Duplicate(Timed<ChanceArgs>),
-    /// Let messages be overtaken by the next one of their sender
+    /// Deliver a share of messages after the next message of the same sender
     Reorder(Timed<ChanceArgs>),
-    /// Hold messages back until the fault heals; they then come all at once
+    /// Hold messages back until the fault ends, then deliver them all at once
     Hold(Timed<Ends>),
-    /// Let groups of robots not hear each other
+    /// Block messages between groups of robots
     Partition(Timed<PartitionArgs>),
-    /// Let nobody hear a robot
+    /// Drop all messages from a robot
     Mute(Timed<OneRobot>),
-    /// Let a robot hear nobody
+    /// Drop all messages to a robot
     Deaf(Timed<OneRobot>),
-    /// Let robots that are far apart not hear each other
+    /// Limit the radio range
     Range(Timed<RangeArgs>),
-    /// Give all links a named quality
+    /// Set the quality of all links by name
     Radio(Timed<RadioArgs>),
-    /// All links: 1 % loss, 20 to 50 ms late
+    /// Set all links to 1 % loss and 20 to 50 ms delay
     GoodRadio(Timed<Nothing>),
-    /// All links: 15 % loss in bursts, 0.1 to 0.4 s late, 1 % twice
+    /// Set all links to 15 % loss in bursts, 0.1 to 0.4 s delay, 1 % duplicates
     PoorRadio(Timed<Nothing>),
-    /// All links: 40 % loss in long bursts, 0.3 to 1.5 s late, 5 % twice, 5 % overtaken
+    /// Set all links to 40 % loss in long bursts, 0.3 to 1.5 s delay, 5 % duplicates, 5 % reordered
     SevereRadio(Timed<Nothing>),
-    /// Let a sensor fail or lie
+    /// Make a sensor fail or return wrong readings
     Sensor(Timed<SensorArgs>),
-    /// Let a motor or the gripper fail
+    /// Make a motor or the gripper fail
     Actuator(Timed<ActuatorArgs>),
-    /// Let a robot get worse at a skill, without knowing
+    /// Reduce a skill of a robot without informing its controller
     Skill(Timed<SkillArgs>),
-    /// Take a robot's power: its body obeys nothing
+    /// Turn off the power of a robot's body, which then ignores all commands
     Power(Timed<OneRobot>),
-    /// Let a robot tell its team that it works, and do nothing
+    /// Make a robot broadcast that it works while it does nothing
     Babble(Timed<OneRobot>),
-    /// Put an obstacle, or a patch of slow or fast ground, on the floor
+    /// Place an obstacle, or an area of slow or fast ground
     Obstacle(Timed<ObstacleArgs>),
-    /// Put a robot elsewhere
+    /// Move a robot to another position
     MoveRobot(Timed<MoveRobotArgs>),
-    /// A fault that only a mission knows.
+    /// A fault that a mission declares.
     #[command(flatten)]
     Own(OwnFault),
 }
 
-/// A fault's own arguments, with trigger and duration.
 #[derive(Args, Clone, Debug)]
 pub struct Timed<F: Args> {
     #[command(flatten)]
@@ -87,142 +85,129 @@ pub struct Timed<F: Args> {
     timing: Timing,
 }
 
-/// Nothing to say.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct Nothing;
 
-/// A robot and no more.
 #[derive(Args, Clone, Debug)]
 pub struct OneRobot {
     /// Name of the robot
     robot: String,
 }
 
-/// Both ends of links.
 #[derive(Args, Clone, Debug)]
 pub struct Ends {
-    /// Who speaks: a robot, or all
-    #[arg(long, value_name = "ROBOT|all", default_value = "all", value_parser = who)]
+    /// Sender: a robot or all
+    #[arg(long, value_name = "ROBOT|all", default_value = "all", value_parser = parse_end)]
     from: Who,
-    /// Who hears it: a robot, or all
-    #[arg(long, value_name = "ROBOT|all", default_value = "all", value_parser = who)]
+    /// Receiver: a robot or all
+    #[arg(long, value_name = "ROBOT|all", default_value = "all", value_parser = parse_end)]
     to: Who,
 }
 
-/// Loss.
 #[derive(Args, Clone, Debug)]
 pub struct LossArgs {
     #[command(flatten)]
     ends: Ends,
-    /// Share of messages that get lost, 0 to 1
+    /// Share of messages that are lost, 0 to 1
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     p: f64,
-    /// Mean length of a burst of losses; 0: each message has its own draws
+    /// Mean length of a burst of losses; 0 for independent losses
     #[arg(long = "burst", value_name = "TIME", default_value = "0", value_parser = seconds)]
     burst_s: f64,
 }
 
-/// Delay.
 #[derive(Args, Clone, Debug)]
 pub struct DelayArgs {
     #[command(flatten)]
     ends: Ends,
-    /// How late every message comes
+    /// Delay of every message
     #[arg(long = "by", value_name = "TIME", value_parser = seconds)]
     delay_s: f64,
-    /// Up to this much more
+    /// Maximum additional random delay
     #[arg(long = "jitter", value_name = "TIME", default_value = "0", value_parser = seconds)]
     jitter_s: f64,
 }
 
-/// Share of messages.
 #[derive(Args, Clone, Debug)]
 pub struct ChanceArgs {
     #[command(flatten)]
     ends: Ends,
-    /// Share of messages that it befalls, 0 to 1
+    /// Share of messages that are affected, 0 to 1
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     p: f64,
 }
 
-/// Partition.
 #[derive(Args, Clone, Debug)]
 pub struct PartitionArgs {
-    /// Groups with a slash between them, as in: blue,gold / green
+    /// Groups separated by a slash, as in: blue,gold / green
     #[arg(required = true, value_name = "ROBOT,ROBOT / ROBOT")]
     groups: Vec<String>,
-    /// Later groups still hear earlier ones
+    /// Let later groups still receive messages of earlier groups
     #[arg(long)]
     one_way: bool,
 }
 
-/// Radio range.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct RangeArgs {
-    /// Greatest distance, center to center, m
+    /// Maximum distance between the robots' centers, m
     #[arg(value_name = "METERS", allow_negative_numbers = true)]
     range_m: f32,
 }
 
-/// Quality.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct RadioArgs {
-    /// Which one
+    /// Name of the quality
     #[arg(value_parser = with_shared(RadioQuality::ALL, RadioQuality::as_str))]
     quality: RadioQuality,
 }
 
-/// Sensor.
 #[derive(Args, Clone, Debug)]
 pub struct SensorArgs {
     /// Name of the robot
     robot: String,
-    /// Which sensor
+    /// Name of the sensor
     #[arg(value_parser = device())]
     device: Device,
-    /// How it fails
+    /// Failure mode, such as dead or stuck
     #[arg(value_parser = SENSOR_MODES)]
     mode: String,
-    /// Of noise (its standard deviation) and bias: m; of dropout: the share of steps, 0 to 1
+    /// Size: for noise (standard deviation) and bias in m; for dropout the share of steps, 0 to 1
     #[arg(value_name = "SIZE", allow_negative_numbers = true)]
     size: Option<String>,
-    /// Of noise and bias of the position sensor: the error of the heading, degrees
+    /// Heading error for noise and bias of the position sensor, degrees
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     deg: Option<f32>,
 }
 
-/// Actuator.
 #[derive(Args, Clone, Debug)]
 pub struct ActuatorArgs {
     /// Name of the robot
     robot: String,
-    /// How it fails
+    /// Failure mode, such as dead or slowed
     #[arg(value_parser = ACTUATOR_MODES)]
     mode: String,
-    /// Of slowed: the share of its speed that is left; of turn-bias: degrees/s; of one-wheel: left or right
+    /// Size: for slowed the remaining share of the speed; for turn-bias degrees/s; for one-wheel left or right
     #[arg(value_name = "SIZE", allow_negative_numbers = true)]
     size: Option<String>,
 }
 
-/// Skill.
 #[derive(Args, Clone, Debug)]
 pub struct SkillArgs {
     /// Name of the robot
     robot: String,
-    /// What it gets worse at, as the scenario names it
+    /// Name of the skill in the scenario
     skill: String,
-    /// Share of the skill that is left, 0 to 1
+    /// Remaining share of the skill, 0 to 1
     #[arg(value_name = "SHARE", allow_negative_numbers = true)]
     share: f64,
 }
 
-/// A rectangle on the floor.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct ObstacleArgs {
-    /// Lower left corner, m
+    /// Lower left corner: x, m
     #[arg(value_name = "X", allow_negative_numbers = true)]
     x_m: f32,
-    /// Lower left corner, m
+    /// Lower left corner: y, m
     #[arg(value_name = "Y", allow_negative_numbers = true)]
     y_m: f32,
     /// Extent in x, m
@@ -231,23 +216,22 @@ pub struct ObstacleArgs {
     /// Extent in y, m
     #[arg(value_name = "HEIGHT", allow_negative_numbers = true)]
     height_m: f32,
-    /// At most 0.1: solid; below 1: slows by that factor; above 1: speeds up
+    /// Speed factor on the rectangle: solid up to 0.1, slower below 1, faster above 1
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     penetrability: f32,
 }
 
-/// A robot elsewhere.
 #[derive(Args, Clone, Debug)]
 pub struct MoveRobotArgs {
     /// Name of the robot
     robot: String,
-    /// Center, m
+    /// New center: x, m
     #[arg(value_name = "X", allow_negative_numbers = true)]
     x_m: f32,
-    /// Center, m
+    /// New center: y, m
     #[arg(value_name = "Y", allow_negative_numbers = true)]
     y_m: f32,
-    /// New heading, degrees counter-clockwise from x [default: as it is]
+    /// New heading, degrees counter-clockwise from the x axis [default: unchanged]
     #[arg(
         long = "heading",
         value_name = "DEGREES",
@@ -268,10 +252,10 @@ impl<F: Args> Timed<F> {
 }
 
 impl OrderArgs {
-    /// The order that they stand for; names and ranges are for the world to check.
+    /// Converts the arguments to an order. The world checks names and ranges.
     ///
     /// # Errors
-    /// When a sensor's or actuator's mode and its size do not go together.
+    /// If the size does not fit the mode of a sensor or actuator.
     pub fn into_order(self) -> Result<Order, String> {
         let robot = |timed: Timed<OneRobot>, fault: fn(String) -> Fault| {
             timed.order(|one| fault(one.robot))
@@ -342,11 +326,11 @@ impl OrderArgs {
                     mode: actuator_mode(&actuator.mode, actuator.size.as_deref())?,
                 }))
             })?,
-            Self::Skill(timed) => timed.order(|worse| {
+            Self::Skill(timed) => timed.order(|skill| {
                 Fault::Skill(SkillFault {
-                    robot: worse.robot,
-                    skill: worse.skill,
-                    share: worse.share,
+                    robot: skill.robot,
+                    skill: skill.skill,
+                    share: skill.share,
                 })
             }),
             Self::Obstacle(timed) => timed.order(|rectangle| {
@@ -366,17 +350,17 @@ impl OrderArgs {
                     heading_deg: moved.heading_deg,
                 })
             }),
-            Self::Own(own) => own.timing.order(Fault::Mission(own.fault)),
+            Self::Own(command) => command.timing.order(Fault::Mission(command.fault)),
         })
     }
 }
 
-/// A robot, or all of them.
-fn who(text: &str) -> Result<Who, Infallible> {
+/// Parses the name of a robot, or `all`.
+fn parse_end(text: &str) -> Result<Who, Infallible> {
     Ok(Who::from(text.to_owned()))
 }
 
-/// `blue,gold / green`, in one argument or several.
+/// Parses groups such as `blue,gold / green` from one or several arguments.
 fn groups(arguments: &[String]) -> Vec<Vec<String>> {
     let text = arguments.join(" ");
     let names = |group: &str| {
@@ -386,7 +370,7 @@ fn groups(arguments: &[String]) -> Vec<Vec<String>> {
     text.split('/').map(names).collect()
 }
 
-/// A device of robots of any mission of this program.
+/// Returns a parser for the devices of all missions of this program.
 fn device() -> impl TypedValueParser<Value = Device> {
     let missions = Registry::of_this_program().vocabulary().missions;
     let mut names: Vec<&str> = Vec::new();
@@ -398,7 +382,7 @@ fn device() -> impl TypedValueParser<Value = Device> {
     PossibleValuesParser::new(names).map(|name| Device::named(&name))
 }
 
-/// One of these, by its name.
+/// Returns a parser for one of these values by name.
 fn with_shared<T, const N: usize>(
     all: [T; N],
     name: fn(T) -> &'static str,
@@ -408,7 +392,7 @@ where
 {
     PossibleValuesParser::new(all.map(name)).try_map(move |chosen| {
         let found = all.into_iter().find(|each| name(*each) == chosen);
-        // Nothing else gets past the possible values.
+        // Other names have been refused by the possible values.
         found.ok_or("no such value")
     })
 }

@@ -1,4 +1,4 @@
-//! `alliance fault`: breaks things in a live run, lists and heals them.
+//! `alliance fault`: injects, lists and clears faults in a live run.
 
 mod args;
 mod modes;
@@ -19,26 +19,26 @@ use study::table;
 
 use crate::control::{ControlArgs, print, unexpected};
 
-/// Break things in a live run, list and heal them.
+/// Inject, list and clear faults in a live run.
 #[derive(Args, Clone, Debug)]
 #[command(arg_required_else_help = true)]
 pub struct FaultArgs {
     #[command(subcommand)]
-    part: Option<Part>,
+    action: Option<Action>,
     #[command(flatten)]
     control: ControlArgs,
-    /// Print the JSON Schema of the control topic's requests, with that of its replies under the key `reply`
+    /// Print the JSON Schema of the control topic's requests; the key `reply` contains that of the replies
     #[arg(long)]
     schema: bool,
 }
 
 #[derive(Subcommand, Clone, Debug)]
-enum Part {
+enum Action {
     /// List the faults of the run
     List,
-    /// Heal or disarm a fault, or all
+    /// Clear or disarm a fault, or all faults
     Clear {
-        /// The fault's id [default: all]
+        /// Id of the fault [default: all]
         id: Option<String>,
     },
     #[command(flatten)]
@@ -46,10 +46,10 @@ enum Part {
 }
 
 impl FaultArgs {
-    /// Exit status 0, 2 for a mistake in arguments or an order that the world refuses, 3 when no run is live or none answers.
+    /// Executes the command. Exit status 0, 2 for a mistake in the arguments or a refused order, 3 if no run is live or none answers.
     #[must_use]
     pub fn run(self) -> ExitCode {
-        if self.schema && self.part.is_none() {
+        if self.schema && self.action.is_none() {
             return match print(&schema()) {
                 Ok(()) => ExitCode::SUCCESS,
                 Err(error) => {
@@ -58,15 +58,15 @@ impl FaultArgs {
                 }
             };
         }
-        let command = match self.part {
-            Some(Part::List) => Ok(ControlCommand::List),
-            Some(Part::Clear { id }) => Ok(ControlCommand::Clear(id)),
-            Some(Part::Order(order)) => order.into_order().map(ControlCommand::Fault),
-            None => Err("say which fault, list or clear".to_owned()),
+        let command = match self.action {
+            Some(Action::List) => Ok(ControlCommand::List),
+            Some(Action::Clear { id }) => Ok(ControlCommand::Clear(id)),
+            Some(Action::Order(order)) => order.into_order().map(ControlCommand::Fault),
+            None => Err("a fault, list or clear is required".to_owned()),
         };
         match command {
-            // Printed alone: whoever asks for it wants to store it.
-            Ok(_) if self.schema => refuse("--schema stands alone"),
+            // The schema is printed alone, so that it can be stored.
+            Ok(_) if self.schema => refuse("--schema cannot be combined with a command"),
             Ok(ControlCommand::Fault(order)) => {
                 let acknowledged = order.clone();
                 self.control.ask(
@@ -94,7 +94,7 @@ fn refuse(why: &str) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// "f3: kill gold from tick 1234 (61.700 s)".
+/// Returns the acknowledgement of a fault, such as "f3: kill gold from tick 1234 (61.700 s)".
 fn acknowledge(armed: &Armed, order: &Order) -> String {
     let begins = if order.fault.is_momentary() {
         "at"
@@ -117,7 +117,7 @@ fn acknowledge(armed: &Armed, order: &Order) -> String {
 
 fn cleared_in_words(cleared: &Cleared) -> String {
     if cleared.ids.is_empty() {
-        return "there was nothing to clear".to_owned();
+        return "no faults to clear".to_owned();
     }
     let (tick, t_ms) = (cleared.tick, cleared.t_ms);
     format!(
@@ -126,7 +126,7 @@ fn cleared_in_words(cleared: &Cleared) -> String {
     )
 }
 
-/// The faults of a run.
+/// Returns a table of the faults of a run.
 pub fn in_a_table(faults: &[FaultStatus]) -> Table {
     let mut table = table::new(["id", "fault", "phase", "applied", "healed", "hits"]);
     let time = |t_ms: Option<SimTime>| t_ms.map_or_else(|| "–".to_owned(), |t| t.to_string());

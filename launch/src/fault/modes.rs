@@ -1,26 +1,28 @@
-//! How sensors and actuators fail, in words: `noise 0.5`, `one-wheel left`.
+//! The modes of sensor and actuator faults in text form, such as `noise 0.5` or `one-wheel left`.
 
 use std::str::FromStr;
 
 use alliance_proto::fault::{ActuatorMode, SensorError, SensorMode, Side};
 
-/// What a sensor's failure is called.
+/// The names of the modes of a sensor fault.
 pub const SENSOR_MODES: [&str; 5] = ["dead", "stuck", "noise", "bias", "dropout"];
 
-/// What an actuator's failure is called.
+/// The names of the modes of an actuator fault.
 pub const ACTUATOR_MODES: [&str; 5] = ["dead", "slowed", "turn-bias", "one-wheel", "gripper"];
 
-/// A sensor's failure; `size` in m or as a share, `deg` in degrees.
+/// Parses the mode of a sensor fault. `size` is in m or a share, `deg` in degrees.
 ///
 /// # Errors
-/// When the size is missing, wrong, or too much.
+/// If the size is missing, invalid, or not allowed.
 pub fn sensor_mode(mode: &str, size: Option<&str>, deg: Option<f32>) -> Result<SensorMode, String> {
     if deg.is_some() && !matches!(mode, "noise" | "bias") {
-        return Err(format!("'{mode}' has no --deg; noise and bias have"));
+        return Err(format!(
+            "'{mode}' takes no --deg; use it with noise or bias"
+        ));
     }
     let error = || {
         Ok::<_, String>(SensorError {
-            m: number(mode, size, "its size in meters")?,
+            m: number(mode, size, "a size in meters")?,
             deg: deg.unwrap_or_default(),
         })
     };
@@ -29,27 +31,29 @@ pub fn sensor_mode(mode: &str, size: Option<&str>, deg: Option<f32>) -> Result<S
         "stuck" => alone(mode, size, SensorMode::Stuck),
         "noise" => Ok(SensorMode::Noise(error()?)),
         "bias" => Ok(SensorMode::Bias(error()?)),
-        "dropout" => number(mode, size, "its share of the steps, 0 to 1").map(SensorMode::Dropout),
+        "dropout" => number(mode, size, "a share of the steps, 0 to 1").map(SensorMode::Dropout),
         _ => Err(unknown(mode, &SENSOR_MODES)),
     }
 }
 
-/// An actuator's failure; `size` as a share, in degrees/s, or a side.
+/// Parses the mode of an actuator fault. `size` is a share, in degrees/s, or a side.
 ///
 /// # Errors
-/// When the size is missing, wrong, or too much.
+/// If the size is missing, invalid, or not allowed.
 pub fn actuator_mode(mode: &str, size: Option<&str>) -> Result<ActuatorMode, String> {
     match mode {
         "dead" => alone(mode, size, ActuatorMode::Dead),
         "gripper" => alone(mode, size, ActuatorMode::Gripper),
         "slowed" => {
-            number(mode, size, "what is left of its speed, 0 to 1").map(ActuatorMode::Slowed)
+            number(mode, size, "the remaining share of the speed, 0 to 1").map(ActuatorMode::Slowed)
         }
-        "turn-bias" => number(mode, size, "its degrees per second").map(ActuatorMode::TurnBias),
+        "turn-bias" => {
+            number(mode, size, "a turn rate in degrees per second").map(ActuatorMode::TurnBias)
+        }
         "one-wheel" => match size {
             Some("left") => Ok(ActuatorMode::OneWheel(Side::Left)),
             Some("right") => Ok(ActuatorMode::OneWheel(Side::Right)),
-            _ => Err("'one-wheel' needs the dead one: left or right".to_owned()),
+            _ => Err("'one-wheel' needs the failed wheel: left or right".to_owned()),
         },
         _ => Err(unknown(mode, &ACTUATOR_MODES)),
     }
@@ -58,7 +62,7 @@ pub fn actuator_mode(mode: &str, size: Option<&str>) -> Result<ActuatorMode, Str
 fn alone<M>(name: &str, size: Option<&str>, mode: M) -> Result<M, String> {
     match size {
         None => Ok(mode),
-        Some(size) => Err(format!("'{name}' has no size; leave '{size}' out")),
+        Some(size) => Err(format!("'{name}' takes no size; leave '{size}' out")),
     }
 }
 
@@ -69,5 +73,5 @@ fn number<T: FromStr>(mode: &str, size: Option<&str>, what: &str) -> Result<T, S
 }
 
 fn unknown(mode: &str, known: &[&str]) -> String {
-    format!("'{mode}' is no mode; there are {}", known.join(", "))
+    format!("'{mode}' is not a mode; there are {}", known.join(", "))
 }

@@ -1,4 +1,4 @@
-//! Faults that only a mission knows, as commands: made from what the missions of this program declare.
+//! Fault subcommands of missions, generated from the declarations of the missions in this program.
 
 use alliance_proto::fault::{FaultArgument, FaultSpec, MissionFault};
 use clap::error::ErrorKind;
@@ -10,18 +10,16 @@ use super::timing::Timing;
 /// A fault of a mission, with its trigger and duration.
 #[derive(Clone, Debug)]
 pub struct OwnFault {
-    /// The fault.
     pub fault: MissionFault,
-    /// When.
     pub timing: Timing,
 }
 
-/// Those of all missions; of two of the same name, which the world tells apart, the first is listed.
+/// Returns the faults of all missions. Of two faults with the same name only the first is listed; the world selects the right one.
 fn specs() -> Vec<FaultSpec> {
     let missions = Registry::of_this_program().vocabulary().missions;
     let mut specs: Vec<FaultSpec> = Vec::new();
     for spec in missions.iter().flat_map(|mission| mission.faults()) {
-        if specs.iter().all(|known| known.name != spec.name) {
+        if specs.iter().all(|other| other.name != spec.name) {
             specs.push(*spec);
         }
     }
@@ -31,9 +29,9 @@ fn specs() -> Vec<FaultSpec> {
 impl Subcommand for OwnFault {
     fn augment_subcommands(command: Command) -> Command {
         specs().iter().fold(command, |command, spec| {
-            let one = Command::new(spec.name).about(sentence(spec.about));
-            let one = spec.arguments.iter().fold(one, with_argument);
-            command.subcommand(Timing::augment_args(one))
+            let subcommand = Command::new(spec.name).about(sentence(spec.about));
+            let subcommand = spec.arguments.iter().fold(subcommand, with_argument);
+            command.subcommand(Timing::augment_args(subcommand))
         })
     }
 
@@ -74,7 +72,8 @@ impl FromArgMatches for OwnFault {
     }
 }
 
-/// What must be stated has its place, and a name as faults are printed; what may be left out has a name alone.
+/// Adds an argument to a fault command. A required argument is positional, and also an option as in the text form of the fault. An
+/// argument with a default is an option only.
 fn with_argument(command: Command, argument: &FaultArgument) -> Command {
     let (stem, _) = argument.stem_and_unit();
     let number = |id: String| {
@@ -111,7 +110,7 @@ fn long(argument: &FaultArgument) -> String {
     argument.key.replace('_', "-")
 }
 
-/// A line of a mission's, as help begins its lines.
+/// Returns the text with a capital letter at its start, as in other help texts.
 fn sentence(about: &str) -> String {
     let mut letters = about.chars();
     letters.next().map_or_else(String::new, |first| {

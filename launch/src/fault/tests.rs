@@ -1,4 +1,4 @@
-//! The command line takes every fault in the words in which it is printed.
+//! The command line accepts the text form of every fault.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ struct Alone {
     fault: FaultArgs,
 }
 
-/// As a shell cuts it: at spaces, but not between double quotes.
+/// Splits a line like a shell: at spaces outside double quotes.
 fn words(line: &str) -> Vec<String> {
     let mut words = vec!["fault".to_owned()];
     for (index, part) in line.split('"').enumerate() {
@@ -28,13 +28,13 @@ fn words(line: &str) -> Vec<String> {
 
 fn read(line: &str) -> Result<Order, String> {
     let alone = Alone::try_parse_from(words(line)).map_err(|error| error.to_string())?;
-    match alone.fault.part {
-        Some(Part::Order(order)) => order.into_order(),
+    match alone.fault.action {
+        Some(Action::Order(order)) => order.into_order(),
         other => panic!("{line}: {other:?}"),
     }
 }
 
-/// Each fault as text and as JSON, with each of its modes.
+/// Every fault with each of its modes, as text and as JSON.
 const FAULTS: &[(&str, &str)] = &[
     ("kill gold", r#"{"kill":"gold"}"#),
     ("terminate gold", r#"{"terminate":"gold"}"#),
@@ -163,12 +163,12 @@ const FAULTS: &[(&str, &str)] = &[
 ];
 
 #[test]
-fn the_definition_holds_together() {
+fn the_command_definition_is_valid() {
     Alone::command().debug_assert();
 }
 
 #[test]
-fn every_fault_is_a_command_as_it_is_printed() {
+fn the_text_form_of_every_fault_is_a_command() {
     let timings = [
         "",
         " --at 60.5s --for 10s",
@@ -187,15 +187,15 @@ fn every_fault_is_a_command_as_it_is_printed() {
             known.insert(order.fault.name().to_owned());
         }
     }
-    let own = missions::waste::data::WASTE.faults();
+    let mission_faults = missions::waste::data::WASTE.faults();
     let all = Fault::COMMON
         .into_iter()
-        .chain(own.iter().map(|it| it.name));
+        .chain(mission_faults.iter().map(|spec| spec.name));
     assert_eq!(known, all.map(str::to_owned).collect());
 }
 
 #[test]
-fn times_are_read_as_people_write_them() {
+fn times_have_common_units() {
     for (text, for_s) in [
         ("60s", 60.0),
         ("60", 60.0),
@@ -218,7 +218,7 @@ fn times_are_read_as_people_write_them() {
 }
 
 #[test]
-fn what_may_be_left_out_and_said_shorter() {
+fn short_forms_are_accepted() {
     for (short, long) in [
         ("drop --p 0.3", "drop --from all --to all --p 0.3"),
         ("poor-radio", "radio poor-radio"),
@@ -241,7 +241,7 @@ fn what_may_be_left_out_and_said_shorter() {
 }
 
 #[test]
-fn mistakes_are_answered_with_what_would_be_right() {
+fn mistakes_return_a_remedy() {
     for (line, part) in [
         (
             "kil gold",
@@ -256,35 +256,32 @@ fn mistakes_are_answered_with_what_would_be_right() {
             "sensor gold waste late",
             "possible values: dead, stuck, noise",
         ),
-        (
-            "sensor gold waste noise",
-            "'noise' needs its size in meters",
-        ),
+        ("sensor gold waste noise", "'noise' needs a size in meters"),
         (
             "sensor gold waste noise x",
-            "'noise' needs its size in meters, not 'x'",
+            "'noise' needs a size in meters, not 'x'",
         ),
         (
             "sensor gold waste dead 3",
-            "'dead' has no size; leave '3' out",
+            "'dead' takes no size; leave '3' out",
         ),
         (
             "sensor gold waste dead --deg 3",
-            "'dead' has no --deg; noise and bias have",
+            "'dead' takes no --deg; use it with noise or bias",
         ),
         (
             "actuator gold slowed",
-            "'slowed' needs what is left of its speed, 0 to 1",
+            "'slowed' needs the remaining share of the speed, 0 to 1",
         ),
         (
             "actuator gold one-wheel up",
-            "needs the dead one: left or right",
+            "needs the failed wheel: left or right",
         ),
         (
             "radio bad-radio",
             "possible values: good-radio, poor-radio, severe-radio",
         ),
-        ("mute gold --when gold", "'gold' names no event"),
+        ("mute gold --when gold", "'gold' is not an event"),
         ("list --at 3", "unexpected argument '--at' found"),
     ] {
         let error = match Alone::try_parse_from(words(line)) {
@@ -296,8 +293,8 @@ fn mistakes_are_answered_with_what_would_be_right() {
 }
 
 #[test]
-fn what_was_acknowledged_in_words() {
-    let said = |line: &str, tick: Option<u64>| {
+fn acknowledgements_contain_fault_and_time() {
+    let acknowledged = |line: &str, tick: Option<u64>| {
         let armed = Armed {
             id: "f3".to_owned(),
             tick,
@@ -306,15 +303,15 @@ fn what_was_acknowledged_in_words() {
         acknowledge(&armed, &read(line).unwrap())
     };
     assert_eq!(
-        said("kill gold", Some(1234)),
+        acknowledged("kill gold", Some(1234)),
         "f3: kill gold from tick 1234 (61.700 s)"
     );
     assert_eq!(
-        said("waste 3 4 --every 60s", Some(1234)),
+        acknowledged("waste 3 4 --every 60s", Some(1234)),
         "f3: waste --items 1 --x-m 3 --y-m 4 at tick 1234 (61.700 s) every 60 s"
     );
     assert_eq!(
-        said("mute gold --when \"any dies\" --for 1.5s", None),
+        acknowledged("mute gold --when \"any dies\" --for 1.5s", None),
         "f3: mute gold when any dies for 1.5 s"
     );
 }

@@ -1,25 +1,25 @@
-//! When a fault happens and how long it lasts, as options of its command.
+//! The options for the trigger and the duration of a fault.
 
 use alliance_proto::fault::{Fault, Order, When};
 use alliance_proto::time::seconds;
 use clap::Args;
 
-/// When a fault happens and how long it lasts. Without any of it: at once, until it is cleared.
+// No doc comment, because clap would use it as the description of the mission's fault commands.
 #[derive(Args, Clone, Debug)]
 pub struct Timing {
-    /// At this simulated time, such as 60s, 1.5s or 2min; one that has passed is now
+    /// Simulated time at which the fault starts, such as 60s, 1.5s or 2min; a past time means now
     #[arg(long = "at", value_name = "TIME", value_parser = seconds)]
     at_s: Option<f64>,
-    /// Again and again, this long after the time before
+    /// Repeat the fault at this interval
     #[arg(long = "every", value_name = "TIME", value_parser = seconds)]
     every_s: Option<f64>,
-    /// When this happens next: "ROBOT|any VERB [SUBJECT]", as in "blue activates report-progress"
+    /// Next event that starts the fault: "ROBOT|any VERB [SUBJECT]", as in "blue activates report-progress"
     #[arg(long, value_name = "EVENT")]
     when: Option<When>,
-    /// How long it lasts [default: until it is cleared]
+    /// Duration [default: until it is cleared]
     #[arg(long = "for", value_name = "TIME", value_parser = seconds)]
     for_s: Option<f64>,
-    /// Name, by which it can be cleared [default: the world gives it one]
+    /// Id with which it can be cleared [default: assigned by the world]
     #[arg(long, value_name = "NAME")]
     id: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! Handshakes with a router on loopback, each with one thing wrong: what is said of it.
+//! Tests of the error messages for failed handshakes with a router on loopback.
 
 use std::fs;
 use std::io::Write;
@@ -16,7 +16,7 @@ use zenoh::{Session, Wait};
 
 use super::make::{Authority, Dates, KeyFile, Member};
 
-/// A place where nobody listens.
+/// Returns a port without a listener.
 fn free_port() -> u16 {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     listener.local_addr().unwrap().port()
@@ -49,7 +49,7 @@ fn member(identity: &str, at: &[&str]) -> Member {
     }
 }
 
-/// A folder of files as somebody has them.
+/// Creates a folder with the key files of one member.
 fn folder(files: impl IntoIterator<Item = Vec<KeyFile>>) -> TempDir {
     let dir = tempfile::tempdir().unwrap();
     for file in files.into_iter().flatten() {
@@ -63,7 +63,7 @@ fn folder(files: impl IntoIterator<Item = Vec<KeyFile>>) -> TempDir {
 const COMMON: &str =
     "scouting: { delay: 0, multicast: { enabled: false }, gossip: { enabled: false } }";
 
-/// What they prove by who they are: files of a folder, as the product hands them to zenoh.
+/// Returns zenoh's `tls` section for the key files of a folder.
 fn tls(dir: &Path, identity: &str, side: &str) -> String {
     let read = |name: &str| BASE64_STANDARD.encode(fs::read(dir.join(name)).unwrap());
     let (certificate, key) = (
@@ -76,7 +76,7 @@ fn tls(dir: &Path, identity: &str, side: &str) -> String {
     )
 }
 
-/// A router with these certificates that knows gold by the password "right"; its locator.
+/// Opens a router with these certificates that accepts gold with the password "right". Returns its locator too.
 fn router(dir: &TempDir, transport: &str) -> (Session, String) {
     let members = dir.path().join("members");
     fs::write(&members, "gold:right\n").unwrap();
@@ -90,12 +90,12 @@ fn router(dir: &TempDir, transport: &str) -> (Session, String) {
     (session, endpoint)
 }
 
-/// Somebody who tries to connect there with that `tls` section.
+/// Tries to connect as gold with this `tls` section.
 fn connect(endpoint: &str, tls: &str, password: &str) -> Result<(), ConnectError> {
     connect_within(10_000, endpoint, tls, password)
 }
 
-/// The same by one who waits that long for answers.
+/// Tries to connect as gold and waits at most `patience_ms` for answers.
 fn connect_within(
     patience_ms: u64,
     endpoint: &str,
@@ -111,7 +111,7 @@ fn connect_within(
     Ok(())
 }
 
-/// A team with a world on loopback that is as it should be.
+/// A team with a correctly configured world on loopback.
 struct Team {
     authority: Authority,
     world: TempDir,
@@ -132,87 +132,85 @@ impl Team {
         }
     }
 
-    /// What gold has of this authority, valid then.
     fn gold(&self, dates: Dates) -> TempDir {
         gold(&self.authority, &self.authority, dates)
     }
 
-    /// What is said when gold tries to connect to this world with those keys.
-    fn said(&self, keys: &TempDir) -> Result<(), ConnectError> {
+    /// Tries to connect to this world as gold with these keys.
+    fn connect(&self, keys: &TempDir) -> Result<(), ConnectError> {
         connect(&self.at, &tls(keys.path(), "gold", "connect"), "right")
     }
 }
 
-/// Keys of a world that is reached there.
 fn world_keys(authority: &Authority, at: &str, dates: Dates) -> TempDir {
     let at: &[&str] = if at.is_empty() { &[] } else { &[at] };
     let files = authority.issue(&member("world", at), dates).unwrap();
     folder([authority.files(), files])
 }
 
-/// Keys of gold, signed by the first, with the certificate of the second as that of the authority.
+/// Creates gold's keys, signed by `by`, with the authority certificate of `ca`.
 fn gold(by: &Authority, ca: &Authority, dates: Dates) -> TempDir {
     let files = by.issue(&member("gold", &[]), dates).unwrap();
     folder([ca.files(), files])
 }
 
 #[track_caller]
-fn assert_refused(said: Result<(), ConnectError>, expected: &str) {
-    match said {
+fn assert_refused(result: Result<(), ConnectError>, expected: &str) {
+    match result {
         Err(ConnectError::Refused { reason, .. }) => assert_eq!(reason, expected),
         other => panic!("{other:?}"),
     }
 }
 
 #[track_caller]
-fn assert_not_there(said: Result<(), ConnectError>, expected: &str) {
-    match said {
+fn assert_not_there(result: Result<(), ConnectError>, expected: &str) {
+    match result {
         Err(ConnectError::NotThere { reason, .. }) => assert_eq!(reason, expected),
         other => panic!("{other:?}"),
     }
 }
 
 #[test]
-fn a_member_gets_in_and_who_shows_what_is_wrong_does_not() {
+fn only_a_member_with_valid_keys_connects() {
     let team = Team::new();
     let good = team.gold(today());
-    assert_eq!(team.said(&good), Ok(()));
+    assert_eq!(team.connect(&good), Ok(()));
 
     let ca = BASE64_STANDARD.encode(fs::read(good.path().join("ca.pem")).unwrap());
     let none = format!("root_ca_certificate_base64: {ca:?}");
     assert_refused(
         connect(&team.at, &none, "right"),
-        "it asks for a certificate, and none is shown; connect with --keys DIR",
+        "the other side requires a certificate; connect with --keys DIR",
     );
     let other = Authority::new(today()).unwrap();
     assert_refused(
-        team.said(&gold(&other, &team.authority, today())),
-        "its ca.pem has not signed the certificate here; copy the files of one `alliance keys` to both sides",
+        team.connect(&gold(&other, &team.authority, today())),
+        "its ca.pem has not signed the local certificate; copy the files of one `alliance keys` run to both sides",
     );
     for dates in [last_year(), next_year()] {
         assert_refused(
-            team.said(&team.gold(dates)),
-            "by its clock the certificate here has expired or is not valid yet; set both clocks right, or make new keys",
+            team.connect(&team.gold(dates)),
+            "the local certificate has expired or is not valid yet according to its clock; correct both clocks or create new keys",
         );
     }
     assert_refused(
-        team.said(&folder([
+        team.connect(&folder([
             team.authority.files(),
-            one_who_listens_alone(&team.authority),
+            listener_only(&team.authority),
         ])),
-        "the certificate here is not that of one who connects; use those of `alliance keys`",
+        "the local certificate is not valid for a client; use the certificates of `alliance keys`",
     );
     let tls = tls(good.path(), "gold", "connect");
     assert_refused(
         connect(&team.at, &tls, "wrong"),
-        "it does not know this name and secret; copy the .secret file of its `alliance keys` again",
+        "it rejects this name and secret; copy the .secret file of its `alliance keys` again",
     );
-    // Whatever was tried before: a member still gets in.
-    assert_eq!(team.said(&good), Ok(()));
+    // A member can still connect after the failed attempts.
+    assert_eq!(team.connect(&good), Ok(()));
 }
 
-/// A certificate of gold that says it is of one who is connected to, and nothing else.
-fn one_who_listens_alone(authority: &Authority) -> Vec<KeyFile> {
+/// Creates a certificate of gold that is valid only for a listener.
+fn listener_only(authority: &Authority) -> Vec<KeyFile> {
     let mut params = CertificateParams::default();
     params.distinguished_name = DistinguishedName::new();
     params.distinguished_name.push(DnType::CommonName, "gold");
@@ -230,92 +228,93 @@ fn one_who_listens_alone(authority: &Authority) -> Vec<KeyFile> {
 }
 
 #[test]
-fn a_world_that_is_not_the_teams_is_not_connected_to() {
+fn a_world_of_another_team_is_refused() {
     let authority = Authority::new(today()).unwrap();
     let other = Authority::new(today()).unwrap();
     let good = gold(&authority, &authority, today());
-    let said = |world: &TempDir| {
+    let connect_to = |world: &TempDir| {
         let (_router, at) = router(world, "tls");
         connect(&at, &tls(good.path(), "gold", "connect"), "right")
     };
     assert_refused(
-        said(&world_keys(&other, "127.0.0.1", today())),
-        "its certificate is not signed by the ca.pem here; copy the files of one `alliance keys` to both sides",
+        connect_to(&world_keys(&other, "127.0.0.1", today())),
+        "its certificate is not signed by the local ca.pem; copy the files of one `alliance keys` run to both sides",
     );
     assert_refused(
-        said(&world_keys(&authority, "127.0.0.1", last_year())),
-        "by this machine's clock its certificate has expired; set the clock right, or make new keys",
+        connect_to(&world_keys(&authority, "127.0.0.1", last_year())),
+        "its certificate has expired according to this machine's clock; correct the clock or create new keys",
     );
     assert_refused(
-        said(&world_keys(&authority, "127.0.0.1", next_year())),
-        "by this machine's clock its certificate is not valid yet; set the clock right, or make new keys",
+        connect_to(&world_keys(&authority, "127.0.0.1", next_year())),
+        "its certificate is not valid yet according to this machine's clock; correct the clock or create new keys",
     );
     for at in ["10.0.0.9", "elsewhere"] {
         assert_refused(
-            said(&world_keys(&authority, at, today())),
+            connect_to(&world_keys(&authority, at, today())),
             &format!(
-                "its certificate is for {at}, not for 127.0.0.1; connect by a name that it has, or make keys in which it is reached at 127.0.0.1"
+                "its certificate is for {at}, not for 127.0.0.1; connect by one of its names, or create keys for 127.0.0.1"
             ),
         );
     }
     assert_refused(
-        said(&world_keys(&authority, "", today())),
-        "its certificate is not that of one who listens; make keys that say where it is reached",
+        connect_to(&world_keys(&authority, "", today())),
+        "its certificate is not valid for a listener; create keys that contain its address",
     );
 }
 
 #[test]
-fn files_that_do_not_go_together_are_told_before_anything_is_sent() {
+fn mismatched_key_files_are_refused_before_connecting() {
     let team = Team::new();
     let torn = team.gold(today());
     let key = torn.path().join("gold.key");
     fs::copy(team.world.path().join("world.key"), &key).unwrap();
     assert_refused(
-        team.said(&torn),
-        "the private key here is not that of the certificate; copy both files again",
+        team.connect(&torn),
+        "the local private key does not match the local certificate; copy both files again",
     );
     fs::write(&key, "junk").unwrap();
     assert_refused(
-        team.said(&torn),
-        "the .key file here holds no private key; copy it again",
+        team.connect(&torn),
+        "the local .key file contains no private key; copy it again",
     );
 }
 
 #[test]
-fn who_is_not_there_or_speaks_otherwise() {
+fn absent_and_incompatible_listeners_are_named() {
     let team = Team::new();
     let good = team.gold(today());
-    let own = tls(good.path(), "gold", "connect");
-    let said = |at: &str| connect(at, &own, "right");
+    let tls = tls(good.path(), "gold", "connect");
+    let connect_to = |at: &str| connect(at, &tls, "right");
     assert_not_there(
-        said(&format!("tls/127.0.0.1:{}", free_port())),
-        "nobody listens there",
+        connect_to(&format!("tls/127.0.0.1:{}", free_port())),
+        "no program listens there",
     );
     assert_not_there(
-        said("tls/nowhere.invalid:7447"),
-        "the network knows no machine of that name",
+        connect_to("tls/nowhere.invalid:7447"),
+        "the network has no machine with that name",
     );
-    let closed = "the connection was closed before it stood; do both sides say tls, or both tcp?";
-    assert_not_there(said(&answers(drop)), closed);
+    let closed =
+        "the connection was closed during setup; check that both sides use tls, or both tcp";
+    assert_not_there(connect_to(&answers(drop)), closed);
     let plain = team.at.replace("tls/", "tcp/");
     assert_not_there(connect(&plain, "", "right"), closed);
     let (_plain, plain) = router(&team.world, "tcp");
     for at in [plain.replace("tcp/", "tls/"), answers(std::mem::forget)] {
         assert_not_there(
-            connect_within(500, &at, &own, "right"),
-            "nobody answers there; do both sides say tls, or both tcp?",
+            connect_within(500, &at, &tls, "right"),
+            "no answer from there; check that both sides use tls, or both tcp",
         );
     }
     let junk = answers(|mut stream| {
         let _ = stream.write_all(b"HTTP/1.1 400 Bad Request\r\n\r\n");
     });
     assert_refused(
-        said(&junk),
-        "who answers there does not speak TLS; is that the port of a world or a host?",
+        connect_to(&junk),
+        "the listener there does not use TLS; check that the port belongs to a world or a host",
     );
 }
 
-/// Somebody who does that with every connection, to the end of this test; the locator.
+/// Starts a listener that handles each connection with `with`. Returns its locator.
 fn answers(with: impl Fn(TcpStream) + Send + 'static) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let at = listener.local_addr().unwrap();

@@ -1,4 +1,4 @@
-//! Makes the keys of a team: an authority, and of each member a certificate that it has signed, with its private key and its secret.
+//! The keys of a team: a certificate authority, and a signed certificate, a private key and a secret for each member.
 
 use alliance_proto::member::WORLD;
 use alliance_proto::secret::{derived, random};
@@ -9,19 +9,18 @@ use rcgen::{
 };
 use time::{Duration, OffsetDateTime};
 
-/// Clocks of several machines differ by as much.
+/// The tolerance for clock differences between machines.
 const CLOCKS: Duration = Duration::minutes(5);
 
-/// Who takes part.
+/// A member of a team: the world, a host or a robot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Member {
-    /// [Identity](alliance_proto::member): stem of its files and first name in its certificate.
+    /// The [identity](alliance_proto::member): stem of the file names and common name in the certificate.
     pub identity: String,
-    /// Addresses and names by which others connect to it; none: it connects to others alone.
+    /// The addresses and names by which others connect; empty for a member that only connects to others.
     pub at: Vec<String>,
 }
 
-/// From when until when certificates hold.
 #[derive(Clone, Copy, Debug)]
 pub struct Dates {
     from: OffsetDateTime,
@@ -29,7 +28,7 @@ pub struct Dates {
 }
 
 impl Dates {
-    /// So many days from that moment on, and from a little before it.
+    /// Creates a period of `days` days from `now`. It starts a little earlier, for machines with slow clocks.
     #[must_use]
     pub fn days(now: OffsetDateTime, days: u32) -> Self {
         Self {
@@ -39,12 +38,10 @@ impl Dates {
     }
 }
 
-/// A file of the team's keys, not written yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KeyFile {
-    /// Its name, such as `robot-gold.pem`.
+    /// The file name, such as `robot-gold.pem`.
     pub name: String,
-    /// What is in it.
     pub text: String,
 }
 
@@ -55,10 +52,10 @@ impl KeyFile {
     }
 }
 
-/// All files of a team: those of the authority, `ca.pem` and `ca.key`, and three of each member.
+/// Creates all key files of a team: `ca.pem` and `ca.key` of the authority, and three files per member.
 ///
 /// # Errors
-/// When the system has no random bits, or a member's address cannot stand in a certificate.
+/// If the system has no random bits, or a member's address is invalid in a certificate.
 pub fn make(members: &[Member], dates: Dates) -> anyhow::Result<Vec<KeyFile>> {
     let authority = Authority::new(dates)?;
     let mut files = authority.files();
@@ -68,7 +65,7 @@ pub fn make(members: &[Member], dates: Dates) -> anyhow::Result<Vec<KeyFile>> {
     Ok(files)
 }
 
-/// Who signs the certificates of a team and derives the secrets of its members.
+/// The certificate authority of a team, which also derives the secrets of its members.
 pub struct Authority {
     token: String,
     certificate: String,
@@ -76,13 +73,10 @@ pub struct Authority {
 }
 
 impl Authority {
-    /// A new one. It signs certificates of members, and none of other authorities.
-    ///
-    /// # Errors
-    /// When the system has no random bits.
+    /// Creates an authority that may sign certificates of members, but not of other authorities.
     pub fn new(dates: Dates) -> anyhow::Result<Self> {
         let token = secret()?;
-        // Of its own name: two teams' authorities are told apart before a signature is looked at.
+        // A unique name, so that a certificate of another team is detected before its signature is checked.
         let name = format!("alliance {}", &secret()?[..8]);
         let mut params = named(CertificateParams::default(), &name, dates);
         params.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
@@ -97,7 +91,7 @@ impl Authority {
         })
     }
 
-    /// Its certificate and its private key.
+    /// Returns the certificate and the private key of the authority.
     #[must_use]
     pub fn files(&self) -> Vec<KeyFile> {
         let key = self.issuer.key().serialize_pem();
@@ -107,17 +101,17 @@ impl Authority {
         ]
     }
 
-    /// Certificate, private key and secret of a member.
+    /// Creates the certificate, private key and secret files of a member.
     ///
     /// # Errors
-    /// When the system has no random bits, or the member's address cannot stand in a certificate.
+    /// If the system has no random bits, or the member's address is invalid in a certificate.
     pub fn issue(&self, member: &Member, dates: Dates) -> anyhow::Result<Vec<KeyFile>> {
         let identity = &member.identity;
         let key = KeyPair::generate().context("making a key")?;
         let signed = leaf(member, dates).and_then(|params| params.signed_by(&key, &self.issuer));
         let certificate = signed.with_context(|| format!("signing {identity}.pem"))?;
         let secret = match identity.as_str() {
-            // All others are derived from it.
+            // All other secrets are derived from this one.
             WORLD => self.token.clone(),
             _ => derived(&self.token, identity),
         };

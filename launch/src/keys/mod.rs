@@ -1,6 +1,6 @@
-//! `alliance keys`: makes what the members of a team on several machines prove by who they are.
+//! `alliance keys`: certificates and secrets that authenticate the members of a team on several machines.
 //!
-//! - [`mod@make`]: authority, certificates, secrets, in memory. `store`: the folder. Who reads it: [`alliance_proto::keyring`].
+//! - [`mod@make`]: authority, certificates and secrets in memory. `store`: the folder. [`alliance_proto::keyring`] reads it.
 
 #[cfg(test)]
 mod handshakes;
@@ -27,45 +27,42 @@ use world_server::size::SizeArgs;
 use crate::cluster::file::{Cluster, Host};
 use make::{Dates, Member, make};
 
-/// Make certificates and secrets of a team on several machines.
+/// Create certificates and secrets for a team on several machines.
 #[derive(Args, Clone, Debug)]
 pub struct KeysCommand {
-    /// A cluster file; with --at, a scenario: the name of a built-in one, or a TOML file
+    /// Cluster file; with --at, a built-in scenario or a TOML file
     #[arg(value_name = "CLUSTER|SCENARIO")]
-    of: String,
+    source: String,
     #[command(flatten)]
     size: SizeArgs,
-    /// Address or name by which others connect to the world; may be given again
+    /// Address or name by which others connect to the world; repeatable
     #[arg(long, value_name = "ADDRESS", value_parser = address)]
     at: Vec<String>,
-    /// A machine that answers for its robots, and where others connect to it if they do; may be given again
+    /// Machine that runs `alliance host` or `alliance router`, and the addresses by which others connect to it; repeatable
     #[arg(long = "host", value_name = "NAME[=ADDRESS,…]", value_parser = host, requires = "at")]
     hosts: Vec<Host>,
-    /// Folder to make [default: keys, or what the cluster file says]
+    /// Folder to create [default: keys, or the folder in the cluster file]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// How long they are valid from now on
+    /// Validity from now on
     #[arg(long, value_name = "DAYS", default_value_t = 90, value_parser = clap::value_parser!(u32).range(1..=36_500))]
     days: u32,
 }
 
-/// A team and its places.
+/// The members of a team and their addresses.
 pub struct Team {
-    /// Addresses and names of the world.
     world_at: Vec<String>,
-    /// Names of all robots.
     robots: Vec<String>,
-    /// All hosts but the world's.
+    /// The hosts except the world's.
     hosts: Vec<Host>,
-    /// Name of the world's host, where there is a cluster file: then each host has its robots too.
+    /// The name of the world's host in a cluster file. Then each host also has its robots.
     home: Option<String>,
 }
 
 impl KeysCommand {
-    /// Makes the folder, and prints what goes where.
+    /// Creates the folder and prints which host needs which files.
     ///
-    /// Exit status 0, 2 for a mistake in arguments, cluster file or scenario, or when the folder is there already, 3 when it cannot be
-    /// made.
+    /// Exit status 0, 2 for a mistake in arguments, cluster file or scenario, or an existing folder, 3 if the folder cannot be created.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let prepared = self.team().and_then(|(team, folder)| {
@@ -75,7 +72,7 @@ impl KeysCommand {
         let (status, error) = match prepared {
             Err(error) => (2, error),
             Ok((team, folder)) => match self.carry_out(&team, &folder) {
-                Ok(said) => return terminal::answer("alliance keys", said, ExitCode::SUCCESS),
+                Ok(text) => return terminal::answer("alliance keys", text, ExitCode::SUCCESS),
                 Err(error) => (3, error),
             },
         };
@@ -88,27 +85,34 @@ impl KeysCommand {
         let dates = Dates::days(OffsetDateTime::now_utc(), self.days);
         store::write(folder, &make(&members, dates)?)?;
         let (days, folder) = (self.days, folder.display());
-        let said = format!(
-            "{folder}: keys of {} members, valid for {days} days\n\n",
+        let days = match days {
+            1 => "1 day".to_owned(),
+            _ => format!("{days} days"),
+        };
+        let text = format!(
+            "{folder}: keys of {} members, valid for {days}\n\n",
             members.len()
         );
-        Ok(said + &team.what_goes_where())
+        Ok(text + &team.distribution())
     }
 
-    /// The team, and the folder of its keys.
+    /// Returns the team and the folder of its keys.
     fn team(&self) -> anyhow::Result<(Team, PathBuf)> {
         if self.at.is_empty() {
             return self.team_of_cluster();
         }
         let known = crate::known();
-        let scenario = match self.size.scenario(Some(&self.of), &known.vocabulary)? {
+        let scenario = match self.size.scenario(Some(&self.source), &known.vocabulary)? {
             Some(sized) => sized,
-            None => read_scenario(&self.of, &known)?,
+            None => read_scenario(&self.source, &known)?,
         };
         let mut names: Vec<&str> = self.hosts.iter().map(|host| host.name.as_str()).collect();
         names.sort_unstable();
         if let Some(twice) = names.windows(2).find(|pair| pair[0] == pair[1]) {
-            bail!("--host {}: is named twice; name each host once", twice[0]);
+            bail!(
+                "--host {}: the host is given twice; give each host once",
+                twice[0]
+            );
         }
         let team = Team {
             world_at: self.at.clone(),
@@ -122,23 +126,22 @@ impl KeysCommand {
 
     fn team_of_cluster(&self) -> anyhow::Result<(Team, PathBuf)> {
         let vocabulary = crate::known().vocabulary;
-        if vocabulary.builtin(&self.of).is_some() {
-            let of = &self.of;
+        if vocabulary.builtin(&self.source).is_some() {
+            let source = &self.source;
             bail!(
-                "{of} is a scenario: say where its world is reached, --at ADDRESS, or name a cluster file"
+                "{source} is a scenario; give the address of its world, --at ADDRESS, or name a cluster file"
             );
         }
         if self.size.scenario(None, &vocabulary)?.is_some() {
-            bail!("a cluster file names its scenario: leave its size out");
+            bail!("a cluster file contains its scenario; leave the size out");
         }
-        let (cluster, scenario) = Cluster::read(Path::new(&self.of))?;
+        let (cluster, scenario) = Cluster::read(Path::new(&self.source))?;
         let team = Team::of_cluster(&cluster, &scenario);
         Ok((team, self.out.clone().unwrap_or(cluster.keys)))
     }
 }
 
 impl Team {
-    /// That of a cluster file.
     #[must_use]
     pub fn of_cluster(cluster: &Cluster, scenario: &Scenario) -> Self {
         Self {
@@ -149,7 +152,6 @@ impl Team {
         }
     }
 
-    /// Everybody who needs keys.
     #[must_use]
     pub fn members(&self) -> Vec<Member> {
         let world = Member {
@@ -167,8 +169,8 @@ impl Team {
         std::iter::once(world).chain(hosts).chain(robots).collect()
     }
 
-    /// For people who copy files.
-    fn what_goes_where(&self) -> String {
+    /// Returns a table of the files that each host needs.
+    fn distribution(&self) -> String {
         let of_robot = |robot: &String| format!(" robot-{robot}.*");
         let mut table = table::new(["host", "needs"]);
         for host in &self.hosts {
@@ -179,16 +181,16 @@ impl Team {
             table.add_row([&host.name, &format!("ca.pem host-{}.*{robots}", host.name)]);
         }
         if self.home.is_none() {
-            table.add_row(["that of one robot alone", "ca.pem robot-NAME.*"]);
+            table.add_row(["a single robot", "ca.pem robot-NAME.*"]);
         }
-        let here = self.home.as_deref().unwrap_or("the world's host");
+        let home = self.home.as_deref().unwrap_or("the world's host");
         let rows = if table.is_empty() {
             String::new()
         } else {
             table.trim_fmt() + "\n\n"
         };
         format!(
-            "{rows}world.* is for {here} alone. ca.key signs whom the team believes: keep it.\n"
+            "{rows}world.* is only for {home}. ca.key signs the team's certificates: keep it secret.\n"
         )
     }
 }
@@ -201,7 +203,7 @@ fn robots(scenario: &Scenario) -> Vec<String> {
 fn address(text: &str) -> Result<String, String> {
     match is_address(text) {
         true => Ok(text.to_owned()),
-        false => Err("write an IP address or the name of a machine, without a port".to_owned()),
+        false => Err("use an IP address or the name of a machine, without a port".to_owned()),
     }
 }
 
@@ -212,7 +214,8 @@ fn host(text: &str) -> Result<Host, String> {
     };
     if !is_name(name) {
         return Err(
-            "a name is at most 32 letters, digits, - and _, from a letter or digit on".to_owned(),
+            "use at most 32 letters, digits, - and _ for the name, starting with a letter or digit"
+                .to_owned(),
         );
     }
     Ok(Host {

@@ -1,4 +1,4 @@
-//! Writes the keys of a team into a folder of their own.
+//! The folder of a team's keys.
 
 use std::fs::{self, OpenOptions};
 use std::io::Write;
@@ -9,32 +9,26 @@ use anyhow::{Context, bail};
 
 use super::make::KeyFile;
 
-/// Refuses a folder that is there: keys are not made twice for one team, for the old ones would no longer fit.
-///
-/// # Errors
-/// When something of that name is there.
+/// Refuses an existing folder. New keys would invalidate the team's old ones.
 pub fn refuse_existing(folder: &Path) -> anyhow::Result<()> {
     if folder.symlink_metadata().is_ok() {
         bail!(
-            "{}: is there already; remove it first, or name another folder with --out",
+            "{}: already exists; remove it first, or name another folder with --out",
             folder.display()
         );
     }
     Ok(())
 }
 
-/// Makes the folder with all the files, each for its owner alone: whole or not at all.
-///
-/// # Errors
-/// When it is there already, or the file system refuses.
+/// Creates the folder with all files, complete or not at all. Only the owner can read them.
 pub fn write(folder: &Path, files: &[KeyFile]) -> anyhow::Result<()> {
     refuse_existing(folder)?;
     let name = || folder.display().to_string();
-    let whole = std::path::absolute(folder).with_context(name)?;
-    let (Some(parent), Some(_)) = (whole.parent(), whole.file_name()) else {
-        bail!("{}: is no name for a folder", folder.display());
+    let absolute = std::path::absolute(folder).with_context(name)?;
+    let (Some(parent), Some(_)) = (absolute.parent(), absolute.file_name()) else {
+        bail!("{}: is not a valid folder name", folder.display());
     };
-    let beside = tempfile::Builder::new()
+    let temporary = tempfile::Builder::new()
         .prefix(".alliance-keys-")
         .permissions(fs::Permissions::from_mode(0o700))
         .tempdir_in(parent)
@@ -43,11 +37,13 @@ pub fn write(folder: &Path, files: &[KeyFile]) -> anyhow::Result<()> {
         let at = || format!("{}/{}", folder.display(), file.name);
         let mut open = OpenOptions::new();
         let open = open.write(true).create_new(true).mode(0o600);
-        let mut written = open.open(beside.path().join(&file.name)).with_context(at)?;
+        let mut written = open
+            .open(temporary.path().join(&file.name))
+            .with_context(at)?;
         written.write_all(file.text.as_bytes()).with_context(at)?;
     }
-    fs::rename(beside.path(), &whole).with_context(name)?;
-    // It has another name now: there is nothing left to remove.
-    let _ = beside.keep();
+    fs::rename(temporary.path(), &absolute).with_context(name)?;
+    // The temporary folder has been renamed, so it must not be removed.
+    let _ = temporary.keep();
     Ok(())
 }

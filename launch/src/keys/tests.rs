@@ -1,4 +1,4 @@
-//! What is made, by the eyes of those who read it.
+//! Tests of the created keys with an X.509 parser and the keyring.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -21,7 +21,7 @@ fn member(identity: &str, at: &[&str]) -> Member {
     }
 }
 
-fn made() -> BTreeMap<String, String> {
+fn team_files() -> BTreeMap<String, String> {
     let members = [
         member("world", &["10.0.0.1", "world.example.org"]),
         member("host-h2", &["2001:db8::2"]),
@@ -32,17 +32,20 @@ fn made() -> BTreeMap<String, String> {
         2,
     );
     let files = make(&members, dates).unwrap();
-    files.into_iter().map(|it| (it.name, it.text)).collect()
+    files
+        .into_iter()
+        .map(|file| (file.name, file.text))
+        .collect()
 }
 
-fn check<T>(text: &str, of: impl FnOnce(&X509Certificate<'_>) -> T) -> T {
+fn check<T>(text: &str, read: impl FnOnce(&X509Certificate<'_>) -> T) -> T {
     let (_, pem) = parse_x509_pem(text.as_bytes()).unwrap();
-    of(&pem.parse_x509().unwrap())
+    read(&pem.parse_x509().unwrap())
 }
 
 #[test]
 fn each_member_has_three_files_and_the_authority_two() {
-    let names: Vec<String> = made().into_keys().collect();
+    let names: Vec<String> = team_files().into_keys().collect();
     let expected = [
         "ca.key",
         "ca.pem",
@@ -60,8 +63,8 @@ fn each_member_has_three_files_and_the_authority_two() {
 }
 
 #[test]
-fn certificates_say_who_may_do_what_where_and_when() {
-    let files = made();
+fn certificates_have_identity_usage_addresses_and_validity() {
+    let files = team_files();
     let issuer = check(&files["ca.pem"], |ca| {
         let constraints = ca.basic_constraints().unwrap().unwrap();
         assert!(constraints.value.ca && constraints.value.path_len_constraint == Some(0));
@@ -74,27 +77,28 @@ fn certificates_say_who_may_do_what_where_and_when() {
         ("host-h2", true, vec!["2001:db8::2"]),
         ("robot-gold", false, vec![]),
     ] {
-        check(&files[&format!("{identity}.pem")], |it| {
-            assert_eq!(it.subject().to_string(), format!("CN={identity}"));
-            assert_eq!(it.issuer().to_string(), issuer);
+        check(&files[&format!("{identity}.pem")], |certificate| {
+            assert_eq!(certificate.subject().to_string(), format!("CN={identity}"));
+            assert_eq!(certificate.issuer().to_string(), issuer);
             assert!(
-                it.basic_constraints()
+                certificate
+                    .basic_constraints()
                     .unwrap()
                     .is_none_or(|found| !found.value.ca)
             );
-            let usage = it.extended_key_usage().unwrap().unwrap().value;
+            let usage = certificate.extended_key_usage().unwrap().unwrap().value;
             assert!(usage.client_auth && usage.server_auth == listens && !usage.any);
-            let found = it.subject_alternative_name().unwrap();
+            let found = certificate.subject_alternative_name().unwrap();
             let found = found.map_or(Vec::new(), |found| found.value.general_names.clone());
             let found: Vec<String> = found.iter().map(in_words).collect();
             assert_eq!(found, names);
-            let dates = it.validity();
+            let dates = certificate.validity();
             let times = (dates.not_before.timestamp(), dates.not_after.timestamp());
             assert_eq!(times, (1_000_000_000 - 300, 1_000_000_000 + 2 * 86_400));
         });
     }
-    // Teams made one after the other do not take each other's authority for their own.
-    check(&made()["ca.pem"], |other| {
+    // The authorities of two teams have different names.
+    check(&team_files()["ca.pem"], |other| {
         assert_ne!(other.subject().to_string(), issuer)
     });
 }
@@ -112,18 +116,18 @@ fn in_words(name: &GeneralName<'_>) -> String {
 
 #[test]
 fn all_secrets_come_from_the_worlds() {
-    let files = made();
+    let files = team_files();
     let token = files["world.secret"].trim();
     assert_eq!(token.len(), 32);
     for identity in ["host-h2", "robot-gold"] {
         let secret = &files[&format!("{identity}.secret")];
         assert_eq!(secret, &format!("{}\n", derived(token, identity)));
     }
-    assert_ne!(made()["world.secret"], files["world.secret"]);
+    assert_ne!(team_files()["world.secret"], files["world.secret"]);
 }
 
 #[test]
-fn the_folder_is_its_owners_alone_and_is_whole_or_not_there() {
+fn the_folder_is_private_and_complete_or_absent() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path().join("keys");
     let members = [member("world", &["10.0.0.1"]), member("robot-gold", &[])];
@@ -139,25 +143,25 @@ fn the_folder_is_its_owners_alone_and_is_whole_or_not_there() {
             file.text
         );
     }
-    // Both can be read by those who use them.
+    // The keyring can read both members.
     let read = KeyFiles::Folder(folder.clone());
     for identity in ["world", "robot-gold"] {
         assert!(Keyring::read(&read, identity).is_ok());
     }
-    // Once more is refused, and so is what is no folder; nothing is left beside it.
+    // An existing folder and an invalid path are refused, and no temporary folder remains.
     let line = store::write(&folder, &files).unwrap_err().to_string();
-    assert!(line.contains("keys: is there already; "), "{line}");
+    assert!(line.contains("keys: already exists; "), "{line}");
     assert!(store::write(Path::new("/"), &files).is_err());
     let torn = KeyFile {
         name: "no/file".to_owned(),
         text: String::new(),
     };
-    let mut half = files;
-    half.push(torn);
-    assert!(store::write(&dir.path().join("half"), &half).is_err());
+    let mut incomplete = files;
+    incomplete.push(torn);
+    assert!(store::write(&dir.path().join("incomplete"), &incomplete).is_err());
     let there: Vec<_> = fs::read_dir(dir.path())
         .unwrap()
-        .map(|it| it.unwrap().file_name())
+        .map(|entry| entry.unwrap().file_name())
         .collect();
     assert_eq!(there, ["keys"]);
 }

@@ -1,11 +1,11 @@
-//! What the page is told of a run once: what does not change while it is shown.
+//! The constant description of a run for the page.
 
 use alliance_proto::fault::{Device, Fault, FaultSpec};
 use alliance_proto::mission::known::Mission;
 use alliance_proto::scenario::{Room, Setup};
 use serde_json::{Value, json};
 
-/// Catalog, setup and what can be broken, under the names of `GET /api/run`; the rest depends on where the run comes from.
+/// Returns the answer to `GET /api/run`: catalog, setup and possible faults. `mode`, `folder` and `log` depend on the source of the run.
 #[must_use]
 pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> Value {
     let catalog = &setup.catalog;
@@ -23,13 +23,13 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
         .collect();
     let terms = catalog.mission.terms();
     let room = setup.scenario.room;
-    let own_faults = catalog.mission.faults().iter();
+    let mission_faults = catalog.mission.faults().iter();
     let mission = json!({
         "name": catalog.mission.name(),
         "columns": terms.columns,
         "events": terms.events,
         "bulletins": terms.bulletins,
-        "faults": own_faults.map(|spec| own_fault(spec, room)).collect::<Vec<_>>(),
+        "faults": mission_faults.map(|spec| mission_fault(spec, room)).collect::<Vec<_>>(),
     });
     let setup_file = json!(setup);
     json!({
@@ -48,7 +48,7 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
     })
 }
 
-/// The sensing devices that can break, in the order in which they are listed to people.
+/// Returns the sensing devices that can fail, in display order.
 fn devices(mission: Mission) -> Vec<Value> {
     let devices = Device::of(mission).map(|name| {
         json!({
@@ -62,16 +62,16 @@ fn devices(mission: Mission) -> Vec<Value> {
     devices.collect()
 }
 
-/// Names of the faults that happen in a moment.
+/// Returns the names of the faults without a duration.
 fn momentary(mission: Mission) -> Vec<&'static str> {
-    let own = mission.faults().iter().map(|spec| spec.name);
-    let all = Fault::COMMON.into_iter().chain(own);
+    let mission_names = mission.faults().iter().map(|spec| spec.name);
+    let all = Fault::COMMON.into_iter().chain(mission_names);
     all.filter(|name| Fault::is_name_of_momentary(name))
         .collect()
 }
 
-/// A fault that only the mission knows: what can be stated of it, and which of that is a place on the floor or an item.
-fn own_fault(spec: &FaultSpec, room: Room) -> Value {
+/// Returns a fault of the mission with its arguments. `place` and `item` name the arguments that select a position or an item.
+fn mission_fault(spec: &FaultSpec, room: Room) -> Value {
     let arguments = spec.arguments.iter().map(|argument| {
         let (stem, unit) = argument.stem_and_unit();
         let (from, to) = argument.range.bounds(room);
@@ -101,16 +101,16 @@ mod tests {
 
     use super::*;
 
-    /// Nothing of the drill is known here: all of it is what the drill declares.
+    /// The drill mission is used only through its declarations.
     #[test]
-    fn what_can_be_broken_is_what_the_mission_declares() {
+    fn devices_and_faults_come_from_the_mission() {
         let about = about("live", "r", "runs/r", &default_setup(1), Value::Null);
-        let list = |place: &str, wanted: &str| -> Vec<String> {
-            let all = about.pointer(place).and_then(Value::as_array).unwrap();
-            let wanted = all
+        let list = |pointer: &str, flag: &str| -> Vec<String> {
+            let all = about.pointer(pointer).and_then(Value::as_array).unwrap();
+            let selected = all
                 .iter()
-                .filter(|it| it[wanted] == true || wanted.is_empty());
-            wanted
+                .filter(|item| item[flag] == true || flag.is_empty());
+            selected
                 .map(|it| it["name"].as_str().unwrap_or_default().to_owned())
                 .collect()
         };

@@ -1,14 +1,12 @@
-//! The page's files, inside this program: a page needs no network and no other file.
+//! The files of the page, embedded in the program, so that the page needs no network and no other file.
 
-/// A file and its media type.
 pub struct Asset {
-    /// Contents.
     pub bytes: &'static [u8],
-    /// As HTTP names it.
+    /// The value of the HTTP header `Content-Type`.
     pub media_type: &'static str,
 }
 
-/// Path below the page's folder, and contents.
+/// Lists files of the page's folder with their contents.
 macro_rules! files {
     ($($path:literal)*) => {
         &[$(($path, include_bytes!(concat!("../../page/", $path)))),*]
@@ -73,7 +71,7 @@ const FILES: &[(&str, &[u8])] = files! {
     "vendor/uplot/uPlot.min.css"
 };
 
-/// The file of that path below the page's folder.
+/// Returns the file with this path below the page's folder.
 #[must_use]
 pub fn find(path: &str) -> Option<Asset> {
     let (_, bytes) = FILES.iter().find(|(name, _)| *name == path)?;
@@ -93,12 +91,12 @@ mod tests {
 
     use super::*;
 
-    /// Files below the page's folder that a browser asks for.
-    fn on_disk(folder: &Path, found: &mut Vec<String>) {
+    /// Collects the files below the page's folder that a browser requests.
+    fn find_on_disk(folder: &Path, found: &mut Vec<String>) {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             if path.is_dir() {
-                on_disk(&path, found);
+                find_on_disk(&path, found);
             } else if let Some("html" | "css" | "js" | "svg") =
                 path.extension().and_then(|extension| extension.to_str())
             {
@@ -110,16 +108,16 @@ mod tests {
     }
 
     #[test]
-    fn every_file_of_the_page_is_inside() {
+    fn every_file_of_the_page_is_embedded() {
         let mut found = Vec::new();
-        on_disk(
+        find_on_disk(
             &Path::new(env!("CARGO_MANIFEST_DIR")).join("page"),
             &mut found,
         );
         found.sort();
-        let mut inside: Vec<_> = FILES.iter().map(|(name, _)| (*name).to_owned()).collect();
-        inside.sort();
-        assert_eq!(inside, found);
+        let mut embedded: Vec<_> = FILES.iter().map(|(name, _)| (*name).to_owned()).collect();
+        embedded.sort();
+        assert_eq!(embedded, found);
         for path in &found {
             assert!(find(path).is_some(), "{path} has no media type");
         }

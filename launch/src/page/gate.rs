@@ -1,38 +1,34 @@
-//! Who may ask the page's server for what.
+//! Access control of the page's server.
 //!
-//! Any page in the same browser can send requests to a server on this machine. It cannot choose the `Host` and `Origin` that
-//! the browser sends, so a page elsewhere is told by its origin, one that has made its own name point to this machine by its
-//! host; and it does not know the token, which stands in the link that the person was given.
+//! Any page in the same browser can send requests to this server, but it cannot choose the headers `Host` and `Origin`. The origin
+//! detects pages of other sites. The host detects sites whose name resolves to this machine (DNS rebinding). The token, which only the
+//! link contains, excludes other users and programs.
 
 use axum::http::header::{AUTHORIZATION, HOST, ORIGIN, SEC_WEBSOCKET_PROTOCOL, UPGRADE};
 use axum::http::{HeaderMap, Method, StatusCode};
 
-/// The subprotocol of the page's WebSocket; the token comes as a second one, for a browser lets a page set no other header.
+/// The subprotocol of the page's WebSocket. The token is a second subprotocol, because a browser lets a page set no other header.
 pub const SUBPROTOCOL: &str = "alliance";
 
-/// What a request must show.
 #[derive(Clone, Debug)]
 pub struct Gate {
     hosts: [String; 2],
     token: String,
 }
 
-/// Why a request is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
-    /// It was sent to another name.
-    #[error("this server answers to the address in its link only")]
+    /// The header `Host` contains another name.
+    #[error("this server accepts only the address in its link")]
     Host,
-    /// Another page sent it.
-    #[error("requests are taken from this server's own page only")]
+    /// The header `Origin` is missing or contains another site.
+    #[error("this server accepts only requests from its own page")]
     Origin,
-    /// It does not bear the token.
-    #[error("the token is missing or wrong: open the link that the command has printed")]
+    #[error("the token is missing or wrong: open the link that the command printed")]
     Token,
 }
 
 impl Refusal {
-    /// As HTTP says it.
     #[must_use]
     pub fn status(self) -> StatusCode {
         match self {
@@ -43,7 +39,7 @@ impl Refusal {
 }
 
 impl Gate {
-    /// Of a server on that port of this machine.
+    /// Creates the gate of a server on this port of the loopback interface.
     #[must_use]
     pub fn new(port: u16, token: String) -> Self {
         Self {
@@ -52,18 +48,14 @@ impl Gate {
         }
     }
 
-    /// Whether a request may pass. The page's files are anybody's on this machine; what the run tells, and what changes it,
-    /// is not.
-    ///
-    /// # Errors
-    /// Why it may not.
+    /// Checks a request. The page's files need no token; data and commands of the run do.
     pub fn check(&self, method: &Method, path: &str, headers: &HeaderMap) -> Result<(), Refusal> {
         let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
         let host = text(HOST).unwrap_or_default();
-        if !self.hosts.iter().any(|own| own == host) {
+        if !self.hosts.iter().any(|name| name == host) {
             return Err(Refusal::Host);
         }
-        // Browsers leave the origin out where a page only reads from its own server.
+        // Browsers omit the origin if a page only reads from its own server.
         let needs_origin = headers.contains_key(UPGRADE) || !method.is_safe();
         match headers.get(ORIGIN) {
             None if needs_origin => return Err(Refusal::Origin),
@@ -122,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn who_does_not_know_the_token_learns_and_changes_nothing() {
+    fn requests_without_the_token_are_refused() {
         let host = ("host", "127.0.0.1:4711");
         let origin = ("origin", "http://127.0.0.1:4711");
         let refused = Err(Refusal::Token);
@@ -142,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn pages_elsewhere_are_refused_even_with_the_token() {
+    fn other_origins_are_refused_even_with_the_token() {
         let host = ("host", "127.0.0.1:4711");
         let bearer = ("authorization", "Bearer 0123456789abcdef");
         let refused = Err(Refusal::Origin);

@@ -1,4 +1,4 @@
-//! Where a page is found: socket, token, link.
+//! The link of a page: socket and token.
 
 use std::io;
 use std::net::{Ipv4Addr, TcpListener};
@@ -8,21 +8,20 @@ use alliance_proto::secret;
 use anyhow::{Context, anyhow, bail};
 use clap::Args;
 
-/// Tells a process that inherits its page's socket the token of the link.
+/// The environment variable with the token, for a process that inherits the page's socket.
 const TOKEN: &str = "ALLIANCE_PAGE_TOKEN";
 
-/// Where the page is served, and whether it is opened.
 #[derive(Args, Clone, Debug)]
 pub struct LinkArgs {
-    /// Port of the page on this machine [default: a free one]
+    /// Port of the page on this machine [default: a free port]
     #[arg(long, value_name = "PORT")]
     pub port: Option<u16>,
-    /// Open the page in a browser; other users of this machine may then see the link among its processes
+    /// Open the page in a browser; other users of this machine may then see the link in the list of processes
     #[arg(long)]
     pub open: bool,
 }
 
-/// A socket that listens, and the secret that makes its page somebody's own.
+/// A listening socket with the token that protects its page.
 pub struct Link {
     listener: TcpListener,
     port: u16,
@@ -30,10 +29,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// A new one, on loopback.
-    ///
-    /// # Errors
-    /// When the port is taken.
+    /// Opens a socket on the loopback interface and creates a token.
     pub fn new(port: Option<u16>) -> anyhow::Result<Self> {
         let port = port.unwrap_or(0);
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))
@@ -45,14 +41,14 @@ impl Link {
         })
     }
 
-    /// The one that the launcher has made: its socket is this process's standard input, for a link that is printed before
-    /// the page's process runs, and that no other process can take meanwhile.
+    /// Takes over the link of the launcher: the socket is this process's standard input. Thus the launcher can print the link before this
+    /// process runs, and no other process can take the port meanwhile.
     ///
     /// # Errors
-    /// When there is none.
+    /// If no launcher started this process, or its standard input is not a socket.
     pub fn inherited() -> anyhow::Result<Self> {
         let Ok(token) = std::env::var(TOKEN) else {
-            bail!("no launcher has started this process");
+            bail!("this process was not started by a launcher");
         };
         let socket = io::stdin().as_fd().try_clone_to_owned();
         let listener = TcpListener::from(socket.context("the page's socket")?);
@@ -63,17 +59,14 @@ impl Link {
         })
     }
 
-    /// What a process needs to inherit it: its standard input, and an environment variable, which unlike an argument other
-    /// users cannot see.
+    /// Returns the standard input and the environment variable for a process that inherits the link. Other users cannot read the
+    /// variable, unlike an argument.
     #[must_use]
     pub fn into_heritage(self) -> (TcpListener, (&'static str, String)) {
         (self.listener, (TOKEN, self.token))
     }
 
-    /// The same socket once more, for another server after this one.
-    ///
-    /// # Errors
-    /// When the operating system refuses it.
+    /// Duplicates the link for another server after this one.
     pub fn try_clone(&self) -> anyhow::Result<Self> {
         Ok(Self {
             listener: self.listener.try_clone().context("the page's socket")?,
@@ -82,26 +75,18 @@ impl Link {
         })
     }
 
-    /// The link for a browser.
     #[must_use]
     pub fn url(&self) -> String {
         format!("http://127.0.0.1:{}/#{}", self.port, self.token)
     }
 
-    /// Opens it in the person's browser.
-    ///
-    /// # Errors
-    /// When there is none.
+    /// Opens the page in the user's browser.
     pub fn open(&self) -> anyhow::Result<()> {
-        // The error would say the whole link again.
+        // The original error would repeat the entire link.
         open::that_detached(self.url())
-            .map_err(|_| anyhow!("no browser can be opened here; use the link"))
+            .map_err(|_| anyhow!("no browser can be opened here; open the link yourself"))
     }
 
-    /// Socket and token for a server.
-    ///
-    /// # Errors
-    /// When the runtime refuses the socket.
     pub fn into_server(self) -> anyhow::Result<(tokio::net::TcpListener, String)> {
         self.listener
             .set_nonblocking(true)

@@ -1,4 +1,4 @@
-//! A live run, as its observer hears of it. Pages get what is newest; however slow or many they are, the run does not wait.
+//! A live run as received over the bus. Pages receive the newest state, and slow pages do not delay the run.
 
 use missions::Registry;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -21,60 +21,62 @@ use super::past::Past;
 use crate::control;
 use crate::observer::Observer;
 
-/// News that may wait for a slow page; it is told how much it has missed.
-const NEWS_WAITING: usize = 1024;
+/// The number of frames in the queue of a slow page. The page receives the number of dropped frames.
+const FRAME_QUEUE: usize = 1024;
 
-/// What `GET /api/run`, the WebSocket and `POST /api/control` need.
+/// The state behind `GET /api/run`, the WebSocket and `POST /api/control`.
 pub struct Live {
     observer: Observer,
     about: Value,
     folder: String,
-    heard: Arc<Heard>,
+    received: Arc<Received>,
 }
 
-/// What has come over the bus.
-struct Heard {
+/// The data received over the bus, and the channels to open pages.
+struct Received {
     memory: Mutex<Memory>,
     /// The newest view, as a frame.
     view: watch::Sender<Utf8Bytes>,
-    /// Events and what has become of messages and curves, as frames.
+    /// Events, message receptions and curve corners, as frames.
     news: broadcast::Sender<Utf8Bytes>,
-    /// Whether the run is over, and how it ended if that is known.
+    /// `Some` if the run is over, with its outcome if known.
     over: watch::Sender<Option<Option<Outcome>>>,
-    /// Whether this process leaves, though the run may go on.
+    /// `true` if this process ends, although the run may continue.
     leaving: watch::Sender<bool>,
 }
 
 struct Memory {
     past: Past,
-    /// Tick of the newest view, and of the newest events: what comes again later is nothing new.
+    /// The ticks of the newest view and the newest events, for the detection of repetitions.
     view: Option<u64>,
     events: Option<u64>,
 }
 
 impl Live {
-    /// Joins a run and begins to observe it; `stays`: its log is shown at the same link afterwards.
+    /// Joins a run and subscribes to it. With `stays`, the same link shows the log afterwards.
     ///
     /// # Errors
-    /// When the run cannot be reached or does not say what it is.
+    /// If the run cannot be reached or returns no description.
     pub async fn join(run: Rendezvous, stays: bool) -> anyhow::Result<Arc<Self>> {
         let observer = Observer::join(run, User::Operator).await?;
         let described = control::query(&observer, ControlCommand::Describe).await?;
         let Reply::Description(description) = described else {
-            bail!("run '{}' does not say what it is", observer.run.run);
+            bail!("run '{}' returned no description", observer.run.run);
         };
         let described = "the world's description of the run";
         let vocabulary = Registry::of_this_program().vocabulary();
         let setup = Setup::from_json(&description.setup, &vocabulary)
             .map_err(anyhow::Error::msg)
             .context(described)?;
-        let heard = Arc::new(Heard::new(SimTime(setup.scenario.step_ms)));
+        let received = Arc::new(Received::new(SimTime(setup.scenario.step_ms)));
 
-        let ears = Arc::clone(&heard);
-        observer.on_events(move |news| ears.events(&news)).await?;
-        let ears = Arc::clone(&heard);
-        observer.on_view(move |view| ears.view(view)).await?;
-        let ears = Arc::clone(&heard);
+        let receiver = Arc::clone(&received);
+        observer
+            .on_events(move |news| receiver.events(&news))
+            .await?;
+        let receiver = Arc::clone(&received);
+        observer.on_view(move |view| receiver.view(view)).await?;
+        let receiver = Arc::clone(&received);
         observer
             .session
             .liveliness()
@@ -82,7 +84,7 @@ impl Live {
             .history(true)
             .callback(move |sample| {
                 if sample.kind() == SampleKind::Delete {
-                    ears.end(None);
+                    receiver.end(None);
                 }
             })
             .background()
@@ -96,70 +98,65 @@ impl Live {
             observer,
             about,
             folder,
-            heard,
+            received,
         }))
     }
 
-    /// What does not change.
+    /// Returns the constant description of the run.
     #[must_use]
     pub fn about(&self) -> &Value {
         &self.about
     }
 
-    /// Until the run is over; how it ended, if that is known.
+    /// Waits until the run is over. Returns its outcome if known.
     pub async fn over(&self) -> Option<Outcome> {
-        let mut over = self.heard.over.subscribe();
-        // The sender lives as long as this does.
+        let mut over = self.received.over.subscribe();
+        // The sender is never dropped before `self`.
         over.wait_for(Option::is_some)
             .await
             .ok()
             .and_then(|outcome| outcome.flatten())
     }
 
-    /// Leaves all pages.
     pub fn leave(&self) {
-        self.heard.leaving.send_replace(true);
+        self.received.leaving.send_replace(true);
     }
 
-    /// Until this process leaves.
+    /// Waits for [`Self::leave`].
     async fn left(&self) {
-        let mut leaving = self.heard.leaving.subscribe();
-        // The sender lives as long as this does.
+        let mut leaving = self.received.leaving.subscribe();
+        // The sender is never dropped before `self`.
         let _ = leaving.wait_for(|leaving| *leaving).await;
     }
 
-    /// Until no page listens any more.
     pub async fn left_alone(&self) {
-        self.heard.view.closed().await;
+        self.received.view.closed().await;
     }
 
-    /// Asks the world something for a page.
-    ///
-    /// # Errors
-    /// When it does not answer.
+    /// Sends a command of a page to the world and returns the reply.
     pub async fn ask(&self, command: ControlCommand) -> anyhow::Result<Reply> {
         control::query(&self.observer, command).await
     }
 
-    /// Tells a page everything, as fast as it takes it, until it goes or the run ends.
+    /// Sends all frames to a page until it disconnects or the run ends.
     pub async fn tell(&self, mut page: WebSocket) {
-        let mut view = self.heard.view.subscribe();
+        let mut view = self.received.view.subscribe();
         view.mark_changed();
-        let (past, mut news) = self.heard.catch_up();
+        let (past, mut news) = self.received.catch_up();
         if page.send(Message::Text(past)).await.is_err() {
             return;
         }
         loop {
             let frame = tokio::select! {
-                // The order says what is told first: nothing that is known is left out when the run ends.
+                // In this order, so that all received frames are sent before the end of the run.
                 biased;
-                said = page.recv() => match said {
+                message = page.recv() => match message {
                     Some(Ok(Message::Close(_)) | Err(_)) | None => return,
-                    // A page has nothing to say here.
+                    // Messages of a page are ignored.
                     Some(Ok(_)) => continue,
                 },
-                said = news.recv() => match said {
-                    Ok(said) => said,
+                frame = news.recv() => match frame {
+                    Ok(frame) => frame,
                     Err(broadcast::error::RecvError::Lagged(count)) => {
                         json!({"missed": count}).to_string().into()
                     }
@@ -168,7 +165,7 @@ impl Live {
                 Ok(()) = view.changed() => {
                     let view = view.borrow_and_update().clone();
                     if view.is_empty() {
-                        // None has come yet.
+                        // No view has arrived yet.
                         continue;
                     }
                     view
@@ -179,10 +176,10 @@ impl Live {
                 }
                 outcome = self.over() => {
                     let ended = json!({"ended": {"outcome": outcome, "folder": self.folder}});
-                    // It may be gone already.
+                    // The page may already be closed.
                     let _ = page.send(Message::Text(ended.to_string().into())).await;
                     if page.send(Message::Close(None)).await.is_ok() {
-                        // A page that answers has all that was sent before.
+                        // The answer to the close frame confirms that all earlier frames have arrived.
                         while let Some(Ok(_)) = page.recv().await {}
                     }
                     return;
@@ -195,8 +192,8 @@ impl Live {
     }
 }
 
-impl Heard {
-    /// Nothing yet, of a run with this step.
+impl Received {
+    /// Creates the state without data for a run with this step.
     fn new(step: SimTime) -> Self {
         Self {
             memory: Mutex::new(Memory {
@@ -205,13 +202,13 @@ impl Heard {
                 events: None,
             }),
             view: watch::Sender::default(),
-            news: broadcast::Sender::new(NEWS_WAITING),
+            news: broadcast::Sender::new(FRAME_QUEUE),
             over: watch::Sender::default(),
             leaving: watch::Sender::default(),
         }
     }
 
-    /// The newest view wins; what has become of messages and curves does not come twice, and so goes its own way.
+    /// Stores a view unless it is outdated. Its messages and curve corners go to the frame queue, because pages may skip views.
     fn view(&self, mut view: View) {
         let mut memory = self.memory();
         if memory.view.is_some_and(|newest| view.tick < newest) {
@@ -226,7 +223,7 @@ impl Heard {
             }
             memory.past.leave_messages_out(left_out);
             let frame = json!({"messages": {"receptions": messages, "left_out": left_out}});
-            // While the lock is held, as with events.
+            // Under the lock, as with events.
             let _ = self.news.send(frame.to_string().into());
         }
         let bends = std::mem::take(&mut view.bends);
@@ -236,7 +233,7 @@ impl Heard {
             }
             let _ = self.news.send(json!({"bends": bends}).to_string().into());
         }
-        // Its maps have string keys and it goes to memory, so nothing is left to fail.
+        // Serialization to memory cannot fail, because all map keys are strings.
         let text = serde_json::to_string(&view).unwrap_or_default();
         memory.past.keep_view(view.now, &text);
         self.view
@@ -257,7 +254,7 @@ impl Heard {
             memory.past.keep_event(json!(event).to_string());
         }
         let frame = json!({"events": news.events}).to_string();
-        // While the lock is held: who catches up gets it there or here, and not twice. Nobody may be listening.
+        // Under the lock, so that a page that catches up receives each event exactly once. An error means that no page is connected.
         let _ = self.news.send(frame.into());
     }
 
@@ -269,14 +266,14 @@ impl Heard {
         });
     }
 
-    /// What has been, as a frame, and what comes from now on.
+    /// Returns the history as a frame, and the receiver of all later frames.
     fn catch_up(&self) -> (Utf8Bytes, broadcast::Receiver<Utf8Bytes>) {
         let memory = self.memory();
         let past = format!(r#"{{"past":{}}}"#, memory.past.to_json());
         (past.into(), self.news.subscribe())
     }
 
-    /// A panic ends the process, so a poisoned lock is never seen.
+    /// Locks the memory. A panic ends the process, so the lock is never poisoned.
     fn memory(&self) -> MutexGuard<'_, Memory> {
         self.memory.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -321,14 +318,14 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_page_gets_the_newest_view_and_is_told_what_it_has_missed() {
-        let heard = Heard::new(SimTime(50));
-        let slow = heard.view.subscribe();
-        let (_, mut events) = heard.catch_up();
-        let ticks = NEWS_WAITING as u64 + 10;
+    fn a_slow_page_gets_the_newest_view_and_the_number_of_missed_frames() {
+        let received = Received::new(SimTime(50));
+        let slow = received.view.subscribe();
+        let (_, mut events) = received.catch_up();
+        let ticks = FRAME_QUEUE as u64 + 10;
         for tick in 0..ticks {
-            heard.view(view(tick, None));
-            heard.events(&news(tick));
+            received.view(view(tick, None));
+            received.events(&news(tick));
         }
         assert_eq!(tick_of(&slow.borrow()), ticks - 1);
         assert_eq!(events.try_recv(), Err(TryRecvError::Lagged(10)));
@@ -337,23 +334,23 @@ mod tests {
     }
 
     #[test]
-    fn what_is_put_again_is_no_news() {
-        let heard = Heard::new(SimTime(50));
-        let (_, mut events) = heard.catch_up();
-        heard.view(view(7, None));
-        heard.view(view(3, None));
-        assert_eq!(tick_of(&heard.view.subscribe().borrow()), 7);
+    fn repeated_views_and_events_are_ignored() {
+        let received = Received::new(SimTime(50));
+        let (_, mut events) = received.catch_up();
+        received.view(view(7, None));
+        received.view(view(3, None));
+        assert_eq!(tick_of(&received.view.subscribe().borrow()), 7);
         for tick in [7, 7, 3] {
-            heard.events(&news(tick));
+            received.events(&news(tick));
         }
         assert!(events.try_recv().is_ok());
         assert_eq!(events.try_recv(), Err(TryRecvError::Empty));
     }
 
     #[test]
-    fn corners_of_curves_are_in_no_view_and_lost_with_none() {
-        let heard = Heard::new(SimTime(50));
-        let (_, mut news) = heard.catch_up();
+    fn curve_corners_are_not_lost_with_skipped_views() {
+        let received = Received::new(SimTime(50));
+        let (_, mut news) = received.catch_up();
         for tick in 0..3 {
             let bend = Bend {
                 robot: RobotId(0),
@@ -363,31 +360,31 @@ mod tests {
                 state: BehaviorState::Waiting,
                 last: false,
             };
-            heard.view(View {
+            received.view(View {
                 bends: vec![bend],
                 ..view(tick, None)
             });
         }
-        let shown: Value = serde_json::from_str(&heard.view.subscribe().borrow()).unwrap();
+        let shown: Value = serde_json::from_str(&received.view.subscribe().borrow()).unwrap();
         assert_eq!(shown["view"]["bends"], json!([]));
         for tick in 0..3 {
-            let told: Value = serde_json::from_str(&news.try_recv().unwrap()).unwrap();
+            let frame: Value = serde_json::from_str(&news.try_recv().unwrap()).unwrap();
             assert_eq!(
-                told["bends"],
+                frame["bends"],
                 json!([{"robot": 0, "set": 1, "at": 50 * tick, "level": 7.5, "state": "Waiting", "last": false}])
             );
         }
-        let (past, _) = heard.catch_up();
+        let (past, _) = received.catch_up();
         let past: Value = serde_json::from_str(&past).unwrap();
         assert_eq!(past["past"]["bends"].as_array().unwrap().len(), 3);
     }
 
     #[test]
-    fn who_comes_later_gets_each_event_once() {
-        let heard = Heard::new(SimTime(50));
-        heard.events(&news(1));
-        let (past, mut events) = heard.catch_up();
-        heard.events(&news(2));
+    fn a_page_that_opens_later_gets_each_event_once() {
+        let received = Received::new(SimTime(50));
+        received.events(&news(1));
+        let (past, mut events) = received.catch_up();
+        received.events(&news(2));
         let past: Value = serde_json::from_str(&past).unwrap();
         let subjects: Vec<&Value> = past["past"]["events"]
             .as_array()
@@ -401,13 +398,13 @@ mod tests {
     }
 
     #[test]
-    fn a_run_ends_once_and_its_outcome_is_not_forgotten() {
-        let heard = Heard::new(SimTime(50));
-        let over = heard.over.subscribe();
+    fn a_run_ends_once_and_keeps_its_outcome() {
+        let received = Received::new(SimTime(50));
+        let over = received.over.subscribe();
         assert_eq!(*over.borrow(), None);
-        heard.view(view(9, Some(Outcome::Complete)));
-        // The world's token goes a little later.
-        heard.end(None);
+        received.view(view(9, Some(Outcome::Complete)));
+        // The world's liveliness token disappears a little later.
+        received.end(None);
         assert_eq!(*over.borrow(), Some(Some(Outcome::Complete)));
     }
 }

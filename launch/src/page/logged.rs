@@ -1,4 +1,4 @@
-//! A finished run: every tick of it, ready to be shown in any order.
+//! A finished run in memory, for display in any order of ticks.
 
 use missions::Registry;
 use std::future::Future;
@@ -20,38 +20,37 @@ use tokio::time::timeout;
 
 use super::about::about;
 
-/// Views that are held at most; of a longer run those of every second, third, … tick.
+/// The maximum number of views in memory. Longer runs keep every second, third, … tick.
 const VIEWS_MAX: u64 = 20_000;
 
-/// Robots in all views together at most: about half a kilobyte each.
+/// The maximum number of robots in all views together; each needs about half a kilobyte.
 const ROBOTS_MAX: u64 = 400_000;
 
-/// How long no page may be open before nobody is taken to come back.
+/// The time without an open page after which the server ends.
 const DESERTED: Duration = Duration::from_secs(5);
 
-/// Views that are told at once at most.
+/// The maximum number of views in one answer.
 pub const COUNT_MAX: u64 = 1000;
 
-/// What `GET /api/run`, `/api/views`, `/api/bends` and `/api/events` tell.
+/// The data of `GET /api/run`, `/api/views`, `/api/bends` and `/api/events`.
 pub struct Logged {
     about: Value,
     views: Vec<View>,
     every: u64,
-    /// Corners of the curves of all ticks, by rank.
+    /// The corners of all curves of motivation, by robot rank.
     bends: Vec<Vec<Bend>>,
     events: Vec<EventLine>,
-    /// Pages that are open.
     pages: watch::Sender<usize>,
     interrupted: bool,
-    /// Why what is shown is not quite what was logged.
+    /// The difference between the replay and the log, if there is one.
     pub warning: Option<String>,
 }
 
 impl Logged {
-    /// Reads a run's folder, and runs it again.
+    /// Reads the folder of a run and replays the run.
     ///
     /// # Errors
-    /// When it holds no run, or one without a whole tick.
+    /// If the folder contains no run, or a run without a complete tick.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
         let logged = RunLog::open(folder, &Registry::of_this_program().vocabulary())?;
         let team = logged.run.setup.scenario.robots.len().max(1) as u64;
@@ -63,7 +62,7 @@ impl Logged {
         let mut bends = vec![Vec::new(); logged.run.setup.scenario.robots.len()];
         let step = SimTime(logged.run.setup.scenario.step_ms);
         let mut ends = Vec::new();
-        let again = retrace(&logged, LogLevel::Summary, |mut view| {
+        let replayed = retrace(&logged, LogLevel::Summary, |mut view| {
             messages.append(&mut view.messages);
             left_out += view.messages_left_out;
             for bend in view.bends.drain(..) {
@@ -80,21 +79,21 @@ impl Logged {
         for bend in ends {
             bends[bend.robot.index()].push(bend);
         }
-        let events = again
+        let events = replayed
             .log
             .each_row()
             .map(|row| row.map(line))
             .collect::<Result<Vec<_>, _>>()?;
-        let ticks = again.log.run.result.ticks;
+        let ticks = replayed.log.run.result.ticks;
         let log = json!({
             "ticks": ticks,
             "every": every,
-            "duration_ms": again.log.run.result.sim_time_ms,
+            "duration_ms": replayed.log.run.result.sim_time_ms,
             "outcome": logged.run.outcome,
             "hash": logged.run.hash,
-            "warning": again.differs,
+            "warning": replayed.differs,
         });
-        // By its own name, not by that of a link to it.
+        // The real name, not that of a symbolic link such as `latest`.
         let folder = folder.canonicalize()?;
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
         let about = about(
@@ -112,25 +111,25 @@ impl Logged {
             events,
             pages: watch::Sender::new(0),
             interrupted: logged.run.outcome == RunOutcome::Ended(Outcome::Interrupted),
-            warning: again.differs,
+            warning: replayed.differs,
         })
     }
 
-    /// Whether somebody has ended the run.
+    /// Returns `true` if a user ended the run.
     #[must_use]
     pub fn was_interrupted(&self) -> bool {
         self.interrupted
     }
 
-    /// Counts a page, until it goes.
+    /// Counts a page as open until it disconnects.
     pub async fn accompany(&self, mut page: WebSocket) {
         self.pages.send_modify(|open| *open += 1);
-        // A page has nothing to say here.
+        // Messages of a page are ignored.
         while let Some(Ok(_)) = page.recv().await {}
         self.pages.send_modify(|open| *open -= 1);
     }
 
-    /// Until the last page has gone and none has come for a while: one that is loaded again goes first.
+    /// Waits until the last page has been closed for a while. The delay covers a reload, which closes the page first.
     pub fn deserted(&self) -> impl Future<Output = ()> + Send + 'static {
         let mut pages = self.pages.subscribe();
         async move {
@@ -139,7 +138,7 @@ impl Logged {
                 seen |= *pages.borrow_and_update() > 0;
                 let empty = *pages.borrow() == 0;
                 match timeout(DESERTED, pages.changed()).await {
-                    // The sender goes with the server.
+                    // The sender is dropped with the server.
                     Ok(Err(_)) => return,
                     Err(_) if seen && empty => return,
                     Ok(Ok(())) | Err(_) => {}
@@ -148,13 +147,13 @@ impl Logged {
         }
     }
 
-    /// What does not change.
+    /// Returns the constant description of the run.
     #[must_use]
     pub fn about(&self) -> &Value {
         &self.about
     }
 
-    /// At most `count` views: of the tick `from`, and of every `step`-th after it, each rounded down to one that is held.
+    /// Returns at most `count` views: of the tick `from` and every `step`-th after it, each rounded down to a view in memory.
     #[must_use]
     pub fn views(&self, from: Tick, count: u64, step: u64) -> Vec<&View> {
         (0..count.min(COUNT_MAX))
@@ -165,24 +164,23 @@ impl Logged {
             .collect()
     }
 
-    /// The corners of all curves of a robot, by time; none of a robot that is not there.
+    /// Returns the corners of all curves of a robot by time; empty for an unknown robot.
     #[must_use]
     pub fn bends(&self, rank: usize) -> &[Bend] {
         self.bends.get(rank).map_or(&[], Vec::as_slice)
     }
 
-    /// All events.
     #[must_use]
     pub fn events(&self) -> &[EventLine] {
         &self.events
     }
 }
 
-/// Where the curves of those who take part end, if that view is the last one: it stands between two steps.
+/// Returns the ends of the curves of present robots if `view` is the last one. They belong to the step before the view.
 fn last_levels(view: &View, step: SimTime) -> Vec<Bend> {
-    let there = (0..).zip(&view.robots);
-    let there = there.filter(|(_, robot)| robot.state == AgentState::Present);
-    there
+    let present = (0..).zip(&view.robots);
+    let present = present.filter(|(_, robot)| robot.state == AgentState::Present);
+    present
         .flat_map(|(rank, robot)| {
             robot.sets.iter().map(move |set| Bend {
                 robot: RobotId(rank),
@@ -196,7 +194,7 @@ fn last_levels(view: &View, step: SimTime) -> Vec<Bend> {
         .collect()
 }
 
-/// Of a log that did not end.
+/// Returns the number of ticks in a log without an end.
 fn last_tick(logged: &RunLog) -> Tick {
     logged.last.map_or(0, |last| last.tick + 1)
 }
@@ -226,7 +224,7 @@ mod tests {
 
     use super::*;
 
-    /// What the page draws of a log is what the log says, at every activation and every reset, however long the window.
+    /// The curves of the page agree with the log at every activation and reset, for any window length.
     #[test]
     fn charts_show_every_activation_and_reset_of_the_log() {
         let folder = TempDir::new().unwrap();
@@ -254,7 +252,7 @@ mod tests {
             .collect();
         let robots = about["scenario"]["robots"].as_array().unwrap();
         let bends: Vec<&[Bend]> = (0..robots.len()).map(|rank| logged.bends(rank)).collect();
-        let told = json!({
+        let data = json!({
             "robots": robots.iter().map(|robot| &robot["name"]).collect::<Vec<_>>(),
             "sets": about["catalog"]["sets"],
             "duration_ms": about["log"]["duration_ms"],
@@ -262,7 +260,7 @@ mod tests {
             "rows": rows,
         });
         let file = folder.path().join("told.json");
-        std::fs::write(&file, told.to_string()).unwrap();
+        std::fs::write(&file, data.to_string()).unwrap();
         crate::page::node(
             Command::new("node").env("ALLIANCE_LOG", &file),
             "log.test.js",

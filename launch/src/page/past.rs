@@ -1,25 +1,23 @@
-//! What an observer has seen so far, for those who open the page later: bounded, however long the run.
+//! The history of a live run for pages that open later. Its size is bounded.
 
 use std::collections::VecDeque;
 
 use alliance_proto::time::SimTime;
 
-/// Views that are kept at most.
 const VIEWS_MAX: usize = 400;
 
-/// Bytes that these have at most: views of large teams are long.
 const BYTES_MAX: usize = 4 << 20;
 
-/// Events that are kept at most: the newest.
+/// The maximum number of events; the newest are kept.
 const EVENTS_MAX: usize = 5000;
 
-/// What has become of messages: so much is kept at most, the newest.
+/// The maximum number of message receptions; the newest are kept.
 const MESSAGES_MAX: usize = 2000;
 
-/// Corners of curves that are kept at most, the newest.
+/// The maximum number of curve corners; the newest are kept.
 const BENDS_MAX: usize = 20_000;
 
-/// Views, messages, corners and events as JSON texts.
+/// A bounded history of views, messages, curve corners and events as JSON texts.
 #[derive(Debug)]
 pub struct Past {
     /// Oldest first, at least `spacing` apart.
@@ -27,14 +25,13 @@ pub struct Past {
     spacing: SimTime,
     bytes: usize,
     messages: VecDeque<String>,
-    /// How many more messages there were.
     messages_left_out: u64,
     bends: VecDeque<String>,
     events: VecDeque<String>,
 }
 
 impl Past {
-    /// Nothing yet, of a run with this step.
+    /// Creates a history without entries for a run with this step.
     #[must_use]
     pub fn new(step: SimTime) -> Self {
         Self {
@@ -48,7 +45,7 @@ impl Past {
         }
     }
 
-    /// Keeps a view, if the one before is long enough ago. When there are too many, every second one goes.
+    /// Stores a view if the last one is at least `spacing` older. If the limits are exceeded, every second view is dropped.
     pub fn keep_view(&mut self, now: SimTime, view: &str) {
         let due = self
             .views
@@ -70,7 +67,6 @@ impl Past {
         }
     }
 
-    /// Keeps what has become of a message.
     pub fn keep_message(&mut self, message: String) {
         if self.messages.len() == MESSAGES_MAX {
             self.messages.pop_front();
@@ -79,12 +75,10 @@ impl Past {
         self.messages.push_back(message);
     }
 
-    /// There were so many more messages.
     pub fn leave_messages_out(&mut self, count: u64) {
         self.messages_left_out += count;
     }
 
-    /// Keeps a corner of a curve.
     pub fn keep_bend(&mut self, bend: String) {
         if self.bends.len() == BENDS_MAX {
             self.bends.pop_front();
@@ -92,7 +86,6 @@ impl Past {
         self.bends.push_back(bend);
     }
 
-    /// Keeps an event.
     pub fn keep_event(&mut self, event: String) {
         if self.events.len() == EVENTS_MAX {
             self.events.pop_front();
@@ -100,8 +93,7 @@ impl Past {
         self.events.push_back(event);
     }
 
-    /// All of it as JSON: `{"views": […], "messages": {"receptions": […], "left_out": N},
-    /// "bends": […], "events": […]}`.
+    /// Returns the history as JSON: `{"views": […], "messages": {"receptions": […], "left_out": N}, "bends": […], "events": […]}`.
     #[must_use]
     pub fn to_json(&self) -> String {
         let views: Vec<&str> = self.views.iter().map(|(_, view)| view.as_str()).collect();
@@ -131,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_past_is_thinned_evenly_and_begins_at_its_beginning() {
+    fn a_long_history_is_thinned_evenly_from_the_start() {
         let mut past = Past::new(SimTime(50));
         for tick in 0..10_000_u64 {
             past.keep_view(SimTime(50 * tick), &tick.to_string());
@@ -155,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn json_has_all_that_is_kept() {
+    fn json_contains_all_kept_entries() {
         let mut past = Past::new(SimTime(50));
         let nothing =
             r#"{"views":[],"messages":{"receptions":[],"left_out":0},"bends":[],"events":[]}"#;

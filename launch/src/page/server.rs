@@ -1,4 +1,4 @@
-//! The HTTP server of the page: files, what the run tells, and what the page asks of it.
+//! The HTTP server of the page.
 
 use std::future::Future;
 use std::sync::Arc;
@@ -28,31 +28,25 @@ use super::gate::{Gate, SUBPROTOCOL};
 use super::live::Live;
 use super::logged::Logged;
 
-/// Longest command, as on the control topic.
+/// The maximum size of a command in bytes, as on the control topic.
 const COMMAND_MAX: usize = 256 * 1024;
 
-/// How long pages may take to be told that the run is over: a browser on a busy machine first has to take in what came before.
+/// The time for pages to receive the end of the run. A browser on a busy machine first processes all earlier frames.
 pub const FAREWELL: Duration = Duration::from_secs(10);
 
-/// How long they may take to hear that this process ends: who ends it does not want to wait.
+/// The time for pages to receive the end of this process after an interrupt.
 pub const LEAVE: Duration = Duration::from_secs(1);
 
-/// The page runs its own code and nothing else, talks to this server alone, and is shown in no other page's frame.
+/// The content security policy: the page runs only its own code, connects only to this server, and is not shown in a frame.
 const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
                       frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
-/// What is shown.
 pub enum Shown {
-    /// A live run.
     Live(Arc<Live>),
-    /// A finished one.
     Logged(Logged),
 }
 
-/// Serves the page until then, and at most so much longer.
-///
-/// # Errors
-/// When the socket fails.
+/// Serves the page until `until` resolves, and then at most for the returned time.
 pub async fn serve(
     listener: TcpListener,
     token: String,
@@ -74,7 +68,7 @@ pub async fn serve(
         .merge(match shown {
             Shown::Live(live) => Router::new()
                 .route("/api/run", get(about_live))
-                .route("/api/live", get(tell_live))
+                .route("/api/live", get(send_live))
                 .route("/api/control", post(control))
                 .layer(DefaultBodyLimit::max(COMMAND_MAX))
                 .with_state(live),
@@ -87,33 +81,33 @@ pub async fn serve(
                 .with_state(Arc::new(logged)),
         })
         .layer(middleware::from_fn_with_state(gate, guard));
-    let (going, gone) = oneshot::channel();
+    let (stop, stopped) = oneshot::channel();
     let server = axum::serve(listener, routes).with_graceful_shutdown(async {
-        // Nobody waits for it any more when the server has failed.
-        let _ = going.send(until.await);
+        // An error means that the server has failed and the receiver was dropped.
+        let _ = stop.send(until.await);
     });
     let mut server = tokio::spawn(server.into_future());
     tokio::select! {
-        // A server that nobody asks anything just then ends in the same moment.
+        // First, because an idle server ends at the same time.
         biased;
-        Ok(patience) = gone => {
-            // Who has not been told by then is cut off with this process.
-            let told = async {
-                // Nor is anybody waited for who has begun a request and does not go on.
+        Ok(patience) = stopped => {
+            // Pages that have not received all frames by then are disconnected.
+            let drained = async {
+                // Incomplete requests are not waited for.
                 let _ = timeout(LEAVE, server).await;
-                // The server does not wait for those to whom it speaks by WebSocket.
+                // The graceful shutdown does not wait for WebSockets.
                 if let Some(live) = live {
                     live.left_alone().await;
                 }
             };
-            let _ = timeout(patience, told).await;
+            let _ = timeout(patience, drained).await;
             Ok(())
         }
         ended = &mut server => ended.context("the page's server")?.context("the page's server"),
     }
 }
 
-/// Lets a request pass or refuses it, and tells the browser to trust nothing but this server.
+/// Checks a request and adds the security headers to the response.
 async fn guard(State(gate): State<Arc<Gate>>, request: Request, next: Next) -> Response {
     let checked = gate.check(request.method(), request.uri().path(), request.headers());
     let mut response = match checked {
@@ -140,7 +134,7 @@ fn refuse(status: StatusCode, why: &str) -> Response {
 fn file(path: &str) -> Response {
     match assets::find(path) {
         Some(asset) => ([(CONTENT_TYPE, asset.media_type)], asset.bytes).into_response(),
-        None => refuse(StatusCode::NOT_FOUND, "there is no such file"),
+        None => refuse(StatusCode::NOT_FOUND, "no such file"),
     }
 }
 
@@ -148,13 +142,13 @@ async fn about_live(State(live): State<Arc<Live>>) -> Response {
     Json(live.about()).into_response()
 }
 
-async fn tell_live(State(live): State<Arc<Live>>, upgrade: WebSocketUpgrade) -> Response {
+async fn send_live(State(live): State<Arc<Live>>, upgrade: WebSocketUpgrade) -> Response {
     upgrade
         .protocols([SUBPROTOCOL])
         .on_upgrade(move |page| async move { live.tell(page).await })
 }
 
-/// A command in the words of `docs/CONTROL.md`, and the world's reply.
+/// Sends a command as in `docs/CONTROL.md` to the world and returns its reply.
 async fn control(State(live): State<Arc<Live>>, body: Bytes) -> Response {
     let command: ControlCommand = match serde_json::from_slice(&body) {
         Ok(command) => command,
@@ -176,9 +170,8 @@ async fn accompany(State(logged): State<Arc<Logged>>, upgrade: WebSocketUpgrade)
         .on_upgrade(move |page| async move { logged.accompany(page).await })
 }
 
-/// Which views a page wants.
 #[derive(Deserialize)]
-struct Wanted {
+struct ViewsQuery {
     from: u64,
     count: u64,
     #[serde(default = "one")]
@@ -189,18 +182,17 @@ fn one() -> u64 {
     1
 }
 
-async fn views(State(logged): State<Arc<Logged>>, Query(wanted): Query<Wanted>) -> Response {
-    Json(logged.views(wanted.from, wanted.count, wanted.step)).into_response()
+async fn views(State(logged): State<Arc<Logged>>, Query(query): Query<ViewsQuery>) -> Response {
+    Json(logged.views(query.from, query.count, query.step)).into_response()
 }
 
-/// Whose curves a page wants.
 #[derive(Deserialize)]
-struct Whose {
+struct BendsQuery {
     robot: usize,
 }
 
-async fn bends(State(logged): State<Arc<Logged>>, Query(whose): Query<Whose>) -> Response {
-    Json(logged.bends(whose.robot)).into_response()
+async fn bends(State(logged): State<Arc<Logged>>, Query(query): Query<BendsQuery>) -> Response {
+    Json(logged.bends(query.robot)).into_response()
 }
 
 async fn events(State(logged): State<Arc<Logged>>) -> Response {

@@ -1,4 +1,4 @@
-//! `alliance view`: a finished run on the page, with its time to go back and forth in.
+//! `alliance view`: the page of a finished run.
 
 use std::future::Future;
 use std::path::{Path, PathBuf};
@@ -23,9 +23,9 @@ pub struct ViewCommand {
 }
 
 impl ViewCommand {
-    /// Serves until somebody ends it.
+    /// Serves the page until it is interrupted.
     ///
-    /// Exit status 0, 2 when the folder holds no run that can be shown or the port is taken, 3 when the server fails.
+    /// Exit status 0, 2 if the folder contains no usable run or the port is in use, 3 if the server fails.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let prepared =
@@ -50,34 +50,35 @@ impl ViewCommand {
         if let Some(warning) = &logged.warning {
             tell!("{warning}");
         }
-        tell!("{}: {} (Ctrl-C ends it)", self.folder.display(), link.url());
+        tell!(
+            "{}: {} (press Ctrl-C to end)",
+            self.folder.display(),
+            link.url()
+        );
         if self.link.open {
-            // The link stands there all the same.
+            // The link has been printed in any case.
             let _ = link.open().map_err(|error| tell!("{error:#}"));
         }
         serve_log(link, logged, std::future::pending())
     }
 }
 
-/// Shows a run that was just watched as a log, at the same link, until somebody ends it or no page looks at it any more. A run
-/// that somebody has ended is not shown: whoever did so wants to go.
-///
-/// # Errors
-/// When the run cannot be shown, or the server fails.
+/// Shows the log of a run at the link of its live page, until it is interrupted or no page is open. A run that the user ended is not
+/// shown.
 pub fn stay_with_log(link: Link, folder: &Path) -> anyhow::Result<()> {
     let logged = Logged::open(folder)?;
     if logged.was_interrupted() {
         return Ok(());
     }
     tell!(
-        "page    {} shows the log (Ctrl-C, or closing it, ends this)",
+        "page    {} shows the log (press Ctrl-C or close the page to end)",
         link.url()
     );
     let deserted = logged.deserted();
     serve_log(link, logged, deserted)
 }
 
-/// Serves it until Ctrl-C, or until then.
+/// Serves a log until Ctrl-C or until `over` resolves.
 fn serve_log(
     link: Link,
     logged: Logged,
@@ -90,7 +91,7 @@ fn serve_log(
     runtime.block_on(async {
         let (listener, token) = link.into_server()?;
         let until = async {
-            // Without signals only the process's end is left.
+            // If signals are unavailable, only `over` or the end of the process stops the server.
             tokio::select! {
                 _ = ctrl_c() => {}
                 () = over => {}

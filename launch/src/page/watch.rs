@@ -1,4 +1,4 @@
-//! `alliance watch`: a page for a live run, served by a process that only observes. Whatever becomes of it, the run is the same.
+//! `alliance watch`: the page of a live run, in a process that only observes. Its failure does not affect the run.
 
 use std::process::ExitCode;
 use std::time::Duration;
@@ -14,28 +14,28 @@ use super::live::Live;
 use super::server::{FAREWELL, LEAVE, Shown, serve};
 use crate::runtime;
 
-/// How long a run that is named may take to be there.
+/// The time for a run given by id to be announced.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Serve a page on which a live run is watched and interfered with.
+/// Serve a page to watch and control a live run.
 #[derive(Args, Clone, Debug)]
 pub struct WatchCommand {
-    /// Id of the run [default: the newest live one]
+    /// Id of the run [default: the newest live run]
     run: Option<String>,
     #[command(flatten)]
     link: LinkArgs,
-    /// The launcher has made the page's socket
+    /// Use the socket that the launcher opened
     #[arg(long, hide = true)]
     inherited: bool,
-    /// The launcher shows the log at the same link afterwards
+    /// Announce that the launcher shows the log at the same link afterwards
     #[arg(long, hide = true)]
     stays: bool,
 }
 
 impl WatchCommand {
-    /// Serves until the run ends, or until somebody ends it.
+    /// Serves the page until the run ends or the command is interrupted.
     ///
-    /// Exit status 0, 2 when the port is taken, 3 when no run is live or the bus fails.
+    /// Exit status 0, 2 if the port is in use, 3 if no run is live or the bus fails.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let link = if self.inherited {
@@ -68,7 +68,7 @@ impl WatchCommand {
             if !self.inherited {
                 tell!("run {id}: {}", link.url());
                 if self.link.open {
-                    // The link stands there all the same.
+                    // The link has been printed in any case.
                     let _ = link.open().map_err(|error| tell!("{error:#}"));
                 }
             }
@@ -87,7 +87,7 @@ impl WatchCommand {
         })
     }
 
-    /// The run; one that is named may be about to begin.
+    /// Finds the run. Waits a while for a run given by id, because it may be starting.
     async fn find(&self) -> anyhow::Result<Rendezvous> {
         let until = Instant::now() + PATIENCE;
         loop {

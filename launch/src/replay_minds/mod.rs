@@ -1,8 +1,8 @@
-//! `alliance replay --mind`: minds that are programs of their own are started once more and asked what they were asked in the logged
-//! run, tick by tick. What they answer must be what they answered then.
+//! `alliance replay --mind`: starts external controllers again with the inputs of the logged run, tick by tick, and compares their
+//! answers with the log.
 //!
-//! The run itself is made again in this process, from the answers that the log has kept: so the minds are asked as they were, whatever
-//! stalled, died or got lost then. To them this process is the world (`stage`).
+//! The run is replayed in this process from the answers in the log. Thus the controllers receive the same inputs, including stalls,
+//! crashes and message loss. For the controllers, this process is the world (`stage`).
 
 mod stage;
 
@@ -31,10 +31,10 @@ use crate::run::minds::MindCommand;
 use crate::runtime;
 use stage::{Stage, State};
 
-/// Starts the minds that `words`, those of `--mind`, have commands for, and asks them beside the log.
+/// Creates a source of answers that compares the logged ones with those of the controllers in `words`, the values of `--mind`.
 ///
 /// # Errors
-/// When a word is none, nobody has that mind, or the bus fails.
+/// If a value is invalid, no robot has that controller, or the bus fails.
 pub fn ask(logged: &RunLog, words: &[String], kept: Kept) -> anyhow::Result<Box<dyn Foreign>> {
     let setup = logged.run.setup.clone();
     let minds = setup.scenario.minds();
@@ -45,7 +45,7 @@ pub fn ask(logged: &RunLog, words: &[String], kept: Kept) -> anyhow::Result<Box<
         if !minds.contains(mind.name.as_str()) {
             let names: Vec<&str> = minds.iter().copied().collect();
             bail!(
-                "--mind {}: no robot of this run has that mind; there are {}",
+                "--mind {}: no robot of this run has that controller; there are {}",
                 mind.name,
                 names.join(", ")
             );
@@ -54,10 +54,10 @@ pub fn ask(logged: &RunLog, words: &[String], kept: Kept) -> anyhow::Result<Box<
     }
     let runtime = runtime::start()?;
     let stage = runtime.block_on(Stage::open(&setup))?;
-    Ok(Box::new(Asked {
+    Ok(Box::new(Comparison {
         kept,
         commands,
-        lives: BTreeMap::new(),
+        processes: BTreeMap::new(),
         failed: None,
         stage,
         setup,
@@ -65,31 +65,30 @@ pub fn ask(logged: &RunLog, words: &[String], kept: Kept) -> anyhow::Result<Box<
     }))
 }
 
-/// Minds that are asked, and what they must answer.
-struct Asked {
+struct Comparison {
     kept: Kept,
-    /// By mind.
+    /// The commands, by name of the controller.
     commands: BTreeMap<String, String>,
-    lives: BTreeMap<RobotId, Process>,
-    /// Why a mind could not be started.
+    processes: BTreeMap<RobotId, Process>,
+    /// The reason why a controller could not be started.
     failed: Option<String>,
     stage: Stage,
     setup: Setup,
     runtime: Runtime,
 }
 
-impl Asked {
+impl Comparison {
     fn name(&self, robot: RobotId) -> &str {
         self.setup.roster.name(robot)
     }
 
-    /// The command of a robot's mind, if that is to be asked.
+    /// Returns the command of a robot's controller if it is compared.
     fn command(&self, robot: RobotId) -> Option<&String> {
         let robot = self.setup.scenario.robots.get(robot.index())?;
         self.commands.get(robot.mind.as_ref()?)
     }
 
-    /// Starts a life, and waits until it is there.
+    /// Starts an incarnation and waits until it has joined.
     fn start(&mut self, robot: RobotId, incarnation: Incarnation) -> Result<(), String> {
         let Some(command) = self.command(robot).cloned() else {
             return Ok(());
@@ -110,16 +109,16 @@ impl Asked {
             .insert(name.clone(), welcome);
         let log = self.stage.logs.join(format!("{name}.log"));
         let started = Process::start_mind(&name, &log, &command, &self.stage.run);
-        let mut life = started.map_err(|error| format!("{name}: {error:#}"))?;
-        let is_there =
+        let mut process = started.map_err(|error| format!("{name}: {error:#}"))?;
+        let has_joined =
             |state: &mut State| (state.present.get(&name) == Some(&incarnation)).then_some(());
-        let came = self.stage.wait_for(&mut life, is_there);
-        let came = self.runtime.block_on(came);
-        self.lives.insert(robot, life);
-        came.map_err(|why| format!("{name}: {why}"))
+        let joined = self.stage.wait_for(&mut process, has_joined);
+        let joined = self.runtime.block_on(joined);
+        self.processes.insert(robot, process);
+        joined.map_err(|why| format!("{name}: {why}"))
     }
 
-    /// What the mind itself answers.
+    /// Returns the answer of the running controller.
     fn ask(
         &mut self,
         robot: RobotId,
@@ -127,8 +126,8 @@ impl Asked {
         arrived: &[Option<Arc<Broadcast>>],
     ) -> Result<(Report, Vec<Broadcast>), String> {
         let (stage, setup) = (&self.stage, &self.setup);
-        let Some(life) = self.lives.get_mut(&robot) else {
-            return Err("its mind does not live".to_owned());
+        let Some(process) = self.processes.get_mut(&robot) else {
+            return Err("its controller is not running".to_owned());
         };
         stage.heard.lock().broadcasts.remove(&robot);
         let bulletins = setup.catalog.mission.terms().bulletins;
@@ -143,22 +142,27 @@ impl Asked {
             ToAgent::Informed(tick, tick.truth.clone())
         };
         stage.tell(setup.roster.name(robot), &message)?;
-        let is_it =
+        let is_current =
             |report: &Report| (report.tick, report.incarnation) == (tick.tick, tick.incarnation);
-        let report = stage.wait_for(life, |state| {
-            let report = state.reports.get(&robot).filter(|report| is_it(report))?;
+        let report = stage.wait_for(process, |state| {
+            let report = state
+                .reports
+                .get(&robot)
+                .filter(|report| is_current(report))?;
             Some(report.clone())
         });
         let report = self.runtime.block_on(report)?;
-        // They came before it.
-        let said = stage.heard.lock().broadcasts.remove(&robot);
-        let mut said = said.unwrap_or_default();
-        said.retain(|it| (it.tick, it.incarnation) == (tick.tick, tick.incarnation));
-        said.sort_by_key(|broadcast| broadcast.index);
-        Ok((report, said))
+        // The broadcasts of a tick arrive before its report.
+        let broadcasts = stage.heard.lock().broadcasts.remove(&robot);
+        let mut broadcasts = broadcasts.unwrap_or_default();
+        broadcasts.retain(|broadcast| {
+            (broadcast.tick, broadcast.incarnation) == (tick.tick, tick.incarnation)
+        });
+        broadcasts.sort_by_key(|broadcast| broadcast.index);
+        Ok((report, broadcasts))
     }
 
-    /// The first field in which the two are not the same to the bit, with what each says.
+    /// Returns the first field in which the logged and the new answer differ in a bit, with both values.
     fn difference(
         &self,
         robot: RobotId,
@@ -166,21 +170,22 @@ impl Asked {
         kept: (&Report, &[Broadcast]),
         now: (&Report, &[Broadcast]),
     ) -> Option<Difference> {
-        let bytes =
-            |(report, said): (&Report, &[Broadcast])| (encode(report).ok(), encode(&said).ok());
+        let bytes = |(report, broadcasts): (&Report, &[Broadcast])| {
+            (encode(report).ok(), encode(&broadcasts).ok())
+        };
         if bytes(kept) == bytes(now) {
             return None;
         }
-        let value = |(report, said): (&Report, &[Broadcast])| {
+        let value = |(report, broadcasts): (&Report, &[Broadcast])| {
             let report = serde_json::to_value(report).unwrap_or_default();
-            (report, serde_json::to_value(said).unwrap_or_default())
+            (report, serde_json::to_value(broadcasts).unwrap_or_default())
         };
-        let ((report, said), (report_now, said_now)) = (value(kept), value(now));
+        let ((report, broadcasts), (report_now, broadcasts_now)) = (value(kept), value(now));
         let found = first_difference("", &report, &report_now)
-            .or_else(|| first_difference("broadcasts", &said, &said_now));
-        // JSON has no NaN.
+            .or_else(|| first_difference("broadcasts", &broadcasts, &broadcasts_now));
+        // JSON cannot represent NaN.
         let (field, a, b) = found.unwrap_or_else(|| {
-            let text = |it: &Report| format!("{it:?}");
+            let text = |report: &Report| format!("{report:?}");
             ("report".to_owned(), text(kept.0), text(now.0))
         });
         Some(Difference {
@@ -196,7 +201,7 @@ impl Asked {
     }
 }
 
-/// The first place where the two differ, with what stands there.
+/// Returns the first path at which the two values differ, with both values.
 fn first_difference(path: &str, a: &Value, b: &Value) -> Option<(String, String, String)> {
     match (a, b) {
         (Value::Object(one), Value::Object(other)) if one.keys().eq(other.keys()) => {
@@ -215,7 +220,7 @@ fn first_difference(path: &str, a: &Value, b: &Value) -> Option<(String, String,
     }
 }
 
-impl Foreign for Asked {
+impl Foreign for Comparison {
     fn spawn(&mut self, robot: RobotId, incarnation: Incarnation) {
         self.die(robot);
         if let Err(why) = self.start(robot, incarnation) {
@@ -224,8 +229,8 @@ impl Foreign for Asked {
     }
 
     fn die(&mut self, robot: RobotId) {
-        if let Some(mut life) = self.lives.remove(&robot) {
-            end(&mut life);
+        if let Some(mut process) = self.processes.remove(&robot) {
+            end(&mut process);
         }
     }
 
@@ -244,30 +249,35 @@ impl Foreign for Asked {
         if self.command(robot).is_none() {
             return Ok(());
         }
-        let (now, said) = self.ask(robot, tick, arrived).map_err(|why| {
+        let (new_report, new_broadcasts) = self.ask(robot, tick, arrived).map_err(|why| {
             let name = self.name(robot);
             ForeignError::Other(format!("{name}: tick {}: {why}", tick.tick).into())
         })?;
-        match self.difference(robot, tick, (report, broadcasts), (&now, &said)) {
+        match self.difference(
+            robot,
+            tick,
+            (report, broadcasts),
+            (&new_report, &new_broadcasts),
+        ) {
             None => Ok(()),
             Some(found) => Err(ForeignError::Other(Box::new(OtherAnswer(found)))),
         }
     }
 }
 
-/// At once: what it did is known.
-fn end(life: &mut Process) {
-    life.signal(Signal::SIGKILL);
-    while life.ending().is_none() && life.poll().is_ok() {
+/// Kills a controller and waits for its end.
+fn end(process: &mut Process) {
+    process.signal(Signal::SIGKILL);
+    while process.ending().is_none() && process.poll().is_ok() {
         std::thread::sleep(Duration::from_millis(1));
     }
 }
 
-impl Drop for Asked {
+impl Drop for Comparison {
     fn drop(&mut self) {
-        self.lives.values_mut().for_each(end);
+        self.processes.values_mut().for_each(end);
         let _ = std::fs::remove_dir_all(&self.stage.logs);
-        // Teardown may hang; the process ends whether or not it does.
+        // Closing may hang; the process ends in any case.
         let close = self.stage.session.close();
         let _ = self
             .runtime

@@ -1,4 +1,4 @@
-//! The world as minds see it that are asked once more: they find its run, join it, and get ticks and broadcasts from it.
+//! The world's side of the bus for a replay with external controllers: announcement, joins, ticks and broadcasts.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -25,41 +25,38 @@ use zenoh::{Session, Wait};
 
 use crate::run::children::Process;
 
-/// How long a mind may take to join, or for a step.
+/// The time for a controller to join or to answer a tick.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// How often it is looked whether its process still lives.
+/// The interval between checks of the controller's process.
 const GLANCE: Duration = Duration::from_millis(50);
 
-/// The world as the minds see it.
+/// The announced run that the controllers join.
 pub(super) struct Stage {
-    /// Id of the run, by which minds find it.
+    /// The id of the run, by which controllers find it.
     pub run: String,
     pub session: Session,
     pub keys: Keys,
-    /// Of the run.
     token: String,
-    /// Logs of the minds.
     pub logs: PathBuf,
     pub heard: Arc<Heard>,
     _token: LivelinessToken,
     _announcement: Announcement,
 }
 
-/// What has come from minds.
 #[derive(Default)]
 pub(super) struct Heard {
     state: Mutex<State>,
-    news: Notify,
+    changed: Notify,
 }
 
 #[derive(Default)]
 pub(super) struct State {
-    /// Who may join, by name, and what it is welcomed with.
+    /// The robots that may join, by name, with their welcome messages.
     pub invited: BTreeMap<String, Welcome>,
-    /// Who has shown its token, by name.
+    /// The robots whose liveliness token has appeared, by name.
     pub present: BTreeMap<String, Incarnation>,
-    /// The latest report of each, and the broadcasts of its tick.
+    /// The latest report of each robot. `broadcasts` contains those of the same tick.
     pub reports: BTreeMap<RobotId, Report>,
     pub broadcasts: BTreeMap<RobotId, Vec<Broadcast>>,
 }
@@ -71,12 +68,12 @@ impl Heard {
 
     fn note(&self, change: impl FnOnce(&mut State)) {
         change(&mut self.lock());
-        self.news.notify_one();
+        self.changed.notify_one();
     }
 }
 
 impl Stage {
-    /// Announces a run of its own, which minds find.
+    /// Opens a router and announces a new run for the controllers.
     pub async fn open(setup: &Setup) -> anyhow::Result<Self> {
         let run = format!("replay-{}", std::process::id());
         let mut rendezvous = Rendezvous::new(run.clone())?;
@@ -103,13 +100,13 @@ impl Stage {
         })
     }
 
-    /// Tells a robot what the world would.
+    /// Sends a message of the world to a robot.
     pub fn tell<T: Serialize>(&self, robot: &str, message: &T) -> Result<(), String> {
         let secret = Secret::of_robot(&self.token, robot);
         self.put(&self.keys.tick(robot), &secret, message)
     }
 
-    /// Says what a teammate would.
+    /// Sends a message of a teammate to all robots.
     pub fn say<T: Serialize>(&self, key: &str, message: &T) -> Result<(), String> {
         self.put(key, &Secret::of(&self.token), message)
     }
@@ -118,7 +115,7 @@ impl Stage {
         let sealed = secret
             .seal(key, message)
             .map_err(|error| error.to_string())?;
-        // One priority for all, so that they keep their order.
+        // The same priority for all messages preserves their order.
         let put = self
             .session
             .put(key, sealed)
@@ -126,10 +123,10 @@ impl Stage {
         put.wait().map_err(|error| error.to_string())
     }
 
-    /// Waits until that is there; why it will not be, if its process has ended or takes too long.
+    /// Waits until `look` returns a value. Returns an error if the process ends or takes too long.
     pub async fn wait_for<T>(
         &self,
-        life: &mut Process,
+        process: &mut Process,
         look: impl Fn(&mut State) -> Option<T>,
     ) -> Result<T, String> {
         let until = Instant::now() + PATIENCE;
@@ -137,17 +134,21 @@ impl Stage {
             if let Some(found) = look(&mut self.heard.lock()) {
                 return Ok(found);
             }
-            if timeout(GLANCE, self.heard.news.notified()).await.is_ok() {
+            if timeout(GLANCE, self.heard.changed.notified()).await.is_ok() {
                 continue;
             }
-            while let Ok(Some(_)) = life.poll() {}
-            if let Some(ending) = life.ending() {
-                let words = life.last_words();
-                return Err(format!("its mind {}: {}", ending.describe(), words.trim()));
+            while let Ok(Some(_)) = process.poll() {}
+            if let Some(ending) = process.ending() {
+                let output = process.last_words();
+                return Err(format!(
+                    "its controller {}: {}",
+                    ending.describe(),
+                    output.trim()
+                ));
             }
             if Instant::now() > until {
                 return Err(format!(
-                    "its mind has not answered for {} s",
+                    "its controller has not answered for {} s",
                     PATIENCE.as_secs()
                 ));
             }
@@ -163,13 +164,13 @@ async fn subscribe(
     setup: &Setup,
 ) -> zenoh::Result<()> {
     for robot in &setup.scenario.robots {
-        let (place, opener) = (Arc::clone(heard), Secret::of_robot(token, &robot.name));
+        let (received, opener) = (Arc::clone(heard), Secret::of_robot(token, &robot.name));
         session
             .declare_subscriber(keys.report(&robot.name))
             .callback(move |sample| {
                 let report = opener.open::<Report>(sample.key_expr(), &sample.payload().to_bytes());
                 if let Ok(report) = report {
-                    place.note(|state| {
+                    received.note(|state| {
                         state.reports.insert(report.robot, report);
                     });
                 }
@@ -177,23 +178,26 @@ async fn subscribe(
             .background()
             .await?;
 
-        let (place, opener) = (Arc::clone(heard), Secret::of(token));
+        let (received, opener) = (Arc::clone(heard), Secret::of(token));
         session
             .declare_subscriber(keys.team(&robot.name, "*"))
             .allowed_origin(zenoh::sample::Locality::Remote)
             .callback(move |sample| {
-                let said =
+                let broadcast =
                     opener.open::<Broadcast>(sample.key_expr(), &sample.payload().to_bytes());
-                if let Ok(said) = said {
-                    let broadcasts = &mut place.lock().broadcasts;
-                    broadcasts.entry(said.sender).or_default().push(said);
+                if let Ok(broadcast) = broadcast {
+                    let broadcasts = &mut received.lock().broadcasts;
+                    broadcasts
+                        .entry(broadcast.sender)
+                        .or_default()
+                        .push(broadcast);
                 }
             })
             .background()
             .await?;
     }
 
-    let (place, token_of, own) = (Arc::clone(heard), token.to_owned(), keys.clone());
+    let (received, run_token, run_keys) = (Arc::clone(heard), token.to_owned(), keys.clone());
     session
         .liveliness()
         .declare_subscriber(keys.alive_agents())
@@ -201,11 +205,11 @@ async fn subscribe(
             let key = sample.key_expr().as_str();
             let plain = key
                 .rsplit_once('/')
-                .and_then(|(plain, _)| own.parse_alive(plain));
+                .and_then(|(plain, _)| run_keys.parse_alive(plain));
             if let (Some((name, incarnation)), SampleKind::Put) = (plain, sample.kind())
-                && Secret::of_robot(&token_of, name).stamped(key).is_some()
+                && Secret::of_robot(&run_token, name).stamped(key).is_some()
             {
-                place.note(|state| {
+                received.note(|state| {
                     state.present.insert(name.to_owned(), incarnation);
                 });
             }
@@ -213,19 +217,19 @@ async fn subscribe(
         .background()
         .await?;
 
-    let (place, token_of, own) = (Arc::clone(heard), token.to_owned(), keys.clone());
+    let (received, run_token, run_keys) = (Arc::clone(heard), token.to_owned(), keys.clone());
     session
         .declare_queryable(keys.joins())
         .callback(move |query| {
             let payload = query.payload().map(|payload| payload.to_bytes());
             let key = query.key_expr().as_str();
             let name = Keys::parse_speaker(key);
-            let secret = Secret::of_robot(&token_of, name);
+            let secret = Secret::of_robot(&run_token, name);
             let request = secret.open::<JoinRequest>(key, &payload.unwrap_or_default());
             let Ok(request) = request else { return };
-            let reply = answer(&request, &mut place.lock());
-            if let Ok(bytes) = secret.seal(&own.join_answer(name, request.nonce), &reply) {
-                // Who does not get it asks again, or is missed.
+            let reply = answer(&request, &mut received.lock());
+            if let Ok(bytes) = secret.seal(&run_keys.join_answer(name, request.nonce), &reply) {
+                // If the reply is lost, the controller repeats its request or times out.
                 let _ = query.reply(key, bytes).wait();
             }
         })

@@ -1,4 +1,4 @@
-//! Command line of `alliance run`.
+//! The command line of `alliance run`.
 
 use std::collections::BTreeSet;
 use std::process::ExitCode;
@@ -21,28 +21,28 @@ use crate::limits;
 use crate::page::link::{Link, LinkArgs};
 use crate::page::view::stay_with_log;
 
-/// Run a mission: one world and one process per robot.
+/// Run a mission with one world process and one process per robot.
 #[derive(Args, Clone, Debug)]
 pub struct RunCommand {
     #[command(flatten)]
     mission: MissionArgs,
     #[command(flatten)]
     run: RunArgs,
-    /// How the mind of that name is started, a program of its own, by a command line for a shell; once for each that the scenario names
+    /// Start the external controller NAME with this shell command; repeat for each external controller of the scenario
     #[arg(long = "mind", value_name = "NAME[@VERSION]=COMMAND", value_parser = MindCommand::parse)]
     minds: Vec<MindCommand>,
-    /// All robots and the world in this process: no page, no signals to robots, no pace, and the same bytes
+    /// Run the world and all robots in this process: no page, no signals to robots, no pace, and the same log
     #[arg(long, conflicts_with_all = ["open", "port", "paused", "speed", "stall_after"])]
     in_process: bool,
-    /// Look after each tick at what must always hold, and run it again from its inputs
+    /// Check invariants after every tick, then replay the run and compare
     #[arg(long, requires = "in_process")]
     check: bool,
     #[command(flatten)]
     page: LinkArgs,
-    /// Serve no page
+    /// Do not serve a page
     #[arg(long, conflicts_with_all = ["open", "port"])]
     no_page: bool,
-    /// At the end, write run.mcap into the run's folder, for Foxglove, Lichtblick and PlotJuggler
+    /// Write run.mcap for Foxglove, Lichtblick and PlotJuggler to the run folder at the end
     #[arg(long)]
     mcap: bool,
     /// Print the result as JSON on stdout
@@ -52,28 +52,27 @@ pub struct RunCommand {
     over: Option<Over>,
 }
 
-/// What a run over several machines has besides.
+/// The additional settings of a run over several machines.
 #[derive(Clone, Debug)]
 pub struct Over {
-    /// For the world.
     pub arguments: Vec<String>,
-    /// The robots of other hosts.
+    /// The names of the robots on other hosts.
     pub elsewhere: BTreeSet<String>,
-    /// Hosts that are started too, and the keys of this run.
+    /// The hosts that the launcher starts, and the keys of this run.
     pub start: Option<Start>,
 }
 
 impl RunCommand {
-    /// Runs the mission and shows how it went.
+    /// Runs the mission and prints its result.
     ///
-    /// Exit status 0 when the mission is complete, 1 when it ran but is not, or something did not hold, 2 for a mistake in
-    /// scenario, parameters or arguments, 3 when a process, the bus or the export failed.
+    /// Exit status 0 if the mission is complete, 1 if it is incomplete or an invariant is violated, 2 for a mistake in
+    /// scenario, parameters or arguments, 3 if a process, the bus or the export failed.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        // Everything is read and checked here, before the first process starts.
+        // All inputs are read and checked before the first process starts.
         let prepared = self.mission.setup(&crate::known()).and_then(|setup| {
             if self.over.is_some() && self.in_process {
-                bail!("--in-process: all processes in one are on one machine; leave it out");
+                bail!("--in-process: a run over several machines needs several processes; leave it out");
             }
             if !self.in_process {
                 limits::allow_a_run(setup.scenario.robots.len())?;
@@ -81,7 +80,7 @@ impl RunCommand {
             let minds = minds::commands(&setup.scenario, &self.minds)?;
             if self.in_process && let Some((robot, _)) = minds.first_key_value() {
                 bail!(
-                    "--in-process: the mind of {robot} is a program of its own; leave --in-process out"
+                    "--in-process: the controller of {robot} is an external program; leave --in-process out"
                 );
             }
             if let Some(profile) = &self.mission.profile {
@@ -100,7 +99,7 @@ impl RunCommand {
                 return ExitCode::from(2);
             }
         };
-        // The socket outlives the run: whoever looks at its page goes on to look at its log.
+        // The socket outlives the run, so that an open page can show the log afterwards.
         let stay = link.as_ref().filter(|_| self.page.open);
         let stay = match stay.map(Link::try_clone).transpose() {
             Ok(stay) => stay,
@@ -146,7 +145,7 @@ impl RunCommand {
         }
     }
 
-    /// Whether it says what is run.
+    /// Returns `true` if the arguments contain a scenario, a size or a seed.
     #[must_use]
     pub fn is_of_a_scenario(&self) -> bool {
         let MissionArgs {
@@ -158,7 +157,7 @@ impl RunCommand {
         scenario.is_some() || !size.arguments().is_empty() || *seed != 1
     }
 
-    /// The same over several machines.
+    /// Returns the command for the same run over several machines.
     #[must_use]
     pub fn over(mut self, over: Over, scenario: String, seed: Option<u64>) -> Self {
         self.mission.scenario = Some(scenario);
@@ -167,7 +166,7 @@ impl RunCommand {
         self
     }
 
-    /// Runs it, and writes the profile and exports it if that is wanted; whether the mission is complete.
+    /// Runs the mission, then writes the profile and the export if requested. Returns `true` if the mission is complete.
     fn carry_out(&self, plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
         let complete = if self.in_process {
             one_process::run(plan, self.run.log(&plan.setup), self.check)?
@@ -185,7 +184,7 @@ impl RunCommand {
         Ok(complete)
     }
 
-    /// Where the page is to be found.
+    /// Opens the socket of the page; `None` for a run without a page.
     fn link(&self) -> anyhow::Result<Option<Link>> {
         if self.no_page || self.in_process {
             return Ok(None);
@@ -193,12 +192,12 @@ impl RunCommand {
         Link::new(self.page.port).map(Some)
     }
 
-    /// Whether the clock is held at first: who opens a page wants to see the run from its beginning.
+    /// Returns `true` if the run starts paused. With `--open` it does, so that the page shows the run from its start.
     fn is_paused(&self) -> bool {
         self.run.paused || self.page.open
     }
 
-    /// What the world is started with, beside its folder and the run's id.
+    /// Returns the arguments of the world process, without folder and run id.
     fn world_arguments(&self) -> Vec<String> {
         let mission = &self.mission;
         let mut arguments: Vec<String> = mission.scenario.iter().cloned().collect();

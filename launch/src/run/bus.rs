@@ -1,5 +1,4 @@
-//! The launcher's place on the bus: it sees how the run goes, tells the world what has become of processes, and takes its
-//! orders.
+//! The launcher's connection to the bus: it receives views, events and process orders, and reports process states to the world.
 
 use alliance_proto::event::EventLine;
 use alliance_proto::keys::{Keys, LAUNCHER_HOST};
@@ -13,45 +12,36 @@ use zenoh::query::Query;
 
 use crate::observer::Observer;
 
-/// Orders and events that may wait to be looked at. The world gives one order at a time.
-const WAITING: usize = 256;
+/// The capacity of the queues for orders and events. The world sends one order at a time.
+const QUEUE_CAPACITY: usize = 256;
 
-/// A session, and what comes over it.
 pub struct Bus {
     session: Session,
     keys: Keys,
     secret: Secret,
-    /// Name of this host.
+    /// The name of this host; [`LAUNCHER_HOST`] for the launcher of a run.
     host: String,
-    /// Number of the latest news.
-    news: u64,
-    /// Number of the latest order.
-    obeyed: u64,
-    /// What came of it.
-    latest: Option<ProcessReply>,
+    report_count: u64,
+    latest_order: u64,
+    latest_reply: Option<ProcessReply>,
     orders: mpsc::Receiver<(ProcessOrder, Query)>,
     events: mpsc::Receiver<EventLine>,
 }
 
-/// What wakes the launcher.
+/// A received message that the launcher must handle.
 pub enum Call {
-    /// The world wants something done to a process.
+    /// An order of the world for one process.
     Order(ProcessOrder, Query),
-    /// Something happened in the run.
     Event(EventLine),
 }
 
 impl Bus {
-    /// Joins a run that is announced.
-    ///
-    /// # Errors
-    /// When the run cannot be found or the bus fails.
     pub async fn join(run: &str, views: watch::Sender<Option<View>>) -> anyhow::Result<Self> {
         let observer = Observer::join(Rendezvous::find(Some(run))?, User::Team).await?;
-        let (tell_event, events) = mpsc::channel(WAITING);
+        let (event_sender, events) = mpsc::channel(QUEUE_CAPACITY);
         observer
             .on_view(move |view| {
-                // One that is put again is no newer.
+                // A repeated view is not newer.
                 views.send_if_modified(|shown| {
                     let newer = shown.as_ref().is_none_or(|shown| shown.tick <= view.tick);
                     if newer {
@@ -63,9 +53,9 @@ impl Bus {
             .await?;
         observer
             .on_events(move |news| {
-                for line in news.events {
-                    // The log has them all; this is for eyes.
-                    let _ = tell_event.try_send(line);
+                for event in news.events {
+                    // A full queue drops events: they are only displayed, and the log contains all.
+                    let _ = event_sender.try_send(event);
                 }
             })
             .await?;
@@ -79,10 +69,7 @@ impl Bus {
         Self::open(session, keys, secret, LAUNCHER_HOST, events).await
     }
 
-    /// The place of a host's launcher, which sees nothing of the run.
-    ///
-    /// # Errors
-    /// When the bus fails.
+    /// Creates the connection of a host daemon, which receives no views and no events.
     pub async fn of_host(
         session: Session,
         keys: Keys,
@@ -100,7 +87,7 @@ impl Bus {
         host: &str,
         events: mpsc::Receiver<EventLine>,
     ) -> anyhow::Result<Self> {
-        let (give_order, orders) = mpsc::channel(WAITING);
+        let (order_sender, orders) = mpsc::channel(QUEUE_CAPACITY);
         let (opener, key) = (secret.clone(), keys.process_order(host));
         session
             .declare_queryable(keys.process(host))
@@ -108,8 +95,8 @@ impl Bus {
                 let payload = query.payload().map(|payload| payload.to_bytes());
                 let order = opener.open::<ProcessOrder>(&key, &payload.unwrap_or_default());
                 if let Ok(order) = order {
-                    // An order that finds no place is one that is not answered, which the world sees.
-                    let _ = give_order.try_send((order, query));
+                    // An order that does not fit is not answered; the world detects this.
+                    let _ = order_sender.try_send((order, query));
                 }
             })
             .background()
@@ -121,24 +108,24 @@ impl Bus {
             keys,
             secret,
             host: host.to_owned(),
-            news: 0,
-            obeyed: 0,
-            latest: None,
+            report_count: 0,
+            latest_order: 0,
+            latest_reply: None,
             orders,
             events,
         })
     }
 
-    /// The next thing that comes over the bus.
+    /// Waits for the next order or event.
     pub async fn call(&mut self) -> Call {
         loop {
             tokio::select! {
                 Some((order, query)) = self.orders.recv() => {
-                    if order.number > self.obeyed {
-                        self.obeyed = order.number;
+                    if order.number > self.latest_order {
+                        self.latest_order = order.number;
                         return Call::Order(order, query);
                     }
-                    // One that is put again is done once, and answered again: the answer may have come too late.
+                    // A repeated order is executed once and answered again, because the first answer may have been lost.
                     self.reply(&query).await;
                 }
                 Some(line) = self.events.recv() => return Call::Event(line),
@@ -146,9 +133,9 @@ impl Bus {
         }
     }
 
-    /// Answers an order.
+    /// Sends the result of an order, and stores it for repetitions of that order.
     pub async fn answer(&mut self, query: &Query, number: u64, result: anyhow::Result<u32>) {
-        self.latest = Some(ProcessReply {
+        self.latest_reply = Some(ProcessReply {
             number,
             result: result.map_err(|error| format!("{error:#}")),
         });
@@ -156,34 +143,35 @@ impl Bus {
     }
 
     async fn reply(&self, query: &Query) {
-        let Some(reply) = &self.latest else { return };
+        let Some(reply) = &self.latest_reply else {
+            return;
+        };
         if let Ok(bytes) = self
             .secret
             .seal(&self.keys.process_order(&self.host), reply)
         {
-            // For an answer that is lost the world asks again.
+            // If the answer is lost, the world repeats its order.
             let _ = query.reply(self.keys.process(&self.host), bytes).await;
         }
     }
 
-    /// Tells the world what has become of an agent's process.
+    /// Reports the state of an agent's process to the world.
     pub async fn tell(&mut self, robot: &str, pid: u32, state: ProcessState) {
-        self.news += 1;
+        self.report_count += 1;
         let news = ProcessNews {
-            number: self.news,
+            number: self.report_count,
             robot: robot.to_owned(),
             pid,
             state,
         };
         if let Ok(bytes) = self.secret.seal(&self.keys.process(&self.host), &news) {
-            // Lost news only means that the stall deadline has to find out.
+            // If the report is lost, the world detects the change by its stall deadline.
             let _ = self.session.put(self.keys.process(&self.host), bytes).await;
         }
     }
 
-    /// Leaves.
     pub async fn close(self) {
-        // The world is gone already, and a session may hang over it: the process ends whether or not it closes.
+        // The world has ended, so closing may hang or fail. The process ends in any case.
         let _ = self.session.close().await;
     }
 }

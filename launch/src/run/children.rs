@@ -1,4 +1,4 @@
-//! The processes of a run: started, watched and ended by their ids.
+//! Child processes of a run: start, state changes, signals and the end of their logs.
 
 use std::fs::File;
 use std::io;
@@ -17,64 +17,50 @@ use nix::unistd::{Pid, getppid};
 use super::{minds, shell};
 use crate::cluster::start::{Hold, HostStart};
 
-/// How many of the last lines of a log are shown when its process fails.
+/// The number of log lines that are shown when a process fails.
 const LAST_LINES: usize = 12;
 
-/// What happened to a child.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// A signal stopped it.
     Stopped,
-    /// SIGCONT let it go on.
     Continued,
-    /// It ended.
     Ended(Ending),
 }
 
-/// How a process ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// By itself, with this status.
     Exit(i32),
-    /// By this signal.
     Signal(i32),
 }
 
-/// A process of the run.
 pub struct Process {
     name: String,
     pid: Pid,
     log: PathBuf,
-    /// Signals go to all of its group: what runs there is not this program, and may have children.
+    /// `true` if signals go to the entire process group, because the child is an external program that may have children.
     has_group: bool,
     stopped: bool,
     ending: Option<Ending>,
 }
 
 impl Process {
-    /// Starts this program again with other arguments; what it prints goes to its log file. It gets a process group of its
-    /// own, so that Ctrl-C reaches the launcher alone, and dies with the launcher.
+    /// Starts this program with other arguments and appends its output to `log`. The child has its own process group, so that Ctrl-C
+    /// reaches only the launcher. It dies with the launcher.
     ///
     /// # Errors
-    /// When the program cannot be started or its log not be written.
+    /// If the program cannot be started or the log cannot be written.
     pub fn start(name: &str, log: &Path, arguments: &[String]) -> anyhow::Result<Self> {
         Self::start_with(name, log, arguments, Stdio::null(), &[], false)
     }
 
-    /// The same of a robot's mind that is a program of its own.
-    ///
-    /// # Errors
-    /// As of [`Process::start`].
+    /// Starts the external controller of a robot. See [`Process::start`].
     pub fn start_mind(robot: &str, log: &Path, command: &str, run: &str) -> anyhow::Result<Self> {
         let arguments = shell::invocation(command, &[]);
         let variables = minds::variables(robot, run);
         Self::start_with(robot, log, &arguments, Stdio::null(), &variables, true)
     }
 
-    /// The same of what starts another host's daemon, with its keys as standard input.
-    ///
-    /// # Errors
-    /// As of [`Process::start`].
+    /// Starts the command that runs another host's daemon, with its keys as standard input. See [`Process::start`].
     pub fn start_host(host: &HostStart, logs: &Path) -> anyhow::Result<(Self, Hold)> {
         let (input, hold) = host.input().context("standard input of a host")?;
         let name = format!("host {}", host.name);
@@ -84,10 +70,7 @@ impl Process {
         Ok((process, hold))
     }
 
-    /// The same, with another standard input and more environment variables.
-    ///
-    /// # Errors
-    /// As of [`Process::start`].
+    /// Starts a process with a standard input and more environment variables. See [`Process::start`].
     pub fn start_with(
         name: &str,
         log: &Path,
@@ -97,7 +80,7 @@ impl Process {
         has_group: bool,
     ) -> anyhow::Result<Self> {
         let program = std::env::current_exe().context("finding this program")?;
-        // A robot's later lives write below its earlier ones.
+        // Later incarnations of a robot append to the same log.
         let output = File::options()
             .append(true)
             .create(true)
@@ -123,34 +106,33 @@ impl Process {
         })
     }
 
-    /// Name of the robot, or "world".
+    /// Returns the name of the robot, or another label such as "world".
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Process id.
     #[must_use]
     pub fn pid(&self) -> u32 {
         self.pid.as_raw() as u32
     }
 
-    /// Whether a signal has stopped it.
+    /// Returns `true` while a signal keeps the process stopped.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.stopped
     }
 
-    /// How it ended, once it has.
+    /// Returns the end of the process; `None` while it runs.
     #[must_use]
     pub fn ending(&self) -> Option<Ending> {
         self.ending
     }
 
-    /// The next thing that has happened to it, if any.
+    /// Returns the next state change since the last call, if there is one.
     ///
     /// # Errors
-    /// When the operating system does not know the process.
+    /// If the process does not exist or is no child of this process.
     pub fn poll(&mut self) -> io::Result<Option<Change>> {
         if self.ending.is_some() {
             return Ok(None);
@@ -171,10 +153,9 @@ impl Process {
         Ok(Some(change))
     }
 
-    /// Sends a signal, unless it has ended.
     pub fn signal(&self, signal: Signal) {
         if self.ending.is_none() {
-            // It may have ended just now; then there is nobody to tell.
+            // An error means that the process has just ended.
             let _ = if self.has_group {
                 killpg(self.pid, signal)
             } else {
@@ -183,19 +164,19 @@ impl Process {
         }
     }
 
-    /// What it said last, or why that is not known.
+    /// Returns the last log lines for an error message, or the reason why there are none.
     #[must_use]
     pub fn said(&self) -> String {
-        let words = self.last_words();
-        if words.is_empty() {
+        let lines = self.last_words();
+        if lines.is_empty() {
             let log = self.log.display();
-            format!("it said nothing that could be written to {log}: is the disk full?")
+            format!("its log {log} is empty: check whether the disk is full")
         } else {
-            format!("it said:\n{words}")
+            format!("its last output:\n{lines}")
         }
     }
 
-    /// Last lines of what it printed, indented.
+    /// Returns the last lines of the log, indented.
     #[must_use]
     pub fn last_words(&self) -> String {
         let text = std::fs::read(&self.log).unwrap_or_default();
@@ -210,7 +191,7 @@ impl Process {
 }
 
 impl Ending {
-    /// In words.
+    /// Returns the end as a phrase that follows the name of the process.
     #[must_use]
     pub fn describe(self) -> String {
         match self {
@@ -224,24 +205,23 @@ impl Ending {
     }
 }
 
-/// In a child of a launcher: asks the operating system to end this process, even a stopped one, when the launcher dies.
-///
-/// # Errors
-/// When the launcher is dead already.
+/// Requests a signal for this process when its launcher dies. Without a launcher it does nothing.
 pub fn die_with_launcher() -> anyhow::Result<()> {
     let Ok(launcher) = std::env::var(LAUNCHER) else {
         return Ok(());
     };
-    // The world is asked, so that it ends its log; SIGTERM does nothing to a stopped agent, so agents are not asked.
-    let is_world = std::env::args().nth(1).is_some_and(|part| part == "world");
+    // The world receives SIGTERM, so that it completes its log. Agents receive SIGKILL, because SIGTERM does not end a stopped process.
+    let is_world = std::env::args()
+        .nth(1)
+        .is_some_and(|command| command == "world");
     let signal = if is_world {
         Signal::SIGTERM
     } else {
         Signal::SIGKILL
     };
-    prctl::set_pdeathsig(signal).context("asking to end with the launcher")?;
+    prctl::set_pdeathsig(signal).context("requesting the end with the launcher")?;
     if launcher != getppid().to_string() {
-        bail!("the launcher (process {launcher}) is gone");
+        bail!("the launcher (process {launcher}) has ended");
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! The agents' processes of one machine: started, watched, and signalled as the world asks.
+//! The agent processes of one machine: start and state changes.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -8,22 +8,19 @@ use alliance_proto::process::ProcessState;
 use super::bus::Bus;
 use super::children::{Change, Ending, Process};
 
-/// The agents of a launcher.
+/// The agent processes of a launcher or a host daemon.
 pub struct Crew {
-    /// The latest of each robot.
+    /// The latest process of each robot.
     pub agents: Vec<Process>,
-    /// Those that have been succeeded.
+    /// Earlier processes of restarted robots.
     pub former: Vec<Process>,
-    /// Id of the run.
     pub run: String,
-    /// Commands of minds that are programs of their own, by robot.
+    /// The commands of external controllers, by robot.
     minds: BTreeMap<String, String>,
-    /// Folder of what they print.
     pub logs: PathBuf,
 }
 
 impl Crew {
-    /// Nobody yet.
     #[must_use]
     pub fn new(run: String, minds: BTreeMap<String, String>, logs: PathBuf) -> Self {
         Self {
@@ -35,10 +32,7 @@ impl Crew {
         }
     }
 
-    /// Starts an agent for that robot, the latest from now on; its process id.
-    ///
-    /// # Errors
-    /// When it cannot be started.
+    /// Starts a new agent process for a robot and returns its process id.
     pub fn start(&mut self, robot: &str) -> anyhow::Result<u32> {
         let log = self.logs.join(format!("{robot}.log"));
         let process = match self.minds.get(robot) {
@@ -60,15 +54,12 @@ impl Crew {
         Ok(pid)
     }
 
-    /// All of them, those that have been succeeded too.
+    /// Returns all processes, including earlier ones of restarted robots.
     pub fn everybody(&mut self) -> impl Iterator<Item = &mut Process> {
         self.agents.iter_mut().chain(&mut self.former)
     }
 
-    /// Tells the world what has become of them since, and people, unless the run is over.
-    ///
-    /// # Errors
-    /// When the operating system does not know a process.
+    /// Reports process state changes to the world, and prints them unless the run is over.
     pub async fn poll(
         &mut self,
         mut bus: Option<&mut Bus>,
@@ -91,7 +82,7 @@ impl Crew {
                 }
                 match change {
                     Change::Stopped => say(&format!("{name} is stopped")),
-                    Change::Continued => say(&format!("{name} goes on")),
+                    Change::Continued => say(&format!("{name} resumes")),
                     Change::Ended(Ending::Exit(0)) => {}
                     Change::Ended(ending) => {
                         say(&format!("{name} {}", ending.describe()));

@@ -1,6 +1,6 @@
-//! Minds that are programs of their own: which there are, and how they are started.
+//! External controllers: the commands that start them.
 //!
-//! A scenario has their names. Their commands come from the command line alone, for a scenario from elsewhere must not run programs.
+//! A scenario contains only their names. The commands come from the command line, because a scenario must not start programs.
 
 use std::collections::BTreeMap;
 
@@ -9,22 +9,17 @@ use alliance_proto::scenario::{Scenario, instead};
 use anyhow::bail;
 use robot_agent::args::{ROBOT, RUN};
 
-/// A mind as `--mind` states it: `NAME[@VERSION]=COMMAND`.
+/// A value of `--mind`: `NAME[@VERSION]=COMMAND`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MindCommand {
-    /// As scenarios call it.
     pub name: String,
-    /// What its author calls this state of it.
+    /// The version label given by the author.
     pub version: Option<String>,
-    /// For a shell.
     pub command: String,
 }
 
 impl MindCommand {
-    /// Reads the words of `--mind`.
-    ///
-    /// # Errors
-    /// What is wrong, and what would be right.
+    /// Parses a value of `--mind`.
     pub fn parse(text: &str) -> Result<Self, String> {
         let (name, command) = text
             .split_once('=')
@@ -36,10 +31,10 @@ impl MindCommand {
         };
         if !is_name(name) {
             return Err(format!(
-                "'{name}' is no name of a mind; use letters, digits, '-' and '_', at most 32"
+                "'{name}' is not a controller name; use letters, digits, '-' and '_', at most 32"
             ));
         }
-        if version.is_some_and(|it| it.is_empty() || it.contains(char::is_control)) {
+        if version.is_some_and(|version| version.is_empty() || version.contains(char::is_control)) {
             return Err("use NAME@VERSION=COMMAND, or leave the @ out".to_owned());
         }
         Ok(Self {
@@ -50,30 +45,30 @@ impl MindCommand {
     }
 }
 
-/// The commands of all minds that are programs of their own, by robot.
+/// Returns the commands of all external controllers, by robot.
 ///
 /// # Errors
-/// A mind without a command, or a command for no mind.
+/// If a controller has no command, or a command has no controller.
 pub fn commands(
     scenario: &Scenario,
     stated: &[MindCommand],
 ) -> anyhow::Result<BTreeMap<String, String>> {
-    let minds = scenario.minds();
+    let names = scenario.minds();
     for (index, mind) in stated.iter().enumerate() {
         let name = mind.name.as_str();
         if stated[..index].iter().any(|other| other.name == name) {
-            bail!("--mind {name}: it is stated twice; a mind has one command");
+            bail!("--mind {name}: it is given twice; a controller has one command");
         }
-        if minds.is_empty() {
+        if names.is_empty() {
             bail!(
-                "--mind {name}: no robot of '{}' has a mind of its own; state mind = \"{name}\" for one in [[robots]]",
+                "--mind {name}: no robot of '{}' has an external controller; set mind = \"{name}\" for one in [[robots]]",
                 scenario.name
             );
         }
-        if !minds.contains(name) {
-            let remedy = instead(name, minds.iter().copied());
+        if !names.contains(name) {
+            let remedy = instead(name, names.iter().copied());
             bail!(
-                "--mind {name}: no robot of '{}' has that mind; {remedy}",
+                "--mind {name}: no robot of '{}' has that controller; {remedy}",
                 scenario.name
             );
         }
@@ -81,9 +76,9 @@ pub fn commands(
     let mut commands = BTreeMap::new();
     for robot in &scenario.robots {
         let Some(mind) = &robot.mind else { continue };
-        let Some(stated) = stated.iter().find(|it| it.name == *mind) else {
+        let Some(stated) = stated.iter().find(|stated| stated.name == *mind) else {
             bail!(
-                "the mind '{mind}' of {} is a program of its own; say how it is started: --mind {mind}=COMMAND",
+                "the controller '{mind}' of {} is an external program; give its command: --mind {mind}=COMMAND",
                 robot.name
             );
         };
@@ -92,12 +87,12 @@ pub fn commands(
     Ok(commands)
 }
 
-/// The variables that tell a program whose mind it is to be.
+/// Returns the environment variables that assign a controller process to a robot and a run.
 pub fn variables(robot: &str, run: &str) -> [(&'static str, String); 3] {
     [
         (ROBOT, robot.to_owned()),
         (RUN, run.to_owned()),
-        // So that walking through a set of texts gives the same order each time.
+        // Makes the iteration order of Python sets of strings reproducible.
         ("PYTHONHASHSEED", "0".to_owned()),
     ]
 }
@@ -109,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn name_version_and_command() {
+    fn parses_name_version_and_command() {
         let parsed = MindCommand::parse("greedy@1.2= python3 greedy.py --x='a=b'").unwrap();
         assert_eq!(parsed.name, "greedy");
         assert_eq!(parsed.version.as_deref(), Some("1.2"));
@@ -118,17 +113,17 @@ mod tests {
         for (text, wrong) in [
             ("greedy", "use NAME=COMMAND"),
             ("greedy= ", "use NAME=COMMAND"),
-            ("=x", "'' is no name"),
-            ("a b=x", "'a b' is no name"),
+            ("=x", "'' is not a"),
+            ("a b=x", "'a b' is not a"),
             ("a@=x", "NAME@VERSION=COMMAND"),
         ] {
-            let said = MindCommand::parse(text).unwrap_err();
-            assert!(said.contains(wrong), "{text}: {said}");
+            let message = MindCommand::parse(text).unwrap_err();
+            assert!(message.contains(wrong), "{text}: {message}");
         }
     }
 
     #[test]
-    fn each_mind_has_one_command_and_each_command_a_mind() {
+    fn each_controller_has_one_command_and_each_command_a_controller() {
         let mut scenario = default_setup(1).scenario;
         let stated = |texts: &[&str]| -> Vec<_> {
             let parsed = texts.iter().map(|text| MindCommand::parse(text));
@@ -138,7 +133,7 @@ mod tests {
         let refusal = |scenario: &Scenario, texts: &[&str]| {
             commands(scenario, &stated(texts)).unwrap_err().to_string()
         };
-        assert!(refusal(&scenario, &["greedy=x"]).contains("has a mind of its own; state mind"));
+        assert!(refusal(&scenario, &["greedy=x"]).contains("has an external controller; set mind"));
         scenario.robots[1].mind = Some("greedy".to_owned());
         let name = scenario.robots[1].name.clone();
         assert!(refusal(&scenario, &[]).contains("--mind greedy=COMMAND"));

@@ -1,4 +1,4 @@
-//! `alliance run`: one world and one process per robot, from start to summary.
+//! `alliance run`: one world process and one process per robot, from start to summary.
 
 pub mod args;
 pub mod bus;

@@ -1,4 +1,4 @@
-//! `alliance run --in-process`: the same world, the same agents and the same bytes, without processes and sockets.
+//! `alliance run --in-process`: world and agents in one process without sockets, with the same log as a run by processes.
 
 use missions::Registry;
 use std::path::Path;
@@ -21,17 +21,13 @@ use super::plan::Plan;
 use super::progress::Progress;
 use super::summary;
 
-/// How often the progress is shown.
+/// The interval between updates of the progress display.
 const INTERVAL: Duration = Duration::from_millis(200);
 
-/// Ticks between two looks at the clock, which costs as much as a small tick.
-const TICKS_PER_LOOK: u64 = 64;
+/// The number of ticks between two readings of the clock. A reading costs as much as a small tick.
+const TICKS_PER_CLOCK_READING: u64 = 64;
 
-/// Runs it to its end, or to the tick after which something that is checked does not hold; whether the mission is complete, and
-/// all held.
-///
-/// # Errors
-/// When the log cannot be written.
+/// Runs the mission to its end or to the first violated invariant. Returns `true` if the mission is complete and nothing is violated.
 pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
     panics::this_is(format!(
         "alliance run (mission {}, allocator {})",
@@ -42,7 +38,7 @@ pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
     let mut progress = Progress::new(&plan.setup);
     progress.say(&format!("run {}, in one process", plan.run));
     let folder = Folder::create(&plan.folder)?;
-    // A convenience: where it cannot be made, it is missing.
+    // The link `runs/latest` is optional, so a failure is ignored.
     let _ = link_latest(Path::new("runs"), &plan.folder);
     let (began, wall) = (Instant::now(), unix_ms());
     let mut team = Team::new(plan.setup.clone(), log, folder)?;
@@ -60,7 +56,11 @@ pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
         if let Some(outcome) = outcome {
             break outcome;
         }
-        if team.simulation().tick().is_multiple_of(TICKS_PER_LOOK) {
+        if team
+            .simulation()
+            .tick()
+            .is_multiple_of(TICKS_PER_CLOCK_READING)
+        {
             if interrupted.is_so() {
                 break Outcome::Interrupted;
             }
@@ -98,7 +98,7 @@ pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
     Ok(outcome == Outcome::Complete && violation.is_none())
 }
 
-/// The log says when it happened; the simulation never does.
+/// Returns the wall-clock time for host.json. The simulation does not use it.
 #[allow(clippy::disallowed_methods)]
 fn unix_ms() -> u64 {
     SystemTime::now()

@@ -1,5 +1,4 @@
-//! What the world asks to be done to agents' processes: with real signals, answered when the operating system has seen them
-//! take effect.
+//! Execution of the world's process orders with signals. An order is answered when its signal has taken effect.
 
 use std::time::Duration;
 
@@ -12,17 +11,17 @@ use tokio::time::{Instant, sleep};
 use super::children::Process;
 use super::crew::Crew;
 
-/// How long a signal may take to be seen to have taken effect.
+/// The maximum time until a signal takes effect.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// How often that is looked at.
+/// The interval between checks of a process state.
 const GLANCE: Duration = Duration::from_millis(1);
 
 impl Crew {
-    /// Does what the world asks for; the process id.
+    /// Executes an order of the world and returns the process id.
     ///
     /// # Errors
-    /// Why it cannot be done.
+    /// If the signal cannot be sent or does not take effect.
     pub async fn obey(&mut self, order: &ProcessOrder) -> anyhow::Result<u32> {
         if order.act == ProcessAct::Start {
             return self.start(&order.robot);
@@ -38,26 +37,26 @@ impl Crew {
         };
         match self.agents.iter_mut().find(|agent| agent.pid() == pid) {
             Some(agent) => {
-                // A stopped process would get SIGTERM only when it goes on.
-                let woken = order.act == ProcessAct::Terminate && agent.is_stopped();
+                // A stopped process receives SIGTERM only after SIGCONT.
+                let needs_resume = order.act == ProcessAct::Terminate && agent.is_stopped();
                 agent.signal(signal);
-                if woken {
+                if needs_resume {
                     agent.signal(Signal::SIGCONT);
                 }
                 let wanted = match order.act {
                     ProcessAct::Stop => true,
                     ProcessAct::Continue => false,
-                    // Its token tells when it has died.
+                    // The world detects the end by the agent's liveliness token.
                     _ => return Ok(pid),
                 };
-                see_own(agent, wanted).await?;
+                wait_for_child(agent, wanted).await?;
             }
             None => {
                 let process = Pid::from_raw(i32::try_from(pid).context("process id")?);
                 kill(process, signal).with_context(|| format!("process {pid}"))?;
                 match order.act {
-                    ProcessAct::Stop => see_other(pid, true).await?,
-                    ProcessAct::Continue => see_other(pid, false).await?,
+                    ProcessAct::Stop => wait_for_other(pid, true).await?,
+                    ProcessAct::Continue => wait_for_other(pid, false).await?,
                     _ => {}
                 }
             }
@@ -66,8 +65,8 @@ impl Crew {
     }
 }
 
-/// Waits until a process of the launcher's own is stopped, or goes on. The world has asked for it: it needs no news of it.
-async fn see_own(agent: &mut Process, stopped: bool) -> anyhow::Result<()> {
+/// Waits until a child of the launcher is stopped or resumed. The change is not reported, because the world ordered it.
+async fn wait_for_child(agent: &mut Process, stopped: bool) -> anyhow::Result<()> {
     let until = Instant::now() + PATIENCE;
     while agent.is_stopped() != stopped {
         agent.poll()?;
@@ -84,13 +83,13 @@ async fn see_own(agent: &mut Process, stopped: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The same of a process that somebody else started.
-async fn see_other(pid: u32, stopped: bool) -> anyhow::Result<()> {
+/// Waits until a process that is no child of the launcher is stopped or resumed.
+async fn wait_for_other(pid: u32, stopped: bool) -> anyhow::Result<()> {
     let until = Instant::now() + PATIENCE;
     loop {
         let path = format!("/proc/{pid}/stat");
         let stat = std::fs::read_to_string(&path).with_context(|| path)?;
-        // "PID (NAME) STATE …", and the name may hold anything.
+        // The format is "PID (NAME) STATE …"; the name may contain spaces and parentheses.
         let state = stat
             .rsplit(')')
             .next()

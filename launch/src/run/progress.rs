@@ -1,5 +1,4 @@
-//! The progress of a run on the terminal: one line for the mission, one for each robot of a team that fits. Where stderr is no terminal, a line
-//! every few seconds.
+//! The progress display of a run: one line for the mission and one per robot. If stderr is not a terminal, one line every few seconds.
 
 use std::io::IsTerminal;
 use std::sync::Arc;
@@ -16,20 +15,20 @@ use alliance_proto::view::{RobotView, View};
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use tokio::time::Instant;
 
-/// Least time between two lines where stderr is no terminal.
+/// The minimum time between two lines if stderr is not a terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
-/// Robots of which it is told what they do; of larger teams only the first.
-const ROBOTS_TOLD: usize = 12;
+/// The maximum number of robots in the display; the first ones of larger teams.
+const ROBOTS_SHOWN: usize = 12;
 
-/// Shows views as they come.
+/// A progress display that is updated by views.
 pub struct Progress {
     names: Vec<String>,
     catalog: Arc<Catalog>,
     columns: &'static [Column],
     started: Option<(Instant, f64)>,
-    /// It has been said for whom the clock waits.
-    told: Option<String>,
+    /// The robots for which the clock waits, as last printed.
+    waits_for: Option<String>,
     style: Style,
 }
 
@@ -45,7 +44,6 @@ enum Style {
 }
 
 impl Progress {
-    /// Nothing shown yet.
     pub fn new(setup: &Setup) -> Self {
         let names: Vec<String> = setup
             .scenario
@@ -59,8 +57,8 @@ impl Progress {
             mission.set_style(template("{msg}"));
             let robots = names
                 .iter()
-                // One more, for how many others there are.
-                .take(ROBOTS_TOLD + 1)
+                // One more line, for the number of further robots.
+                .take(ROBOTS_SHOWN + 1)
                 .map(|_| {
                     let line = bars.add(ProgressBar::no_length());
                     line.set_style(template("  {msg}"));
@@ -80,23 +78,22 @@ impl Progress {
             catalog: Arc::clone(&setup.catalog),
             columns: setup.catalog.mission.terms().columns,
             started: None,
-            told: None,
+            waits_for: None,
             style,
         }
     }
 
-    /// Shows a snapshot.
     pub fn show(&mut self, view: &View) {
         let now = Instant::now();
         let waits_for = view
             .clock
             .as_ref()
             .and_then(|clock| clock.waits_for.as_ref());
-        if self.told.as_ref() != waits_for {
-            self.told = waits_for.cloned();
-            if let Some(whom) = waits_for {
+        if self.waits_for.as_ref() != waits_for {
+            self.waits_for = waits_for.cloned();
+            if let Some(robots) = waits_for {
                 self.say(&format!(
-                    "the clock stands at {}: it waits for {whom}; Ctrl-C ends the run",
+                    "the clock stands still at {}: it waits for {robots}; Ctrl-C ends the run",
                     view.now
                 ));
             }
@@ -104,17 +101,17 @@ impl Progress {
         let sim = view.now.as_secs_f64();
         let (since, from) = *self.started.get_or_insert((now, sim));
         let real = now.duration_since(since).as_secs_f64();
-        // Too early to tell the speed of a run that has only just been seen.
+        // The speed is unknown until enough time has passed since the first view.
         let clock = if real < 0.05 {
             format!("{sim:.1} s simulated")
         } else {
             format!("{sim:.1} s simulated, {:.0}x", (sim - from) / real)
         };
-        let robots = self.names.iter().zip(&view.robots).take(ROBOTS_TOLD);
+        let robots = self.names.iter().zip(&view.robots).take(ROBOTS_SHOWN);
         let mut doing: Vec<String> = robots
             .map(|(name, robot)| self.describe(name, robot))
             .collect();
-        let others = self.names.len().saturating_sub(ROBOTS_TOLD);
+        let others = self.names.len().saturating_sub(ROBOTS_SHOWN);
         if others > 0 {
             doing.push(format!("and {others} more"));
         }
@@ -145,16 +142,14 @@ impl Progress {
         }
     }
 
-    /// Prints a line above the progress.
     pub fn say(&self, line: &str) {
         match &self.style {
-            // A terminal that cannot be written to has nobody in front of it.
+            // Errors of a closed terminal are ignored.
             Style::Terminal { bars, .. } => drop(bars.println(line)),
             Style::Lines { .. } => tell!("{line}"),
         }
     }
 
-    /// Tells what happens to faults.
     pub fn tell(&self, line: &EventLine) {
         if matches!(line.kind.as_str(), "applied" | "healed" | "failed") {
             let why = if line.reason.is_empty() {
@@ -170,7 +165,6 @@ impl Progress {
         }
     }
 
-    /// Takes the progress off the terminal.
     pub fn clear(&self) {
         if let Style::Terminal { bars, .. } = &self.style {
             let _ = bars.clear();

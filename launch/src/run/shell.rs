@@ -1,4 +1,4 @@
-//! Programs of others that a launcher starts by command lines: minds, and what reaches other hosts.
+//! `alliance shell`: external programs of a run, such as controllers and the commands that start other hosts.
 
 use std::os::unix::process::CommandExt;
 use std::process::{Command, ExitCode};
@@ -7,20 +7,20 @@ use alliance_proto::os_process::LAUNCHER;
 use alliance_proto::tell;
 use clap::Args;
 
-/// Become a program of somebody else: it lives and dies as this process, which dies with the launcher.
+/// Replace this process with an external program; it dies with the launcher.
 #[derive(Args, Clone, Debug)]
 #[command(hide = true)]
 pub struct ShellCommand {
     /// Command line for a shell
     #[arg(long)]
     command: String,
-    /// More arguments for that program
+    /// Additional arguments for the program
     #[arg(last = true)]
     arguments: Vec<String>,
 }
 
 impl ShellCommand {
-    /// Does not come back, unless there is no shell.
+    /// Replaces this process. Returns only if the shell cannot be started.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let error = Command::new("/bin/sh")
@@ -28,7 +28,7 @@ impl ShellCommand {
             .arg(format!("exec {} \"$@\"", self.command))
             .arg("sh")
             .args(&self.arguments)
-            // What it starts in turn is no child of the launcher.
+            // Processes that the program starts are not children of the launcher.
             .env_remove(LAUNCHER)
             .exec();
         tell!("alliance shell: /bin/sh: {error}");
@@ -36,7 +36,7 @@ impl ShellCommand {
     }
 }
 
-/// The arguments with which this program becomes that of a command line, which gets these further ones.
+/// Returns the arguments with which this program runs a command line with additional `arguments`.
 #[must_use]
 pub fn invocation(command: &str, arguments: &[String]) -> Vec<String> {
     let mut all = vec!["shell".to_owned(), format!("--command={command}")];

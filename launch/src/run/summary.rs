@@ -1,4 +1,4 @@
-//! What a finished run shows: a table for people, JSON for programs.
+//! The result of a finished run, as a table or as JSON.
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::log::{LogLevel, RunFile, RunOutcome};
@@ -11,13 +11,12 @@ use study::table;
 
 use super::plan::Plan;
 
-/// Shows it.
 pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
     let host: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(plan.folder.join("host.json"))?)?;
     if run.unscripted {
         tell!(
-            "note: a stall or a loss that the scenario did not ask for is part of this run (`unscripted` in run.json)"
+            "note: this run contains a stall or a loss that no fault explains (`unscripted` in run.json)"
         );
     }
     if plan.json {
@@ -54,7 +53,7 @@ pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
     let sets = run.setup.behavior_sets();
     if run.log != LogLevel::Full && LogLevel::of_a_team(sets) == run.log {
         tell!(
-            "log     {}, for there are {sets} behavior sets; for a report --log full",
+            "log     {}, because the team has {sets} behavior sets; use --log full for a report",
             run.log.as_str()
         );
     }
@@ -75,7 +74,7 @@ fn outcome(run: &RunFile) -> &'static str {
     }
 }
 
-/// How far the mission has come, and what else it tells of the run.
+/// Returns the progress of the mission and its other figures as text.
 fn mission(run: &RunFile) -> String {
     let figures = &run.result.mission;
     let columns = run.setup.catalog.mission.terms().columns.iter();
@@ -83,7 +82,10 @@ fn mission(run: &RunFile) -> String {
         .filter_map(|column| Some(column.with(figures.column(column.name)?)))
         .collect();
     let progress = Progress::of(&row);
-    let is_in_row = |name: &str| row.iter().any(|it| it.name == name.replace('.', "_"));
+    let is_in_row = |name: &str| {
+        row.iter()
+            .any(|column| column.name == name.replace('.', "_"))
+    };
     let others = figures
         .iter()
         .filter(|(name, value)| *value != Value::None && (progress.is_none() || !is_in_row(name)))
@@ -96,24 +98,21 @@ fn mission(run: &RunFile) -> String {
     parts.join(", ")
 }
 
-/// How many faults have hit, which never did, for those have tested nothing, and how many the run was too short for.
+/// Returns a line with the number of effective faults, the ids of ineffective ones, and the number of faults due after the end.
 fn faults(faults: &[FaultStatus]) -> Option<String> {
     if faults.is_empty() {
         return None;
     }
-    // What was due after the end has tested nothing either, but is nobody's mistake.
+    // A fault that was due after the end is no mistake in the scenario, so it is only counted.
     let (due, later): (Vec<_>, Vec<_>) = faults
         .iter()
         .partition(|fault| fault.hits > 0 || fault.applied_ms.is_some());
     let idle = due.iter().filter(|fault| fault.hits == 0);
     let idle: Vec<&str> = idle.map(|fault| fault.id.as_str()).collect();
     let hit = due.len() - idle.len();
-    let mut line = match hit {
-        hit if hit == faults.len() => format!("faults  all {hit} have hit"),
-        hit => format!("faults  {hit} of {} have hit", faults.len()),
-    };
+    let mut line = format!("faults  {hit} of {} took effect", faults.len());
     if !idle.is_empty() {
-        line += &format!("; never: {}", idle.join(", "));
+        line += &format!("; without effect: {}", idle.join(", "));
     }
     if !later.is_empty() {
         line += &format!("; not due before the end: {}", later.len());
@@ -122,33 +121,49 @@ fn faults(faults: &[FaultStatus]) -> Option<String> {
 }
 
 fn robots(plan: &Plan, run: &RunFile) -> Table {
-    // By rank, as everywhere; `result.robots` is by name.
+    // By rank; `result.robots` is ordered by name.
     let robots = plan.setup.scenario.robots.iter();
     let robots: Vec<_> = robots
         .filter_map(|robot| Some((robot.name.clone(), run.result.robots.get(&robot.name)?)))
         .collect();
-    // The mission's own figures are the same for all.
-    let own = robots.first().map(|(_, first)| first.mission.iter());
-    let own: Vec<&str> = own.into_iter().flatten().map(|(name, _)| name).collect();
+    // All robots have the same mission figures.
+    let mission_names = robots.first().map(|(_, first)| first.mission.iter());
+    let mission_names: Vec<&str> = mission_names
+        .into_iter()
+        .flatten()
+        .map(|(name, _)| name)
+        .collect();
     let heads = ["robot", "lives", "activations"].map(ToOwned::to_owned);
     let heads = heads.into_iter();
-    let heads = heads.chain(own.iter().map(|name| label(name).replace(' ', "\n")));
+    let heads = heads.chain(
+        mission_names
+            .iter()
+            .map(|name| label(name).replace(' ', "\n")),
+    );
     let heads = heads.chain(["messages\nsent", "heard", "lost"].map(ToOwned::to_owned));
     let mut table = table::new(heads);
     for (name, figures) in robots {
         let counts = [figures.lives.to_string(), figures.activations.to_string()];
-        let own = own.iter().map(|own| match figures.mission.get(own) {
-            Value::Count(count) => count.to_string(),
-            Value::Real(number) => format!("{number:.2}"),
-            Value::None => "–".to_owned(),
-        });
+        let values = mission_names
+            .iter()
+            .map(|name| match figures.mission.get(name) {
+                Value::Count(count) => count.to_string(),
+                Value::Real(number) => format!("{number:.2}"),
+                Value::None => "–".to_owned(),
+            });
         let messages = [
             figures.messages_sent,
             figures.messages_heard,
             figures.messages_lost,
         ];
         let messages = messages.map(|count| count.to_string());
-        table.add_row([name].into_iter().chain(counts).chain(own).chain(messages));
+        table.add_row(
+            [name]
+                .into_iter()
+                .chain(counts)
+                .chain(values)
+                .chain(messages),
+        );
     }
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
@@ -177,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_due_after_the_end_is_counted_and_not_listed() {
+    fn faults_due_after_the_end_are_counted_and_not_listed() {
         let all = [
             fault("a", true, 1),
             fault("b", true, 0),
@@ -185,10 +200,13 @@ mod tests {
             fault("random-6", false, 0),
         ];
         assert_eq!(faults(&[]), None);
-        assert_eq!(faults(&all[..1]).as_deref(), Some("faults  all 1 have hit"));
+        assert_eq!(
+            faults(&all[..1]).as_deref(),
+            Some("faults  1 of 1 took effect")
+        );
         assert_eq!(
             faults(&all).as_deref(),
-            Some("faults  1 of 4 have hit; never: b; not due before the end: 2")
+            Some("faults  1 of 4 took effect; without effect: b; not due before the end: 2")
         );
     }
 }

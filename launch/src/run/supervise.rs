@@ -1,4 +1,4 @@
-//! Starts the processes of a run, watches them until the world ends, and leaves none behind.
+//! Supervision of a run's processes: start, state changes until the world ends, and the end of all processes.
 
 use std::fs::File;
 use std::io::{self, Seek, Write};
@@ -32,28 +32,28 @@ use crate::page::link::Link;
 use crate::page::server::FAREWELL;
 use crate::runtime;
 
-/// How long a process may take to end by itself, and again to obey SIGTERM, before it is killed. The page may also take leave.
+/// The time for a process to end by itself, and again after SIGTERM, before it is killed.
 pub const GRACE: Duration = Duration::from_secs(3);
 
-/// How long after a request to end the next one is meant as a new one.
+/// The minimum time between two separate requests to end.
 const AGAIN: Duration = Duration::from_millis(500);
 
-/// How long other hosts may take to end their agents, and themselves.
+/// The time for other hosts to end their agents and themselves.
 const HOSTS: Duration = Duration::from_secs(15);
 
-/// How long a run that has not begun outlives one of its agents.
+/// The time after a process failure at which a run that has not begun is aborted.
 const STILLBORN: Duration = Duration::from_secs(1);
 
-/// How long a world that is asked to end may take, in all. It has a log to finish.
+/// The time for the world to complete its log and end after a request.
 const ENDING: Duration = Duration::from_secs(15);
 
-/// How often processes and progress are looked at when nothing calls.
+/// The interval between checks of processes and progress if no message arrives.
 const INTERVAL: Duration = Duration::from_millis(200);
 
-/// Runs it to its end, with a page at that link; whether the mission is complete.
+/// Runs the processes of a plan to their end and prints the result. Returns `true` if the mission is complete.
 ///
 /// # Errors
-/// When a process cannot be started or fails, or the bus does.
+/// If a process cannot be started or fails, or the bus fails.
 pub fn supervise(plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
     let runtime = runtime::start()?;
     runtime.block_on(async {
@@ -69,13 +69,12 @@ pub fn supervise(plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
     Ok(run.outcome == RunOutcome::Ended(alliance_proto::tick::Outcome::Complete))
 }
 
-/// The processes of a run.
 struct Team {
     world: Process,
     crew: Crew,
-    /// What started the daemons of other hosts, and holds them.
+    /// The commands that run the daemons of other hosts, each with its hold.
     hosts: Vec<(Process, Hold)>,
-    /// Serves the page. The run does without it.
+    /// The process of the page. The run continues without it.
     page: Option<Process>,
     progress: Progress,
 }
@@ -107,9 +106,9 @@ impl Team {
             progress: Progress::new(&plan.setup),
         };
         let robots = plan.setup.scenario.robots.iter();
-        let here = |name: &String| !plan.elsewhere.contains(name);
-        for robot in robots.filter(|robot| !robot.absent && here(&robot.name)) {
-            // Should one not start, those that run already die with this process.
+        let is_local = |name: &String| !plan.elsewhere.contains(name);
+        for robot in robots.filter(|robot| !robot.absent && is_local(&robot.name)) {
+            // If a start fails, the processes that already run die with this process.
             team.crew.start(&robot.name)?;
         }
         for host in plan.start.iter().flat_map(|start| &start.hosts) {
@@ -130,12 +129,12 @@ impl Team {
         }
         if plan.paused {
             team.progress
-                .say("the clock is held: start it on the page, or with `alliance clock resume`");
+                .say("the clock is held; start it on the page or with `alliance clock resume`");
         }
         Ok(team)
     }
 
-    /// A process that serves the page. The run does without it.
+    /// Starts the process of the page. The run continues if this fails.
     fn start_page(&mut self, link: Link, open: bool) {
         let url = link.url();
         let opened = open.then(|| link.open());
@@ -160,21 +159,23 @@ impl Team {
                     .say(&format!("page {url} (process {})", page.pid()));
                 self.page = Some(page);
             }
-            Err(error) => self.progress.say(&format!("no page: {error:#}")),
+            Err(error) => self
+                .progress
+                .say(&format!("the page cannot be served: {error:#}")),
         }
         if let Some(Err(error)) = opened {
             self.progress.say(&format!("{error:#}"));
         }
     }
 
-    /// A stopped observer holds nothing that anybody needs, but its open connection holds up the world's end.
+    /// Kills a stopped page, because its open connection delays the end of the world.
     fn release_page(&self) {
         if let Some(page) = self.page.as_ref().filter(|page| page.is_stopped()) {
             page.signal(Signal::SIGKILL);
         }
     }
 
-    /// Until the world has ended.
+    /// Handles orders, events and process changes until the world has ended.
     async fn watch(&mut self, plan: &Plan) -> anyhow::Result<()> {
         let mut children = signal(SignalKind::child())?;
         let mut interrupt = signal(SignalKind::interrupt())?;
@@ -188,7 +189,7 @@ impl Team {
             if bus.is_none() && Rendezvous::find(Some(&plan.run)).is_ok() {
                 bus = self.observe(sender.clone()).await;
                 if let Some(bus) = &mut bus {
-                    self.tell_what_was(bus).await;
+                    self.report_earlier_changes(bus).await;
                 }
             }
             let pause = if bus.is_none() {
@@ -208,7 +209,7 @@ impl Team {
                         }
                     }
                 }
-                call = heard(bus.as_mut()) => match call {
+                call = next_call(bus.as_mut()) => match call {
                     Call::Order(order, query) => {
                         let done = self.crew.obey(&order).await;
                         if let (Ok(pid), ProcessAct::Start) = (&done, order.act) {
@@ -223,7 +224,7 @@ impl Team {
                 () = sleep(pause) => {}
             }
             self.poll(bus.as_mut()).await?;
-            self.insist(interrupted);
+            self.kill_if_overdue(interrupted);
 
             let begun = views.borrow().as_ref().is_some_and(|view| {
                 view.tick > 0
@@ -252,8 +253,8 @@ impl Team {
         Ok(())
     }
 
-    /// What became of agents before there was a bus to tell it.
-    async fn tell_what_was(&self, bus: &mut Bus) {
+    /// Reports state changes of agents from before the launcher joined the bus.
+    async fn report_earlier_changes(&self, bus: &mut Bus) {
         for agent in &self.crew.agents {
             let state = match agent.ending() {
                 Some(_) => ProcessState::Ended,
@@ -264,8 +265,8 @@ impl Team {
         }
     }
 
-    /// Somebody without whom a run cannot begin: a host, an agent that failed, or any where all have ended. An agent that somebody ended
-    /// is a dead robot.
+    /// Returns a process whose end prevents the start of the run: a host, a failed agent, or any agent if all have ended. An agent that was
+    /// ended by a signal is only a dead robot.
     fn failed(&self) -> Option<&Process> {
         let mut hosts = self.hosts.iter().map(|(host, _)| host);
         if let Some(host) = hosts.find(|host| host.ending().is_some()) {
@@ -284,29 +285,30 @@ impl Team {
         self.crew.agents.iter().find(failed)
     }
 
-    /// Joins the bus. Without it the run goes on; only its progress is not seen, and no fault reaches a process.
+    /// Joins the bus. Without it the run continues, but without progress display and process faults.
     async fn observe(&self, views: watch::Sender<Option<View>>) -> Option<Bus> {
         match Bus::join(&self.crew.run, views).await {
             Ok(bus) => Some(bus),
             Err(error) => {
-                self.progress.say(&format!("no view of the run: {error:#}"));
+                self.progress
+                    .say(&format!("the launcher cannot observe the run: {error:#}"));
                 None
             }
         }
     }
 
-    /// Looks at every process, and tells the world and the person what has changed.
+    /// Checks every process, and reports changes to the world and on the terminal.
     async fn poll(&mut self, bus: Option<&mut Bus>) -> anyhow::Result<()> {
         while let Some(change) = self.world.poll()? {
             match change {
                 Change::Stopped => {
                     let pid = self.world.pid();
-                    let cure = format!("`kill -CONT {pid}` lets it go on, Ctrl-C ends the run");
+                    let remedy = format!("`kill -CONT {pid}` resumes it, Ctrl-C ends the run");
                     self.progress.say(&format!(
-                        "the world (process {pid}) is stopped, and the run stands still; {cure}"
+                        "the world (process {pid}) is stopped, and the run stands still; {remedy}"
                     ));
                 }
-                Change::Continued => self.progress.say("the world goes on"),
+                Change::Continued => self.progress.say("the world resumes"),
                 Change::Ended(_) => {}
             }
         }
@@ -314,11 +316,11 @@ impl Team {
         if let Some(page) = &mut self.page {
             while let Some(change) = page.poll()? {
                 match change {
-                    Change::Stopped => self.progress.say("the page is stopped; the run goes on"),
-                    Change::Continued => self.progress.say("the page goes on"),
+                    Change::Stopped => self.progress.say("the page is stopped; the run continues"),
+                    Change::Continued => self.progress.say("the page resumes"),
                     Change::Ended(ending) if ending != Ending::Exit(0) && !over => {
-                        let said = format!("the page {}; the run goes on", ending.describe());
-                        self.progress.say(&said);
+                        let line = format!("the page {}; the run continues", ending.describe());
+                        self.progress.say(&line);
                         if matches!(ending, Ending::Exit(_)) {
                             self.progress.say(page.last_words().trim_end());
                         }
@@ -332,25 +334,26 @@ impl Team {
         for (host, _) in &mut self.hosts {
             while let Some(change) = host.poll()? {
                 if let (Change::Ended(ending), false) = (change, over) {
-                    let said = format!(
+                    let lines = format!(
                         "{} {}\n{}",
                         host.name(),
                         ending.describe(),
                         host.last_words()
                     );
-                    say(said.trim_end());
+                    say(lines.trim_end());
                 }
             }
         }
         self.crew.poll(bus, &say, over).await
     }
 
-    /// Asks the world to end the run; later on, nobody is asked any more. Some programs send one signal twice, to a process
-    /// and to its group: the second counts only after a moment.
+    /// Requests the end of the run from the world; a second request kills the world. Some programs send a signal to both a process
+    /// and its group, so a repetition within [`AGAIN`] is ignored.
     fn interrupt(&self, before: Option<Instant>) -> Option<Instant> {
         match before {
             None => {
-                self.progress.say("ending the run (again: at once)");
+                self.progress
+                    .say("ending the run (repeat to end it at once)");
                 self.release_page();
                 self.world.signal(Signal::SIGTERM);
                 Some(Instant::now())
@@ -364,8 +367,8 @@ impl Team {
         }
     }
 
-    /// A world that was asked to end and does not is killed: at once after the grace if it is stopped, and so hears nothing.
-    fn insist(&self, interrupted: Option<Instant>) {
+    /// Kills a world that has not ended in time after a request. A stopped world has less time, because it cannot handle the signal.
+    fn kill_if_overdue(&self, interrupted: Option<Instant>) {
         let patience = if self.world.is_stopped() {
             GRACE
         } else {
@@ -374,13 +377,14 @@ impl Team {
         if self.world.ending().is_none()
             && interrupted.is_some_and(|since| since.elapsed() > patience)
         {
-            self.progress
-                .say("the world does not end: it is killed; the log is whole up to its last tick");
+            self.progress.say(
+                "the world does not end and is killed; the log is complete up to its last tick",
+            );
             self.world.signal(Signal::SIGKILL);
         }
     }
 
-    /// No process outlives its run. The page ends last: it still has to tell those who look at it.
+    /// Ends all processes. The page ends last, because it still sends the result to open browsers.
     async fn end_all(&mut self) {
         let team = std::iter::once(&mut self.world)
             .chain(self.crew.everybody())
@@ -401,7 +405,7 @@ impl Team {
             Some(Ending::Exit(0 | 1)) => Ok(()),
             ending => {
                 let log = if self.crew.logs.with_file_name("run.json").exists() {
-                    "its log is whole up to its last tick"
+                    "its log is complete up to its last tick"
                 } else {
                     "it has no log"
                 };
@@ -415,7 +419,7 @@ impl Team {
     }
 }
 
-/// Ends them: first they may so long end by themselves, then they are asked, then killed.
+/// Ends processes: waits for `patience`, then sends SIGTERM, then SIGKILL.
 pub async fn end(
     mut processes: Vec<&mut Process>,
     patience: Duration,
@@ -442,7 +446,7 @@ pub async fn end(
         while Instant::now() < until {
             let mut left = false;
             for process in &mut processes {
-                // A process that the operating system does not know has ended.
+                // A process whose state cannot be read has ended.
                 while let Ok(Some(_)) = process.poll() {}
                 left |= process.ending().is_none();
             }
@@ -454,7 +458,7 @@ pub async fn end(
     }
 }
 
-/// An input that is in no file system.
+/// Creates an anonymous file in memory with this content.
 fn in_memory(text: &str) -> io::Result<File> {
     let mut file = File::from(memfd_create(c"alliance-keys", MFdFlags::MFD_CLOEXEC)?);
     file.write_all(text.as_bytes())?;
@@ -462,8 +466,8 @@ fn in_memory(text: &str) -> io::Result<File> {
     Ok(file)
 }
 
-/// What comes over the bus next; nothing ever does where there is none.
-async fn heard(bus: Option<&mut Bus>) -> Call {
+/// Waits for the next order or event; without a bus it never returns.
+async fn next_call(bus: Option<&mut Bus>) -> Call {
     match bus {
         Some(bus) => bus.call().await,
         None => std::future::pending().await,
