@@ -1,5 +1,5 @@
-//! What holds for any text as one of the files that people bring: it is read, or refused in one line. Part of the fuzz targets and of
-//! the test over their corpora.
+//! Properties of user files: any text is read or refused in one line. The fuzz targets and the test over their
+//! corpora use them.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -18,7 +18,7 @@ use study::sweep::{Plan, parse_journal};
 
 static VOCABULARY: LazyLock<Vocabulary> = LazyLock::new(|| Registry::built_in().vocabulary());
 
-/// A second of the default mission.
+/// The log of one second of the default mission.
 static RUN: LazyLock<RunFile> = LazyLock::new(|| {
     let scenario = Scenario::parse("a.toml", "limit_s = 1.0", &VOCABULARY);
     let setup = Setup::resolve(scenario.expect("a scenario"), 1, None);
@@ -29,7 +29,8 @@ static RUN: LazyLock<RunFile> = LazyLock::new(|| {
     log.expect("a log").run
 });
 
-/// Which file of a run's log it is, as the corpus's files begin; `None` if it is none. Inputs that can be read can be replayed, or not.
+/// Returns the kind of log file that `text` is, named as the corpus files begin, or `None`. Readable inputs are also
+/// replayed.
 #[must_use]
 pub fn log_of(text: &[u8]) -> Option<&'static str> {
     if let Ok(run) = RunFile::parse(text, &VOCABULARY).map_err(one_line) {
@@ -77,7 +78,7 @@ pub fn log_of(text: &[u8]) -> Option<&'static str> {
     tables.find_map(|(name, table, is_of)| is_of(log(table)).then_some(name))
 }
 
-/// Whether it is a parameter file. What can be read can be laid over a scenario, or is refused.
+/// Returns whether `text` is a parameter file. A readable file is applied to a scenario or refused.
 #[must_use]
 pub fn is_parameters(text: &[u8]) -> bool {
     let Ok(parameters) = ParameterFile::parse("a.properties", text).map_err(one_line) else {
@@ -87,7 +88,8 @@ pub fn is_parameters(text: &[u8]) -> bool {
     true
 }
 
-/// Whether it is a profile of a team that learns. What can be read can be written and read again, and a run begins with it.
+/// Returns whether `text` is a profile of a learning team. A readable profile survives a round trip, and a run with
+/// it completes.
 #[must_use]
 pub fn is_profile(text: &[u8]) -> bool {
     static LEARNERS: LazyLock<Setup> = LazyLock::new(|| {
@@ -114,7 +116,6 @@ pub fn is_profile(text: &[u8]) -> bool {
     true
 }
 
-/// Whether it is the plan of a sweep.
 #[must_use]
 pub fn is_plan(text: &[u8]) -> bool {
     let Ok(text) = str::from_utf8(text) else {
@@ -125,17 +126,16 @@ pub fn is_plan(text: &[u8]) -> bool {
     plan.map_err(|error| one_line(format!("{error:#}"))).is_ok()
 }
 
-/// Whether it is the journal of a sweep.
 #[must_use]
 pub fn is_journal(text: &[u8]) -> bool {
-    let journal = parse_journal(text).map_err(|(_, what)| one_line(what));
+    let journal = parse_journal(text).map_err(|(_, message)| one_line(message));
     journal.is_ok_and(|journal| journal.is_some())
 }
 
-fn one_line(said: impl Display) {
-    let said = said.to_string();
+fn one_line(message: impl Display) {
+    let message = message.to_string();
     assert!(
-        !said.is_empty() && !said.chars().any(char::is_control),
-        "{said}"
+        !message.is_empty() && !message.chars().any(char::is_control),
+        "{message}"
     );
 }

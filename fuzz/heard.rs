@@ -1,5 +1,5 @@
-//! What holds for any broadcast that a member of the run seals, whatever allocator the robot has that hears it; part of the fuzz target
-//! and of the test over the corpus.
+//! Properties of a robot that receives any sealed broadcast, for each allocator. The fuzz target and the test over
+//! its corpus use them.
 
 use std::sync::{Arc, LazyLock};
 
@@ -13,7 +13,7 @@ use missions::Registry;
 use missions::waste::data::{WASTE, default_scenario};
 use robot_agent::agent::{Agent, TeamConfig, Workspace};
 
-/// The default mission with each of the allocators, and each other mission in a small size.
+/// The default mission with each allocator, and each other mission in a small size.
 static TEAMS: LazyLock<Vec<(Setup, TeamConfig)>> = LazyLock::new(|| {
     let registry = Registry::built_in();
     let vocabulary = registry.vocabulary();
@@ -22,14 +22,21 @@ static TEAMS: LazyLock<Vec<(Setup, TeamConfig)>> = LazyLock::new(|| {
         scenario.allocator = Some(name.to_owned());
         scenario
     };
-    let others = vocabulary.missions.iter().filter(|it| **it != WASTE);
+    let others = vocabulary
+        .missions
+        .iter()
+        .filter(|mission| **mission != WASTE);
     let others = others.filter_map(|mission| mission.family(3, 2));
-    let allocators = vocabulary.allocators.iter().map(|it| with(it.name));
+    let allocators = vocabulary
+        .allocators
+        .iter()
+        .map(|allocator| with(allocator.name));
     let team = |scenario: Scenario| {
         let setup = Setup::resolve(scenario, 1, None)
-            .expect("it is sound")
+            .expect("the scenario is valid")
             .setup;
-        let team = TeamConfig::of(&setup, registry.agents()).expect("all are known");
+        let team = TeamConfig::of(&setup, registry.agents())
+            .expect("all allocators and missions are registered");
         (setup, team)
     };
     allocators.chain(others).map(team).collect()
@@ -37,14 +44,14 @@ static TEAMS: LazyLock<Vec<(Setup, TeamConfig)>> = LazyLock::new(|| {
 
 const ME: RobotId = RobotId(1);
 
-/// Ticks in which it is heard: at once, doubled, again, and late.
+/// The numbers of ticks between deliveries: at once, twice in one tick, again, and late.
 const TICKS: [u64; 5] = [1, 2, 2, 40, 400];
 
-/// Whether these bytes are a broadcast. A robot that hears it, once and doubled, early and late, from each of its teammates, goes on: what
-/// is active is a behavior that it has, and what it says fits on the bus.
+/// Returns whether `bytes` are a broadcast. If so, delivers it to a robot from each teammate, once, twice, early and
+/// late.
 ///
 /// # Panics
-/// When that is not so.
+/// Panics if the robot activates a behavior that it does not have, or sends a broadcast that is too long for the bus.
 #[must_use]
 pub fn is_heard(bytes: &[u8]) -> bool {
     let Ok(broadcast) = decode::<Broadcast>(bytes) else {
@@ -58,7 +65,7 @@ pub fn is_heard(bytes: &[u8]) -> bool {
         let (mut tick, mut last_counted) = (0, None);
         for (step, later) in TICKS.into_iter().enumerate() {
             tick += later;
-            // The world lists nobody but members, by ranks of their own.
+            // The world lists only the ids of members as senders.
             let senders = [RobotId(0), RobotId(2)];
             let copies = senders.repeat(if step == 1 { 2 } else { 1 });
             let heard = |sender| {
@@ -88,11 +95,11 @@ pub fn is_heard(bytes: &[u8]) -> bool {
             last_counted = Some(tick);
             let active = space.report.active;
             assert!(
-                active.is_none_or(|it| behaviors.contains(&it)),
+                active.is_none_or(|active| behaviors.contains(&active)),
                 "{active:?}"
             );
-            for said in &space.broadcasts {
-                assert!(encoded_len(said).is_ok_and(|bytes| bytes <= LIMIT_BYTES));
+            for broadcast in &space.broadcasts {
+                assert!(encoded_len(broadcast).is_ok_and(|bytes| bytes <= LIMIT_BYTES));
             }
         }
     }

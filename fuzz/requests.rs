@@ -1,5 +1,4 @@
-//! What holds for any text that a member of the run seals as a request; part of the fuzz target and of proto's test over the
-//! corpus.
+//! Properties of any sealed text as a request. The fuzz target and the test over the corpus in `proto` use them.
 
 use alliance_proto::control::ControlCommand;
 use alliance_proto::control::wire::{Form, Wire};
@@ -8,11 +7,13 @@ use alliance_proto::scenario::Catalog;
 use alliance_proto::secret::Secret;
 use missions::waste::data::default_scenario;
 
-/// Name of the request's command, as the corpus's files begin; `None` if the text is no request. What is read comes back from
-/// either form, what is not is refused in one line, and without its seal nothing is read.
+/// Returns the name of the request's command, as the corpus files begin, or `None` if the text is no request.
+///
+/// A readable request survives a round trip in both forms. Another text is refused in one line. Nothing is read
+/// without a seal.
 ///
 /// # Panics
-/// When that is not so.
+/// Panics if one of these properties does not hold.
 #[must_use]
 pub fn command_of(text: &[u8]) -> Option<&'static str> {
     let secret = Secret::of("token");
@@ -29,7 +30,7 @@ pub fn command_of(text: &[u8]) -> Option<&'static str> {
         assert!(read(form, text, None).is_err());
         assert!(read(form, text, Some(text)).is_err());
     }
-    // As bincode they are something else, or nothing.
+    // The same bytes as bincode are another request or none.
     let mut sealed = text.to_vec();
     sealed.extend(secret.mark(wire.key(), text));
     if let Ok(request) = read(Form::Bincode, &sealed, None) {
@@ -44,11 +45,11 @@ pub fn command_of(text: &[u8]) -> Option<&'static str> {
             .expect("what was read can be written");
         let attachment = written.attachment.as_deref().map(str::as_bytes);
         let again = read(form, &written.payload, attachment);
-        assert_eq!(again.expect("and read again"), request);
+        assert_eq!(again.expect("the written request can be read"), request);
     }
     Some(match request.command {
         ControlCommand::Fault(order) => {
-            // Neither the check nor the printing panics.
+            // The check and the printing must not panic.
             let scenario = default_scenario();
             let _ = order
                 .check(&scenario, &Catalog::of(&scenario))

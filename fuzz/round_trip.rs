@@ -1,4 +1,4 @@
-//! What holds for any bytes; part of the fuzz target and of proto's test over the corpus.
+//! Properties of any bytes as bus messages. The fuzz target and the test over the corpus in `proto` use them.
 
 use alliance_proto::codec::{decode, encode};
 use alliance_proto::join::{JoinReply, JoinRequest};
@@ -9,27 +9,28 @@ use alliance_proto::view::View;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Names of the types that these bytes are a message of, as the corpus's files begin. What decodes has one encoding, which
-/// decodes to itself.
+/// Returns the names of the message types that the bytes decode to, as the corpus files begin.
+///
+/// A decoded message has one encoding, which decodes to the same message.
 ///
 /// # Panics
-/// When that is not so.
+/// Panics if that encoding is longer than the input or unstable.
 #[must_use]
 pub fn types_of(bytes: &[u8]) -> Vec<&'static str> {
     let types = [
-        ("tick", stands::<ToAgent>(bytes)),
-        ("report", stands::<Report>(bytes)),
-        ("broadcast", stands::<Broadcast>(bytes)),
-        ("join_request", stands::<JoinRequest>(bytes)),
-        ("join_reply", stands::<JoinReply>(bytes)),
-        ("process_news", stands::<ProcessNews>(bytes)),
-        ("view", stands::<View>(bytes)),
+        ("tick", round_trips::<ToAgent>(bytes)),
+        ("report", round_trips::<Report>(bytes)),
+        ("broadcast", round_trips::<Broadcast>(bytes)),
+        ("join_request", round_trips::<JoinRequest>(bytes)),
+        ("join_reply", round_trips::<JoinReply>(bytes)),
+        ("process_news", round_trips::<ProcessNews>(bytes)),
+        ("view", round_trips::<View>(bytes)),
     ];
-    let fitting = types.into_iter().filter(|(_, stands)| *stands);
+    let fitting = types.into_iter().filter(|(_, round_trips)| *round_trips);
     fitting.map(|(name, _)| name).collect()
 }
 
-fn stands<T: Serialize + DeserializeOwned>(bytes: &[u8]) -> bool {
+fn round_trips<T: Serialize + DeserializeOwned>(bytes: &[u8]) -> bool {
     let Ok(message) = decode::<T>(bytes) else {
         return false;
     };
@@ -38,8 +39,8 @@ fn stands<T: Serialize + DeserializeOwned>(bytes: &[u8]) -> bool {
         once.len() <= bytes.len(),
         "no encoding is shorter than this one"
     );
-    // Bytes are compared, not messages: not every number equals itself.
+    // Compares bytes, not messages, because NaN does not equal itself.
     let again = encode(&decode::<T>(&once).expect("what was encoded can be decoded"));
-    assert_eq!(once, again.expect("and encoded again"));
+    assert_eq!(once, again.expect("the message can be encoded again"));
     true
 }

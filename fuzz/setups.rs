@@ -1,14 +1,14 @@
-//! What holds for any text as the setup of a run.json, or as a scenario file; part of the fuzz target and of proto's test over
-//! the corpus.
+//! Properties of any text as the setup of a run.json or as a scenario file. The fuzz target and the test over the
+//! corpus in `proto` use them.
 
 use alliance_proto::scenario::{Scenario, Setup, SetupFile};
 use missions::Registry;
 
-/// What the text is of, as the corpus's files begin; `None` if it is neither. What is refused is refused in one line, and what is
-/// not can be resolved.
+/// Returns the kind of file, as the corpus files begin, or `None` if the text is neither. A valid file can be
+/// resolved.
 ///
 /// # Panics
-/// When that is not so.
+/// Panics if a refusal is not one line or a valid file cannot be resolved.
 #[must_use]
 pub fn kind_of(text: &[u8]) -> Option<&'static str> {
     let vocabulary = Registry::built_in().vocabulary();
@@ -40,6 +40,6 @@ pub fn kind_of(text: &[u8]) -> Option<&'static str> {
     }
 }
 
-fn one_line(said: &str) {
-    assert!(!said.is_empty() && !said.chars().any(char::is_control));
+fn one_line(message: &str) {
+    assert!(!message.is_empty() && !message.chars().any(char::is_control));
 }

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""The tables of docs/COMPARISON.md: one number of each allocator under each class of faults, a table per mission.
+"""Prints the tables of docs/COMPARISON.md: a figure for each allocator and class of faults, one table per mission.
 
     alliance compare campaigns/allocators.toml
     python3 docs/examples/comparison_tables.py comparisons/allocators [METRIC [MISSION...]]
 
-METRIC is one of cells.csv, by default par2_s. The best is bold; the oracle is not compared. Runs whose fault hit nothing are no data.
+METRIC is a metric of cells.csv, by default par2_s. The best figure is bold, without regard to the oracle. Runs whose fault had no effect are
+excluded.
 """
 
 import csv
@@ -25,17 +26,17 @@ def shown(number, metric):
 
 
 def table(rows, metric):
-    """Rows of one mission."""
+    """Returns the table of one mission."""
     classes = list(dict.fromkeys(row["faults"] for row in rows))
     allocators = list(dict.fromkeys(row["allocator"] for row in rows))
     means = {(row["allocator"], row["faults"]): value(row["mean"]) for row in rows}
     best = {}
     for faults in classes:
-        found = [means.get((it, faults)) for it in allocators if it != "oracle"]
-        found = [shown(it, metric) for it in found if it is not None]
+        found = [means.get((allocator, faults)) for allocator in allocators if allocator != "oracle"]
+        found = [shown(mean, metric) for mean in found if mean is not None]
         choose = max if metric in MORE_IS_BETTER else min
         best[faults] = choose(found, key=float, default=None)
-    lines = [[f"`{rows[0]['mission']}`", *(it.replace("-", " ") for it in classes)], ["---"] * (len(classes) + 1)]
+    lines = [[f"`{rows[0]['mission']}`", *(name.replace("-", " ") for name in classes)], ["---"] * (len(classes) + 1)]
     for allocator in allocators:
         line = [f"`{allocator}`"]
         for faults in classes:

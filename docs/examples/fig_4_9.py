@@ -1,13 +1,13 @@
-"""Figure 4.9 of the thesis, from the Parquet tables of any run: the motivation of every robot for moving a spill.
+"""Draws figure 4.9 of the thesis from the Parquet tables of a run: each robot's motivation to move a spill.
 
     alliance run thesis-no-interruption
     alliance export runs/latest --parquet
     python fig_4_9.py runs/latest fig_4_9.png
 
-Needs pandas with pyarrow, and matplotlib. The cells (# %%) are those of a notebook.
+Needs pandas with pyarrow, and matplotlib. The cells (# %%) can be run in a notebook.
 """
 
-# %% What to draw
+# %% Input and output
 import json
 import sys
 from pathlib import Path
@@ -19,12 +19,12 @@ run = Path(sys.argv[1] if len(sys.argv) > 1 else "runs/latest")
 picture = sys.argv[2] if len(sys.argv) > 2 else "fig_4_9.png"
 behavior_set = sys.argv[3] if len(sys.argv) > 3 else "move-spill(top)"
 
-# %% The table: a row per tick, robot and behavior set
+# %% Table with a row per tick, robot and behavior set
 motivations = pd.read_parquet(run / "parquet" / "motivations.parquet")
 motivations["t_s"] = motivations["t_ms"] / 1000
 threshold = json.loads((run / "run.json").read_text())["alliance"]["threshold"]
 
-# %% One panel for each robot, above each other as in the thesis
+# %% One panel per robot, as in the thesis
 levels = motivations[motivations["behavior_set"] == behavior_set]
 robots = list(levels["robot"].unique())
 figure, panels = plt.subplots(len(robots), sharex=True, sharey=True, figsize=(10, 1.9 * len(robots)), squeeze=False)

@@ -1,9 +1,9 @@
-"""The order of four policies of CMOMMT, from a sweep: a table on standard output, and a figure.
+"""Compares four policies of CMOMMT from a sweep: prints a table and writes a figure.
 
     alliance sweep study/sweeps/cmommt.toml --out cmommt
     python3 docs/examples/fig_cmommt.py cmommt docs/img/cmommt.svg
 
-Needs nothing but Python. A/n is the share of targets in sight, over time; intervals are the bootstrap's at 95 %.
+Needs Python only. A/n is the mean share of targets in sight. Intervals are 95 % bootstrap intervals.
 """
 
 import csv
@@ -22,7 +22,7 @@ picture = Path(sys.argv[2] if len(sys.argv) > 2 else "cmommt.svg")
 
 
 def interval(values):
-    """Of the mean: the percentile interval of the bootstrap."""
+    """Returns the bootstrap percentile interval of the mean."""
     draws = random.Random(0)
     means = sorted(mean(draws.choices(values, k=len(values))) for _ in range(RESAMPLES))
     return means[RESAMPLES // 40], means[-RESAMPLES // 40]
@@ -52,7 +52,7 @@ for place in places:
     gain = f"{sure}{mean(gains):+.3f}{sure} [{low:+.3f}, {high:+.3f}]"
     print(f"| {ratio:g} | {robots}, {targets} | {radius:g} | " + " | ".join(cells) + f" | {gain} |")
 
-# One panel for each number of targets per robot, the radius to the right.
+# One panel per number of targets per robot, with the radius on the horizontal axis.
 ratios = sorted({place[0] for place in places})
 radii = sorted({place[3] for place in places})
 WIDTH, HEIGHT, LEFT, TOP, GAP = 150, 190, 44, 40, 16

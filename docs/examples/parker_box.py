@@ -1,9 +1,9 @@
-"""Who pushes which end of Parker's box, and where the box is, from the CSV files of a run.
+"""Draws the box of Parker's experiment and the robots at its ends over time, from the CSV files of a run.
 
     alliance run parker-box --in-process --out box
     python parker_box.py box parker-box.svg
 
-Needs nothing but Python.
+Needs Python only.
 """
 
 import csv
@@ -38,8 +38,8 @@ COLORS = ["#c2452d", "#2a6db5", "#7a5c3e", "#2e8b57"]
 out = []
 
 
-def text(x, y, words, anchor="start", size=13, color="#333"):
-    out.append(f'<text x="{x:.1f}" y="{y:.1f}" font-size="{size}" fill="{color}" text-anchor="{anchor}">{words}</text>')
+def text(x, y, content, anchor="start", size=13, color="#333"):
+    out.append(f'<text x="{x:.1f}" y="{y:.1f}" font-size="{size}" fill="{color}" text-anchor="{anchor}">{content}</text>')
 
 
 def line(x1, y1, x2, y2, color, width, more=""):
@@ -48,7 +48,7 @@ def line(x1, y1, x2, y2, color, width, more=""):
     )
 
 
-# The box from above, every tenth of its way.
+# Positions of the box, seen from above.
 scale = (WIDTH - MARGIN - 24) / (box["goal_x_m"] + 1.0)
 middle = LANE_PX / 2 + 24
 
@@ -74,7 +74,7 @@ goal = place(box["goal_x_m"], half_m + 0.3), place(box["goal_x_m"], -half_m - 0.
 line(*goal[0], *goal[1], "#2e8b57", 2, 'stroke-dasharray="6 4"')
 text(8, middle + 92, "at … s", size=11, color="#777")
 
-# Who is at work on which end, over time.
+# Work of each robot on the ends of the box, over time.
 top_px = LANE_PX + 66
 seconds = (WIDTH - MARGIN - 24) / end_s
 
@@ -84,7 +84,7 @@ def at(t_s):
 
 
 height = top_px + ROW_PX * len(robots) + 42
-text(8, top_px - 22, "at work on a stroke, the way to it included: left end above, right end below")
+text(8, top_px - 22, "work on a stroke, including the drive to it: left end above, right end below")
 for rank, robot in enumerate(robots):
     y = top_px + ROW_PX * rank + ROW_PX / 2
     color = COLORS[rank % len(COLORS)]
@@ -100,7 +100,7 @@ for rank, robot in enumerate(robots):
         elif active and row["kind"] in ("hibernated", "gone"):
             side = -1 if "left" in active[1] else 1
             low, high = sorted([y + side * 2, y + side * 17])
-            # Pale where it gave up, or was killed.
+            # Pale after giving up or a kill.
             share = "0.95" if row["reason"] == "not-applicable" else "0.3"
             out.append(
                 f'<rect x="{at(active[0]):.1f}" y="{low:.1f}" width="{max(1.0, (t_s - active[0]) * seconds):.1f}" '

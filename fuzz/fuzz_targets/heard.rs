@@ -1,4 +1,4 @@
-//! Arbitrary bytes as what a teammate says, to a robot of each allocator.
+//! Arbitrary bytes as a teammate's broadcast, received by a robot of each allocator.
 #![no_main]
 
 #[path = "../heard.rs"]

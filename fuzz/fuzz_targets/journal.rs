@@ -2,7 +2,7 @@
 #![no_main]
 
 #[path = "../files.rs"]
-#[allow(dead_code)] // A target each for what is there.
+#[allow(dead_code)] // Each target uses one function of the file.
 mod files;
 
 libfuzzer_sys::fuzz_target!(|text: &[u8]| {

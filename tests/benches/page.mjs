@@ -1,5 +1,5 @@
-// How fast the page of a finished run is, by Chromium's own tracing: pictures a second while it plays in real time and four times as
-// fast, and how long after a click the next picture is there. Needs chromium, Node.js 20, and a folder of a run:
+// Measures the page of a finished run with Chromium's tracing: frames per second at real time and at four times that,
+// and the time from a click to the next frame. Needs chromium, Node.js 20 and a run folder:
 //   node --experimental-websocket tests/benches/page.mjs target/release/alliance FOLDER [PICTURE.png]
 import { spawn } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -8,10 +8,9 @@ import { join } from "node:path";
 
 const [program, folder, picture] = process.argv.slice(2);
 const PLAY_MS = 10_000;
-/** Times real time. */
-const FAST = 4;
+const FAST = 4; // times real time
 const [WIDTH, HEIGHT] = [1600, 1000];
-// What is clicked on, one after the other, where it is there.
+// The elements to click, in order. Missing ones are skipped.
 const CLICKS = [
   "#tab-events", "#tab-messages", "#tab-links", "#tab-faults", "#tab-tasks", "#robot-cards [data-action=select]", "#matrix-canvas",
   "#follow", "#show-radio", "#show-rays", "#zoom-in", "#zoom-all",
@@ -19,16 +18,16 @@ const CLICKS = [
 
 const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
 
-async function until(what) {
+async function until(condition) {
   for (let tries = 0; tries < 600; tries += 1) {
-    const found = await what();
+    const found = await condition();
     if (found) return found;
     await sleep(100);
   }
-  throw new Error(`never: ${what}`);
+  throw new Error(`timeout: ${condition}`);
 }
 
-/** A tab's DevTools connection: `send` asks, `events` has what came by itself. */
+/** Connects to a tab's DevTools: `send` sends a request, `events` has the received events. */
 async function connect(url) {
   const socket = new WebSocket(url);
   await new Promise((done, failed) => { socket.onopen = done; socket.onerror = failed; });
@@ -52,18 +51,18 @@ const middle = (numbers) => numbers.toSorted((a, b) => a - b)[Math.floor(numbers
 
 const profile = mkdtempSync(join(tmpdir(), "page-"));
 const view = spawn(program, ["view", folder], { stdio: ["ignore", "ignore", "pipe"] });
-let said = "";
-view.stderr.on("data", (data) => (said += data));
+let output = "";
+view.stderr.on("data", (data) => (output += data));
 const browser = spawn("chromium", [
   "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run", "--disable-background-networking",
   "--remote-debugging-port=0", `--user-data-dir=${profile}`, `--window-size=${WIDTH},${HEIGHT}`, "about:blank",
 ], { stdio: "ignore" });
 try {
-  const link = await until(() => said.match(/http:\S+#\S+/)?.[0]);
+  const link = await until(() => output.match(/http:\S+#\S+/)?.[0]);
   const port = await until(() => {
     try { return readFileSync(join(profile, "DevToolsActivePort"), "utf8").split("\n")[0]; } catch { return null; }
   });
-  const tabs = await until(() => fetch(`http://127.0.0.1:${port}/json`).then((it) => it.json(), () => null));
+  const tabs = await until(() => fetch(`http://127.0.0.1:${port}/json`).then((response) => response.json(), () => null));
   const tab = await connect(tabs.find(({ type }) => type === "page").webSocketDebuggerUrl);
   const evaluate = async (expression) => (await tab.send("Runtime.evaluate", { expression, returnByValue: true })).result.value;
   await tab.send("Emulation.setDeviceMetricsOverride", { width: WIDTH, height: HEIGHT, deviceScaleFactor: 1, mobile: false });
@@ -86,8 +85,8 @@ try {
   await evaluate("performance.mark('clicks')");
   const clicked = [];
   for (const selector of CLICKS) {
-    const at = await evaluate(`(() => { const it = document.querySelector(${JSON.stringify(selector)}); const box = it?.getBoundingClientRect();
-      return box?.width && !it.disabled ? { x: box.x + box.width / 2, y: box.y + box.height / 2 } : null; })()`);
+    const at = await evaluate(`(() => { const element = document.querySelector(${JSON.stringify(selector)}); const box = element?.getBoundingClientRect();
+      return box?.width && !element.disabled ? { x: box.x + box.width / 2, y: box.y + box.height / 2 } : null; })()`);
     if (!at) continue;
     clicked.push(selector);
     await press(at.x, at.y);
@@ -103,28 +102,28 @@ try {
     writeFileSync(picture, Buffer.from(data, "base64"));
   }
 
-  const mark = (name) => trace.find((it) => it.name === name && it.cat?.includes("blink.user_timing"))?.ts;
+  const mark = (name) => trace.find((event) => event.name === name && event.cat?.includes("blink.user_timing"))?.ts;
   const drawn = trace.filter(({ name }) => name === "DrawFrame").map(({ ts }) => ts).toSorted((a, b) => a - b);
   const played = (from, to) => {
     const at = drawn.filter((ts) => mark(from) <= ts && ts < mark(to));
     const gaps = at.slice(1).map((ts, index) => (ts - at[index]) / 1000);
     return { per_s: +((1000 * gaps.length) / gaps.reduce((all, each) => all + each, 0)).toFixed(1), longest_ms: Math.round(Math.max(...gaps)) };
   };
-  const begun = new Map();
+  const started = new Map();
   const clicks = [];
-  for (const it of trace.filter(({ name }) => name === "EventTiming")) {
-    const id = JSON.stringify(it.id2 ?? it.id);
-    if (it.ph === "b") begun.set(id, it);
-    else if (it.ph === "e" && begun.has(id)) {
-      const { ts, args } = begun.get(id);
-      if (["pointerdown", "pointerup", "click"].includes(args.data?.type)) clicks.push((it.ts - ts) / 1000);
+  for (const event of trace.filter(({ name }) => name === "EventTiming")) {
+    const id = JSON.stringify(event.id2 ?? event.id);
+    if (event.ph === "b") started.set(id, event);
+    else if (event.ph === "e" && started.has(id)) {
+      const { ts, args } = started.get(id);
+      if (["pointerdown", "pointerup", "click"].includes(args.data?.type)) clicks.push((event.ts - ts) / 1000);
     }
   }
   console.log(JSON.stringify({
     elements, elements_in_the_end: tabOpen, pictures: played("plays", "faster"), [`pictures_at_${FAST}x`]: played("faster", "clicks"),
     clicks: clicked.length, click_ms: { median: Math.round(middle(clicks)), most: Math.round(Math.max(...clicks)) },
   }));
-  // Its answer may be lost with it.
+  // The browser may close before it answers.
   await Promise.race([tab.send("Browser.close").catch(() => {}), sleep(2000)]);
 } finally {
   view.kill();

@@ -1,6 +1,6 @@
-//! Missions in many random rooms, by hand: `cargo run --release -p alliance-tests --example rooms -- [FIRST [LAST]]`.
+//! Waste missions in many random rooms: `cargo run --release -p alliance-tests --example rooms -- [FIRST [LAST]]`.
 //!
-//! Prints a line for each room that took longer than three times the median or was not completed, and a summary.
+//! Prints each room that was not completed within three times the median duration, and a summary.
 
 use alliance_proto::tick::Outcome;
 use alliance_tests::closed_loop::{Mission, run};

@@ -1,11 +1,11 @@
-//! Ten missions in a row from bad values: `cargo run --release -p alliance-tests --example ten_missions`.
+//! Rows of ten missions with wrong initial estimates: `cargo run --release -p alliance-tests --example ten_missions`.
 //!
 //! Prints the tables of docs/allocators/l-alliance.md.
 
 use alliance_proto::scenario::Profile;
 use alliance_tests::ten_missions::{error, mission, ten, wrong_by};
 
-/// Rows of ten missions; those of the first have the seeds 1 to 10.
+/// The number of rows of ten missions. The first row has the seeds 1 to 10.
 const ROWS: usize = 20;
 
 fn main() {
@@ -23,14 +23,16 @@ fn main() {
         .map(|seed| mission(&lines, seed, Profile::default()).took_s)
         .collect();
     println!("l-alliance, each from nothing: {each:.0?}");
-    let truth = &ten(&lines, 1, Profile::default())[9].learned;
+    let reference_profile = &ten(&lines, 1, Profile::default())[9].learned;
     for (name, begin) in &begins {
         let done = ten(&lines, 1, begin.clone());
-        let took_s: Vec<f64> = done.iter().map(|it| it.took_s).collect();
+        let took_s: Vec<f64> = done.iter().map(|mission| mission.took_s).collect();
         println!("l-alliance, from {name}: {took_s:.0?}");
         if !begin.is_empty() {
-            let known = [begin].into_iter().chain(done.iter().map(|it| &it.learned));
-            let errors: Vec<f64> = known.map(|known| error(known, truth)).collect();
+            let known = [begin]
+                .into_iter()
+                .chain(done.iter().map(|mission| &mission.learned));
+            let errors: Vec<f64> = known.map(|known| error(known, reference_profile)).collect();
             println!("  wrong by {errors:.1?}");
         }
     }

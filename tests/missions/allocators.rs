@@ -1,5 +1,5 @@
-//! Every allocator that needs no words of its own: the same bytes by processes and in one, replayed, and what ALLOCATORS.md §2 says
-//! happens when a robot dies (issue "Open: any allocator, any mission", item 4).
+//! Allocators without messages of their own: the same bytes by processes, in one process and in a replay, and the
+//! takeover of a crashed robot's tasks as in docs/ALLOCATORS.md §2.
 
 use alliance_proto::ids::{RobotId, TaskId};
 use alliance_proto::log::{
@@ -17,10 +17,10 @@ use crate::negotiation::{NEGOTIATORS, checked};
 
 const BASELINES: [&str; 4] = ["nearest", "first-come", "random", "static"];
 
-/// Those that say nothing and wait for nobody.
-pub const UNMOVED: [&str; 3] = ["threshold", "nearest-silent", "oracle"];
+/// Allocators that send no messages and do not wait for teammates.
+pub const INDEPENDENT: [&str; 3] = ["threshold", "nearest-silent", "oracle"];
 
-/// Gold dies in the middle of its work, and comes back no more.
+/// Kills gold during its work, without a restart.
 const KILL: &str = "[[faults.timeline]]\nat_s = 100.0\nfault.kill = \"gold\"\n";
 
 pub fn scenario(allocator: &str, rest: &str) -> Scenario {
@@ -39,7 +39,7 @@ fn run(scenario: Scenario, seed: u64) -> (Outcome, RunLog) {
     )
 }
 
-/// Activations of a task after a time: when, who, why.
+/// Returns the activations of a task after a time: time, robot and reason.
 fn activations(log: &RunLog, task: &str, after_ms: u64) -> Vec<(u64, String, String)> {
     let rows = log.rows::<EventRow>().unwrap().into_iter();
     rows.filter(|row| row.kind == "activated" && row.subject == task && row.t_ms.0 >= after_ms)
@@ -51,7 +51,7 @@ fn activations(log: &RunLog, task: &str, after_ms: u64) -> Vec<(u64, String, Str
 fn processes_and_one_process_write_the_same_bytes_and_replay_them() {
     let lab = Lab::new();
     std::fs::write(lab.path("kill.toml"), KILL).unwrap();
-    let all = BASELINES.into_iter().chain(UNMOVED).chain(NEGOTIATORS);
+    let all = BASELINES.into_iter().chain(INDEPENDENT).chain(NEGOTIATORS);
     for allocator in all {
         let arguments = ["kill.toml", "--limit", "200", "--allocator", allocator];
         let many = lab.mission(&format!("{allocator}-many"), &arguments);
@@ -63,7 +63,7 @@ fn processes_and_one_process_write_the_same_bytes_and_replay_them() {
             "{}",
             many.stderr
         );
-        // None of them has motivations.
+        // These allocators have no motivations.csv.
         for file in [
             "allocation.csv",
             "events.csv",
@@ -82,7 +82,7 @@ fn processes_and_one_process_write_the_same_bytes_and_replay_them() {
         assert!(log.rows::<MotivationRow>().unwrap().is_empty());
         let rows = log.rows::<AllocationRow>().unwrap();
         assert!(rows.len() > 1000);
-        // Each is of one behavior: two of a task that the robot can do in two ways.
+        // Each row is of one behavior. A task that the robot can do in two ways has two rows.
         let catalog = &log.run.setup.catalog;
         let of = |row: &AllocationRow| catalog.behavior_named(&row.behavior_set).unwrap();
         let task = |row: &AllocationRow| catalog.task_name(catalog.sets[of(row).index()].task);
@@ -99,7 +99,6 @@ fn processes_and_one_process_write_the_same_bytes_and_replay_them() {
     }
 }
 
-/// Without faults each of them carries everything to the deposit.
 #[test]
 fn every_baseline_completes_the_mission() {
     for allocator in ["nearest", "first-come", "static"] {
@@ -110,10 +109,10 @@ fn every_baseline_completes_the_mission() {
     }
 }
 
-/// G5: who can do everything does it, though nobody hears of anybody. By `static` only what is its own, and what it knows of: it does
-/// not search for another.
+/// Law G5: a robot with all skills completes alone. With `static` a robot does only its own assigned and known tasks,
+/// and does not search.
 #[test]
-fn with_all_links_cut_all_but_static_complete() {
+fn with_all_links_cut_all_allocators_but_static_complete() {
     const CUT: &str = "[[faults.timeline]]\nat_s = 0\n\
          fault.drop = { from = \"all\", to = \"all\", p = 1.0 }\n";
     for allocator in &Registry::built_in().vocabulary().allocators {
@@ -129,7 +128,7 @@ fn with_all_links_cut_all_but_static_complete() {
     }
 }
 
-/// The task of the dead is anybody's once it has been silent for τ = 5 s, and nobody's before.
+/// The task of a crashed robot becomes free after τ = 5 s of silence, not before.
 #[test]
 fn first_come_takes_over_after_tau() {
     let (outcome, log) = run(scenario("first-come", KILL), 1);
@@ -139,26 +138,27 @@ fn first_come_takes_over_after_tau() {
         .iter()
         .rfind(|row| row.kind == "activated" && row.robot == "gold")
         .unwrap();
-    let heard: Vec<u64> = log
+    let received: Vec<u64> = log
         .each_row::<MessageRow>()
         .map(|row| row.unwrap())
         .filter(|row| row.sender == "gold" && row.fate == "heard" && row.state == "executing")
         .map(|row| row.t_ms.0)
         .collect();
-    let silent_since = heard.iter().max().unwrap();
+    let silent_since = received.iter().max().unwrap();
     let next = activations(&log, &last.subject, 100_000);
-    let (when, who, why) = next.first().unwrap();
+    let (when, robot, reason) = next.first().unwrap();
     assert!(
         *when >= silent_since + 5000,
-        "{who} took it at {when} ms, last heard at {silent_since}"
+        "{robot} took it at {when} ms; last received heartbeat at {silent_since} ms"
     );
-    assert_ne!(who, "gold");
-    assert_eq!(why, "claimed");
+    assert_ne!(robot, "gold");
+    assert_eq!(reason, "claimed");
 }
 
-/// Gold dies at 100 s and comes back at 160 s: its task is taken over after τ, and the new life takes what is free, from nobody.
+/// Gold crashes at 100 s and restarts at 160 s. Its task is taken over after τ, and the new incarnation takes only
+/// free tasks.
 #[test]
-fn first_come_gives_a_new_life_what_is_free() {
+fn first_come_gives_a_new_incarnation_only_free_tasks() {
     const RESTART: &str =
         "[[faults.timeline]]\nat_s = 100.0\nfor_s = 60.0\nfault.kill = \"gold\"\n";
     let (outcome, log, violation) = checked(scenario("first-come", RESTART));
@@ -176,7 +176,7 @@ fn first_come_gives_a_new_life_what_is_free() {
         "{taken:?}"
     );
     let first = rows.iter().filter(of_gold).find(|row| row.t_ms.0 > 100_000);
-    let first = first.expect("gold works in its new life");
+    let first = first.expect("gold works in its new incarnation");
     assert!((160_000..200_000).contains(&first.t_ms.0), "{first:?}");
     let outbid = rows
         .iter()
@@ -187,10 +187,10 @@ fn first_come_gives_a_new_life_what_is_free() {
     assert!(lost.is_empty(), "{lost:?}");
 }
 
-/// Whatever is lost, dead, cut off or said without being done: all is carried to the deposit, and what must hold in every run holds.
-/// Nobody says a word of what it does but in heartbeats.
+/// These allocators deliver all items under each fault, without an invariant violation and without allocation
+/// messages.
 #[test]
-fn who_waits_for_nobody_is_held_up_by_nobody() {
+fn allocators_that_wait_for_no_teammate_complete_under_every_fault() {
     let cases = [
         "",
         KILL,
@@ -201,29 +201,30 @@ fn who_waits_for_nobody_is_held_up_by_nobody() {
         "[[faults.timeline]]\nwhen = \"gold activates move-spill(top)\"\nfault.babble = \"gold\"\n",
         "robots = [{ name = \"blue\" }]\n",
     ];
-    for allocator in UNMOVED {
+    for allocator in INDEPENDENT {
         for faults in cases {
             let (outcome, log, violation) = checked(scenario(allocator, faults));
             assert_eq!(violation, None, "{allocator}: {faults}");
             assert_eq!(outcome, Outcome::Complete, "{allocator}: {faults}");
             let delivered = log.run.result.mission.get("items.delivered");
             assert_eq!(delivered, Value::Count(24), "{allocator}: {faults}");
-            let words = log.each_row::<MessageRow>().map(|row| row.unwrap());
-            assert_eq!(words.filter(|row| row.kind == "allocation").count(), 0);
+            let messages = log.each_row::<MessageRow>().map(|row| row.unwrap());
+            assert_eq!(messages.filter(|row| row.kind == "allocation").count(), 0);
         }
     }
 }
 
-/// Where a robot was, with heading and behavior, step by step.
-fn way(log: &RunLog, robot: &str) -> Vec<PoseRow> {
+/// Returns the pose rows of a robot, step by step.
+fn poses_of(log: &RunLog, robot: &str) -> Vec<PoseRow> {
     let rows = log.each_row::<PoseRow>().map(|row| row.unwrap());
     rows.filter(|row| row.robot == robot).collect()
 }
 
-/// Who neither speaks nor listens does the same whatever a teammate does and says, as long as it does not meet it: here until it comes
-/// to report, for it does not know that gold has done so. With its radio on it does know.
+/// A robot without radio acts the same with any behavior of a teammate that it does not meet.
+///
+/// Here this holds until it goes to report, because it does not receive that gold has reported. With a radio it does.
 #[test]
-fn a_silent_robot_does_the_same_whatever_others_do() {
+fn a_robot_without_radio_acts_the_same_whatever_its_teammates_do() {
     let far_apart = |allocator: &str, gold: &str, rest: &str| {
         let text = format!(
             "limit_s = 200.0\n{rest}waste.border_known = true\n\
@@ -242,12 +243,12 @@ fn a_silent_robot_does_the_same_whatever_others_do() {
         );
         let at = |row: &PoseRow| Vec2::new(row.x_m, row.y_m);
         let met = |log: &RunLog| {
-            let pairs = way(log, "blue").into_iter().zip(way(log, "gold"));
+            let pairs = poses_of(log, "blue").into_iter().zip(poses_of(log, "gold"));
             let near = |(blue, gold): &(PoseRow, PoseRow)| at(blue).distance(at(gold)) < 2.0;
             pairs.take_while(|pair| !near(pair)).count()
         };
         let until = met(&with).min(met(&without));
-        let (with_gold, alone) = (way(&with, "blue"), way(&without, "blue"));
+        let (with_gold, alone) = (poses_of(&with, "blue"), poses_of(&without, "blue"));
         let goes_to_report = (alone[..until].iter())
             .any(|row| row.behavior_set == "report-progress" && row.t_ms.0 >= 121_000);
         assert!(goes_to_report, "{allocator}: until {until}");
@@ -256,9 +257,9 @@ fn a_silent_robot_does_the_same_whatever_others_do() {
     for gold in ["nearest", "nearest-silent", "ble", "alliance"] {
         let (log, is_alike) = alike("nearest-silent", gold);
         assert!(is_alike, "{gold}");
-        // It neither says nor hears a word.
-        let words = log.each_row::<MessageRow>().map(|row| row.unwrap());
-        assert_eq!(words.count(), 0, "{gold}");
+        // The robot neither sends nor receives a message.
+        let messages = log.each_row::<MessageRow>().map(|row| row.unwrap());
+        assert_eq!(messages.count(), 0, "{gold}");
         let reports = log.rows::<EventRow>().unwrap();
         let mut reports = reports.iter().filter(|row| row.kind == "reported");
         assert!(
@@ -270,9 +271,9 @@ fn a_silent_robot_does_the_same_whatever_others_do() {
     assert!(!is_alike);
 }
 
-/// From the step in which a robot can work no more nobody counts on it, whatever it believes itself; and when it can again, it is.
+/// The oracle counts a robot out in the step in which it can no longer work, and counts it in when it can work again.
 #[test]
-fn the_oracle_counts_on_those_who_can_work() {
+fn the_oracle_counts_only_robots_that_can_work() {
     for (fault, counts_once_more) in [("kill", true), ("babble", false), ("power", false)] {
         let faults =
             format!("[[faults.timeline]]\nat_s = 100.0\nfor_s = 60.0\nfault.{fault} = \"gold\"\n");
@@ -289,11 +290,11 @@ fn the_oracle_counts_on_those_who_can_work() {
         assert!(held(99_000, since_ms) > 0, "{fault}");
         assert_eq!(held(since_ms, 160_000), 0, "{fault}");
         assert!(held(160_000, u64::MAX) > 0, "{fault}");
-        // What has been begun is gone on with.
+        // Robots finish the tasks that they have begun.
         let events = log.rows::<EventRow>().unwrap();
         let begun = events.iter().filter(|row| row.kind == "activated").count();
         assert!(begun < 60, "{fault}: {begun}");
-        // Of robots that know what they want at once nobody is at a task that is full.
+        // No task has more active robots than it needs.
         let mut at: std::collections::BTreeMap<(u64, &str), u32> = Default::default();
         for row in rows.iter().filter(|row| row.state == "active") {
             *at.entry((row.t_ms.0, &row.task)).or_default() += 1;
@@ -302,10 +303,10 @@ fn the_oracle_counts_on_those_who_can_work() {
     }
 }
 
-/// The truth is told to those who ask for it and to nobody else, and it has no task on which there is nothing to do.
+/// Only allocators that request the ground truth receive it, and it contains only tasks with work left.
 #[test]
-fn the_truth_is_for_those_who_ask() {
-    for (allocator, asks) in [("oracle", true), ("nearest", false), ("alliance", false)] {
+fn only_allocators_that_request_the_ground_truth_receive_it() {
+    for (allocator, requests) in [("oracle", true), ("nearest", false), ("alliance", false)] {
         let setup = Setup::resolve(scenario(allocator, ""), 1, None)
             .unwrap()
             .setup;
@@ -314,7 +315,7 @@ fn the_truth_is_for_those_who_ask() {
             setup.catalog.tasks.len() as u16,
         );
         let mut team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
-        let mut told = 0;
+        let mut offers = 0;
         loop {
             let world = team.simulation().world();
             let pairs = (0..robots).flat_map(|robot| (0..tasks).map(move |task| (robot, task)));
@@ -325,18 +326,17 @@ fn the_truth_is_for_those_who_ask() {
             for robot in (0..robots).map(RobotId) {
                 for offer in &team.simulation().message(robot).truth {
                     assert!(due.contains(&(offer.robot, offer.task)), "{offer:?}");
-                    told += 1;
+                    offers += 1;
                 }
             }
             if outcome.is_some() {
                 break;
             }
         }
-        assert_eq!(told > 0, asks, "{allocator}");
+        assert_eq!(offers > 0, requests, "{allocator}");
     }
 }
 
-/// What was given to the dead stays undone.
 #[test]
 fn static_never_takes_over() {
     let (outcome, log) = run(scenario("static", KILL), 1);
@@ -354,9 +354,8 @@ fn static_never_takes_over() {
     }
 }
 
-/// Allocators differ within a team, and `--allocator` beats what the file says of each robot.
 #[test]
-fn a_mixed_team_and_the_command_line() {
+fn a_team_can_mix_allocators_and_the_command_line_overrides_them() {
     let lab = Lab::new();
     let mixed = "[[robots]]\nname = \"blue\"\nside_sensor = true\n\
                  [[robots]]\nname = \"gold\"\nallocator = \"nearest\"\n";
@@ -378,7 +377,7 @@ fn a_mixed_team_and_the_command_line() {
 }
 
 #[test]
-fn bad_input_is_one_line_with_its_place() {
+fn bad_allocator_input_gives_one_line_with_its_place() {
     let lab = Lab::new();
     let cases = [
         (
@@ -391,7 +390,7 @@ fn bad_input_is_one_line_with_its_place() {
         ),
         (
             "[allocators.nearest]\nredraw_s = 1.0\n",
-            "that is a parameter of random, not of nearest",
+            "the key is a parameter of random, not of nearest",
         ),
         (
             "[allocators.random]\nredraw_s = -1.0\n",
@@ -422,7 +421,7 @@ fn bad_input_is_one_line_with_its_place() {
 fn allocators_are_listed_with_their_parameters() {
     let lab = Lab::new();
     let all = lab.run(&["allocators"]).expect(0).stdout;
-    for name in BASELINES.iter().chain(&UNMOVED).chain(&["alliance"]) {
+    for name in BASELINES.iter().chain(&INDEPENDENT).chain(&["alliance"]) {
         assert!(all.lines().any(|line| line.starts_with(name)), "{all}");
     }
     let random = lab.run(&["allocators", "random"]).expect(0).stdout;

@@ -9,7 +9,7 @@ use alliance_proto::scenario::{Scenario, Setup};
 
 use crate::in_process::run;
 
-/// The first minute of the default mission after some changes: poses.csv.
+/// Returns poses.csv of the first minute of the default mission after `change`.
 fn poses(change: impl FnOnce(&mut Scenario)) -> Vec<PoseRow> {
     let mut scenario = Scenario {
         limit_s: 60.0,
@@ -23,7 +23,7 @@ fn poses(change: impl FnOnce(&mut Scenario)) -> Vec<PoseRow> {
     log.rows().unwrap()
 }
 
-/// The highest speed of each robot, m/s.
+/// Returns the highest speed of each robot, in m/s.
 fn top_speeds(poses: Vec<PoseRow>) -> BTreeMap<String, f32> {
     let mut fastest: BTreeMap<String, f32> = BTreeMap::new();
     for row in poses {
@@ -34,7 +34,7 @@ fn top_speeds(poses: Vec<PoseRow>) -> BTreeMap<String, f32> {
 }
 
 #[test]
-fn a_robot_that_is_stated_slower_is_slower() {
+fn a_robot_with_a_lower_speed_limit_is_slower() {
     let blue = |speed_m_s| {
         let poses = poses(|scenario| scenario.robots[0].speed_m_s = speed_m_s);
         top_speeds(poses)["blue"]
@@ -43,9 +43,8 @@ fn a_robot_that_is_stated_slower_is_slower() {
     assert!((blue(Some(0.2)) - 0.2).abs() < 1e-3);
 }
 
-/// What a robot states as the team has it changes nothing.
 #[test]
-fn a_body_like_the_teams_is_the_teams() {
+fn a_body_with_the_teams_values_changes_nothing() {
     let stated = poses(|scenario| {
         for robot in &mut scenario.robots {
             robot.speed_m_s = Some(scenario.body.speed_m_s);
@@ -56,7 +55,7 @@ fn a_body_like_the_teams_is_the_teams() {
 }
 
 #[test]
-fn the_side_sensor_is_a_device_like_others() {
+fn the_side_sensor_equals_its_device() {
     let stated = poses(|scenario| {
         scenario.robots[0].side_sensor = false;
         scenario.robots[0].devices = Some(vec!["side-border".to_owned()]);

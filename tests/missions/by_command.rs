@@ -1,4 +1,4 @@
-//! `alliance run`, start to end: what it starts, what it shows, how it ends.
+//! `alliance run` from start to end: its processes, its output and its exit.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ use serde_json::Value;
 use crate::harness::{Lab, command_line, wait_until};
 use crate::team::Team;
 
-/// The four processes of a default mission are children of the launcher, and each says in its arguments what it is.
+/// Checks that the launcher has four child processes, with their part in the command line.
 #[track_caller]
 fn assert_world_and_one_agent_per_robot(team: &Team<'_>) -> Vec<u32> {
     let names = ["world", "blue", "gold", "green"];
@@ -25,7 +25,7 @@ fn assert_world_and_one_agent_per_robot(team: &Team<'_>) -> Vec<u32> {
             "world" => " world ".to_owned(),
             robot => format!(" agent --robot {robot} "),
         };
-        // A process that has only just been started has no command line yet.
+        // A process has no command line immediately after its start.
         wait_until(name, || {
             command_line(pid).is_some_and(|command| command.contains(&part))
         });
@@ -33,7 +33,7 @@ fn assert_world_and_one_agent_per_robot(team: &Team<'_>) -> Vec<u32> {
     pids.to_vec()
 }
 
-/// Every table can be read, and is whole up to the same last tick.
+/// Checks that every table is readable and complete up to the last tick.
 #[track_caller]
 fn assert_readable(log: &RunLog) {
     log.rows::<MotivationRow>().unwrap();
@@ -64,15 +64,15 @@ fn a_run_shows_its_processes_its_progress_and_a_summary() {
     let arguments = ["--seed", "7", "--limit", "20", "--speed", "10x"];
     // The time limit passes before the mission is complete.
     let finished = lab.mission("run", &arguments).expect(1);
-    let said = &finished.stderr;
+    let stderr = &finished.stderr;
     let line = |part: &str| {
-        let found = said.lines().find(|line| line.contains(part));
-        found.unwrap_or_else(|| panic!("no '{part}' in:\n{said}"))
+        let found = stderr.lines().find(|line| line.contains(part));
+        found.unwrap_or_else(|| panic!("no '{part}' in:\n{stderr}"))
     };
     for part in ["world ", ", blue ", ", gold ", ", green "] {
         assert!(
             line("process ids: ").contains(part),
-            "no '{part}' in:\n{said}"
+            "no '{part}' in:\n{stderr}"
         );
     }
     for part in [
@@ -84,10 +84,10 @@ fn a_run_shows_its_processes_its_progress_and_a_summary() {
     ] {
         assert!(
             line(" delivered; ").contains(part),
-            "no '{part}' in:\n{said}"
+            "no '{part}' in:\n{stderr}"
         );
     }
-    // The table has the width of the terminal, here none: names of columns may take two lines.
+    // Without a terminal the table has a default width, so that column names can take two lines.
     for column in ["activations", "delivered", "messages"] {
         line(column);
     }
@@ -96,13 +96,13 @@ fn a_run_shows_its_processes_its_progress_and_a_summary() {
     assert_eq!(line("seed"), "seed    7");
     let hash = lab.log("run").run.hash.unwrap();
     assert_eq!(line("hash"), format!("hash    {hash}"));
-    assert_eq!(finished.stdout, "", "what is for people goes to stderr");
+    assert_eq!(finished.stdout, "", "texts for people go to stderr");
 }
 
 #[test]
 fn every_process_is_a_child_and_the_result_is_on_stdout_as_json() {
     let lab = Lab::new();
-    // Held until all have been looked at, however busy the machine.
+    // The run is paused until all processes have been checked.
     let team = Team::start(
         &lab,
         &["--seed", "7", "--limit", "20", "--paused", "--speed", "max"],
@@ -113,7 +113,7 @@ fn every_process_is_a_child_and_the_result_is_on_stdout_as_json() {
     let finished = team.wait().expect(1);
     assert!(
         pids.iter().all(|pid| command_line(*pid).is_none()),
-        "none outlives its run"
+        "no process outlives its run"
     );
     let result = finished.json();
     assert_eq!(result["outcome"], "time-limit");
@@ -138,7 +138,7 @@ fn every_process_is_a_child_and_the_result_is_on_stdout_as_json() {
 }
 
 #[test]
-fn without_a_folder_of_its_own_a_run_makes_one_below_runs() {
+fn without_an_out_folder_a_run_creates_one_below_runs() {
     let lab = Lab::new();
     for number in 1..=2 {
         lab.run(&["run", "--seed", "3", "--limit", "1"]).expect(1);

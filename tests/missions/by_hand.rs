@@ -1,4 +1,4 @@
-//! World and agents from separate terminals, in any order.
+//! A world and its agents started from separate terminals, in any order.
 
 use crate::harness::{Lab, Process};
 
@@ -12,14 +12,14 @@ fn agent(lab: &Lab, robot: &str) -> Process {
     lab.start(&["agent", "--robot", robot])
 }
 
-/// Hash of the same run under `alliance run`.
+/// Returns the hash of the same run under `alliance run`.
 fn expected(lab: &Lab) -> Option<String> {
     lab.mission("expected", &["--limit", LIMIT]).expect(1);
     lab.log("expected").run.hash
 }
 
 #[test]
-fn the_world_says_which_robots_are_missing_and_refuses_who_does_not_belong() {
+fn the_world_lists_missing_robots_and_refuses_unknown_and_duplicate_agents() {
     let lab = Lab::new();
     let mut world = world(&lab);
     world.wait_for_stderr("waiting for blue, gold, green");
@@ -27,11 +27,12 @@ fn the_world_says_which_robots_are_missing_and_refuses_who_does_not_belong() {
     world.wait_for_stderr("waiting for blue, green");
 
     let second = agent(&lab, "gold").wait().expect(3);
-    let why = "robot-agent gold: refused: robot 'gold' already has a live agent (incarnation 1)";
-    assert!(second.stderr.contains(why), "{}", second.stderr);
+    let expected_text =
+        "robot-agent gold: refused: robot 'gold' already has a live agent (incarnation 1)";
+    assert!(second.stderr.contains(expected_text), "{}", second.stderr);
     let unknown = agent(&lab, "red").wait().expect(3);
-    let why = "robot-agent red: refused: the scenario has no robot 'red'; its robots are blue, gold, green";
-    assert!(unknown.stderr.contains(why), "{}", unknown.stderr);
+    let expected_text = "robot-agent red: refused: the scenario has no robot 'red'; its robots are blue, gold, green";
+    assert!(unknown.stderr.contains(expected_text), "{}", unknown.stderr);
 
     let green = agent(&lab, "green");
     let blue = agent(&lab, "blue");
@@ -41,7 +42,7 @@ fn the_world_says_which_robots_are_missing_and_refuses_who_does_not_belong() {
     }
     let world = world.wait().expect(1);
     assert!(!world.stderr.contains("waiting for \n"), "{}", world.stderr);
-    // Whom the world refused is in no byte of the log.
+    // Refused agents leave no trace in the log.
     assert_eq!(lab.log("run").run.hash, expected(&lab));
     lab.assert_same_bytes("run", "expected");
 }
@@ -61,7 +62,7 @@ fn the_order_in_which_the_processes_start_changes_no_byte() {
                 "world" => world(&lab),
                 robot => agent(&lab, robot),
             };
-            // Each has begun before the next is started.
+            // Each process must be ready before the next starts.
             let begun = match name {
                 "world" => "waiting for ",
                 _ if processes.iter().any(|(name, _)| *name == "world") => "joined",
@@ -79,16 +80,16 @@ fn the_order_in_which_the_processes_start_changes_no_byte() {
 }
 
 #[test]
-fn an_agent_of_a_run_that_is_not_there_says_so() {
+fn an_agent_of_a_missing_run_reports_the_live_runs() {
     let lab = Lab::new();
-    let lonely = lab
+    let agent_alone = lab
         .run(&["agent", "--robot", "blue", "--run", "gone"])
         .expect(3);
     assert!(
-        lonely
+        agent_alone
             .stderr
             .contains("robot-agent blue: no live run 'gone'; live runs: none"),
         "{}",
-        lonely.stderr
+        agent_alone.stderr
     );
 }

@@ -1,4 +1,4 @@
-//! `alliance check`: what it says comes true, and how it says it.
+//! `alliance check`: its forecasts hold, and its output formats.
 
 use missions::waste::data::{default_scenario, default_setup};
 use std::sync::Arc;
@@ -23,14 +23,14 @@ use crate::recompute::log_of;
 const PRESETS: [Preset; 3] = [Preset::Thesis, Preset::Par98, Preset::Team];
 const FIND: &str = "find-locations-wander";
 
-/// Two robots, the first of which is sooner on the task, and neither of which gets anywhere.
+/// Returns a setup with two robots that make no progress. The first one activates the task earlier.
 fn stuck(preset: Preset, defaults: &BehaviorSection, switches: SwitchSection) -> Setup {
     let mut scenario = Scenario {
         limit_s: 150.0,
         ..default_scenario()
     };
     scenario.body.speed_m_s = 1e-4;
-    // To look along a wall while turning would be progress, too.
+    // Turning while looking along a wall would count as progress.
     scenario.body.turn_deg_s = 1e-3;
     scenario.robots.truncate(2);
     scenario.robots[0].side_sensor = false;
@@ -44,16 +44,15 @@ fn stuck(preset: Preset, defaults: &BehaviorSection, switches: SwitchSection) ->
     Setup::resolve(scenario, 1, None).unwrap().setup
 }
 
-/// What is foretold of gold and blue's work.
-fn foretold(setup: &Setup) -> Takeover {
+fn forecast_takeover(setup: &Setup) -> Takeover {
     let forecasts = Check::of(setup).forecasts;
     let gold = forecasts
         .iter()
-        .find(|it| it.robot == "gold" && it.set == FIND);
+        .find(|forecast| forecast.robot == "gold" && forecast.set == FIND);
     gold.unwrap().takeovers[0].clone()
 }
 
-/// Parameters that make each of φ, ψ, λ and τ decide once.
+/// Returns parameters in which each of φ, ψ, λ and τ determines the takeover once.
 fn parameters() -> [BehaviorSection; 4] {
     let section = |phi_s, psi_s, lambda_s| BehaviorSection {
         fast_impatience: Some(5.0),
@@ -71,10 +70,12 @@ fn parameters() -> [BehaviorSection; 4] {
     ]
 }
 
-/// Noticing and hearing takes a step each time, and so does the rounding of a sum of floats. Without releases, silence
-/// begins with the last heartbeat, up to 1/ρ = 1 s before the teammate left.
+/// Checks that a takeover time agrees with its forecast.
+///
+/// Detection, delivery and rounding may add a few steps. Without release messages, silence begins with the last
+/// heartbeat, up to 1/ρ = 1 s before the teammate left.
 #[track_caller]
-fn assert_agrees(actual_s: f64, foretold_s: f64, setup: &Setup) {
+fn assert_agrees(actual_s: f64, forecast_s: f64, setup: &Setup) {
     let step_s = setup.alliance.step_ms as f64 / 1000.0;
     let early_s = if setup.alliance.switches.release_message {
         step_s
@@ -82,14 +83,14 @@ fn assert_agrees(actual_s: f64, foretold_s: f64, setup: &Setup) {
         1.0
     };
     assert!(
-        (foretold_s - early_s..=foretold_s + 4.0 * step_s).contains(&actual_s),
-        "{actual_s} instead of {foretold_s} s with {:#?}",
+        (forecast_s - early_s..=forecast_s + 4.0 * step_s).contains(&actual_s),
+        "{actual_s} instead of {forecast_s} s with {:#?}",
         setup.alliance
     );
 }
 
 #[test]
-fn a_failing_teammate_is_taken_over_when_it_says() {
+fn a_failing_teammate_is_taken_over_at_the_forecast_time() {
     let no_release = SwitchSection {
         release_message: Some(false),
         ..SwitchSection::default()
@@ -101,7 +102,7 @@ fn a_failing_teammate_is_taken_over_when_it_says() {
                 let team = Team::new(setup.clone(), LogLevel::Full, Memory::default()).unwrap();
                 let log = log_of(team.run().unwrap().1);
                 let messages: Vec<MessageRow> = log.rows().unwrap();
-                let first_word = messages
+                let first_heartbeat = messages
                     .iter()
                     .find(|row| row.receiver == "gold" && row.state == "executing")
                     .unwrap();
@@ -110,28 +111,28 @@ fn a_failing_teammate_is_taken_over_when_it_says() {
                     .iter()
                     .find(|row| row.kind == "activated" && row.robot == "gold")
                     .unwrap();
-                let took_s = (taken_over.t_ms - first_word.t_ms).as_secs_f64();
-                assert_agrees(took_s, foretold(&setup).failing_s, &setup);
+                let took_s = (taken_over.t_ms - first_heartbeat.t_ms).as_secs_f64();
+                assert_agrees(took_s, forecast_takeover(&setup).failing_s, &setup);
             }
         }
     }
 }
 
 #[test]
-fn a_silent_teammate_is_taken_over_when_it_says() {
+fn a_silent_teammate_is_taken_over_at_the_forecast_time() {
     for preset in PRESETS {
         for defaults in parameters() {
             let setup = stuck(preset, &defaults, SwitchSection::default());
             let mut gold = Engine::new(RobotId(1), &setup);
-            let first_word = SimTime(4000);
+            let first_heartbeat = SimTime(4000);
             let mut now = SimTime::ZERO;
             while gold.active().is_none() {
-                let word = Arc::new(heartbeat(first_word));
+                let message = Arc::new(heartbeat(first_heartbeat));
                 gold.step(
                     &StepInput {
                         now,
-                        heard: if now == first_word {
-                            std::slice::from_ref(&word)
+                        heard: if now == first_heartbeat {
+                            std::slice::from_ref(&message)
                         } else {
                             &[]
                         },
@@ -143,13 +144,13 @@ fn a_silent_teammate_is_taken_over_when_it_says() {
                 now = now + SimTime(setup.alliance.step_ms);
             }
             let step = SimTime(setup.alliance.step_ms);
-            let took_s = (now - step - first_word).as_secs_f64();
-            assert_agrees(took_s, foretold(&setup).silent_s, &setup);
+            let took_s = (now - step - first_heartbeat).as_secs_f64();
+            assert_agrees(took_s, forecast_takeover(&setup).silent_s, &setup);
         }
     }
 }
 
-/// Blue's word that it searches.
+/// Returns blue's heartbeat with the searching task.
 fn heartbeat(now: SimTime) -> Broadcast {
     Broadcast {
         sender: RobotId(0),
@@ -171,14 +172,15 @@ fn heartbeat(now: SimTime) -> Broadcast {
     }
 }
 
-/// In the default mission nobody is ever taken over while it works, and no unit of work takes much longer than estimated.
+/// In the default mission no working robot is taken over, and no unit of work takes much longer than its estimate.
 #[test]
-fn a_working_teammate_is_left_alone_and_its_work_takes_as_long_as_estimated() {
+fn a_working_teammate_keeps_its_task_and_its_work_takes_the_estimated_time() {
     let setup = default_setup(1);
     let check = Check::of(&setup);
     let of = |robot: &str, set: &str| {
         let mut all = check.forecasts.iter();
-        all.find(|it| it.robot == robot && it.set == set).unwrap()
+        all.find(|forecast| forecast.robot == robot && forecast.set == set)
+            .unwrap()
     };
     let team = Team::new(setup.clone(), LogLevel::Full, Memory::default()).unwrap();
     let log = log_of(team.run().unwrap().1);
@@ -200,7 +202,7 @@ fn a_working_teammate_is_left_alone_and_its_work_takes_as_long_as_estimated() {
                     working = working.filter(|&(set, _)| set != row.subject);
                 }
                 "delivered" => {
-                    // The last item may be dropped by a robot that has just left the task.
+                    // A robot that has just left the task may still drop the last item.
                     let Some((set, before)) = working else {
                         continue;
                     };
@@ -224,14 +226,14 @@ fn a_working_teammate_is_left_alone_and_its_work_takes_as_long_as_estimated() {
     let movers = check
         .forecasts
         .iter()
-        .filter(|it| it.set.starts_with("move-spill"));
-    for takeover in movers.flat_map(|it| &it.takeovers) {
+        .filter(|forecast| forecast.set.starts_with("move-spill"));
+    for takeover in movers.flat_map(|forecast| &forecast.takeovers) {
         assert_eq!(takeover.working_s, None);
     }
 }
 
 #[test]
-fn a_table_for_people_and_json_for_programs() {
+fn check_prints_a_table_for_people_and_json_for_programs() {
     let lab = Lab::new();
     let shown = lab.run(&["check"]).expect(0);
     assert_eq!(shown.stdout, "");
@@ -248,7 +250,7 @@ fn a_table_for_people_and_json_for_programs() {
     assert!(widths.max() <= Some(80), "{}", shown.stderr);
     assert_eq!(lines[lines.len() - 1], "waste-cleanup: no warnings");
 
-    // Warnings are no failure.
+    // Warnings are no failure: the exit status is 0.
     std::fs::write(
         lab.path("mine.properties"),
         "timeBeforeYielding.move-spill(top) = 20\n",
@@ -276,10 +278,10 @@ fn a_table_for_people_and_json_for_programs() {
 }
 
 #[test]
-fn mistakes_are_answered_in_one_line() {
+fn mistakes_give_one_line() {
     let lab = Lab::new();
     std::fs::write(lab.path("bad.toml"), "[alliance]\nthreshold = -1.0\n").unwrap();
-    for (arguments, said) in [
+    for (arguments, expected_start) in [
         (
             &["check", "nowhere"][..],
             "alliance check: 'nowhere' is neither",
@@ -294,7 +296,11 @@ fn mistakes_are_answered_in_one_line() {
         ),
     ] {
         let finished = lab.run(arguments).expect(2);
-        assert!(finished.stderr.starts_with(said), "{}", finished.stderr);
+        assert!(
+            finished.stderr.starts_with(expected_start),
+            "{}",
+            finished.stderr
+        );
         assert_eq!(finished.stderr.lines().count(), 1, "{}", finished.stderr);
         assert_eq!(finished.stdout, "");
     }

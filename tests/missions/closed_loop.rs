@@ -1,4 +1,4 @@
-//! Whole missions in one process, in rooms that are easy, hard, tiny and large. More rooms by hand: `examples/rooms.rs`.
+//! Whole waste missions in one process, in easy, hard, tiny and large rooms. `examples/rooms.rs` runs more rooms.
 
 use alliance_proto::scenario::{Obstacle, Robot, Scenario, TaskSection};
 use alliance_proto::tick::Outcome;
@@ -10,7 +10,7 @@ fn mission(scenario: Scenario, seed: u64) -> Mission {
     run(scenario, seed, |_, _, _| ())
 }
 
-/// The mission ends with every item in the deposit before the limit in simulated seconds.
+/// Checks that the mission delivers every item within `limit_s` of simulated time.
 fn assert_complete(scenario: Scenario, seed: u64, limit_s: f64) {
     let name = scenario.name.clone();
     let mission = mission(
@@ -70,7 +70,7 @@ fn the_same_seed_gives_the_same_mission() {
     assert_eq!(mission(random_room(7), 7), mission(random_room(7), 7));
 }
 
-/// A fixed part of the 200 rooms, within three times their median.
+/// Runs a fixed part of the 200 rooms, with three times their median duration as limit.
 #[test]
 fn random_rooms_complete() {
     for seed in 1..=12 {
@@ -78,7 +78,7 @@ fn random_rooms_complete() {
     }
 }
 
-/// The longest of the 200 rooms: spills that are half covered, and obstacles in the way to the deposit.
+/// Runs the slowest of the 200 rooms: half-covered spills and obstacles on the way to the deposit.
 #[test]
 fn hard_rooms_complete() {
     for seed in [14, 26, 123, 164, 194] {
@@ -139,7 +139,7 @@ fn eight_robots_complete() {
     assert_complete(with_robots(8), 1, 600.0);
 }
 
-/// Several robots on each spill meet at the deposit all the time.
+/// Several robots on each spill often meet at the deposit.
 #[test]
 fn a_crowd_completes() {
     let mut scenario = Scenario {
@@ -181,10 +181,10 @@ fn no_items_at_all_is_complete_at_once() {
     assert_eq!(mission.took.0, 0);
 }
 
-/// Found by the campaign: two sets that rise alike are chosen in the order in which they are declared, so a robot that nobody helps
-/// came back to the covered spill again and again.
+/// A regression test from the campaign. Two behavior sets with equal motivation are chosen in the order of
+/// declaration. A lone robot therefore must not return to the covered spill forever.
 #[test]
-fn a_spill_under_an_obstacle_does_not_keep_a_lone_robot_from_the_other() {
+fn a_covered_spill_does_not_keep_a_lone_robot_from_the_other_spill() {
     let obstacle = |x_m, y_m, width_m, height_m| Obstacle {
         x_m,
         y_m,

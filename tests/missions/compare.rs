@@ -1,4 +1,4 @@
-//! `alliance compare`, as people run it: what its tables say, killed and in shards, with mistakes in its plan.
+//! `alliance compare`: its tables, runs that are killed or split into shards, and mistakes in the plan.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,9 +8,10 @@ use nix::sys::signal::Signal;
 
 use crate::harness::{Lab, wait_until};
 
-/// Three rules in two missions that take little, under three classes of faults; the kill has another victim in the second mission.
+/// Three allocators in two short missions under three classes of faults. The kill has another victim in the second
+/// mission.
 const PLAN: &str = "
-question = 'Who copes best?'
+question = 'Which allocator copes best?'
 seeds = 4
 limit_s = 120.0
 
@@ -31,16 +32,16 @@ timeline = [{ fault.kill = 'blue', at_s = 4.0 }]
 [faults.never]
 timeline = [{ fault.kill = 'gold', at_s = 5000.0 }]
 
-[hypotheses.nobody-is-ready-at-once]
-says = 'It takes a while.'
+[hypotheses.not-complete-at-once]
+says = 'The mission takes some time.'
 faults = ['none']
 at_least = 1.0
-[hypotheses.everybody-is-ready-at-once]
-says = 'It takes no time.'
+[hypotheses.complete-at-once]
+says = 'The mission takes no time.'
 faults = ['none']
 at_most = 1.0
-[hypotheses.what-never-hits-tells-nothing]
-says = 'Of what did not happen nothing is known.'
+[hypotheses.without-effect]
+says = 'A fault without an effect gives no data.'
 faults = ['never']
 at_least = 0.0
 ";
@@ -65,7 +66,7 @@ fn lab() -> Lab {
     lab
 }
 
-/// Every file but journals, by name.
+/// Returns all files of a folder except journals, by name.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(folder)
         .unwrap()
@@ -92,7 +93,7 @@ fn assert_same_files(lab: &Lab, a: &str, b: &str) {
     }
 }
 
-/// A table, by column.
+/// Parses a CSV table into rows by column name.
 fn rows(text: &str) -> Vec<BTreeMap<String, String>> {
     let mut lines = text.lines().map(|line| line.split(','));
     let header: Vec<&str> = lines.next().unwrap().collect();
@@ -116,32 +117,33 @@ fn journal_rows(lab: &Lab, folder: &str) -> usize {
 }
 
 #[test]
-fn what_is_said_what_is_written_and_a_cell_once_more() {
+fn the_tables_match_the_runs_and_a_cell_can_be_repeated() {
     let lab = lab();
-    let said = lab
+    let stderr = lab
         .run(&["compare", "plan.toml", "--out", "whole"])
         .expect(0)
         .stderr;
-    assert!(said.contains("Who copes best?"), "{said}");
+    assert!(stderr.contains("Which allocator copes best?"), "{stderr}");
     assert!(
-        said.contains(
-            "- No data, for the fault never hit or every run failed: static in one, never; "
+        stderr.contains(
+            "- No data, because the fault never hit or every run failed: static in one, never; "
         ),
-        "{said}"
+        "{stderr}"
     );
-    let claims = "1 held (nobody-is-ready-at-once), 1 failed (everybody-is-ready-at-once), 1 undecided (what-never-hits-tells-nothing)";
-    assert!(said.contains(claims), "{said}");
+    let claims =
+        "1 held (not-complete-at-once), 1 failed (complete-at-once), 1 undecided (without-effect)";
+    assert!(stderr.contains(claims), "{stderr}");
 
-    // Every figure of every cell, from the rows of the runs.
+    // Each figure of each cell must follow from the rows of the runs.
     let runs = table(&lab, "whole", "results.csv");
     let cells = table(&lab, "whole", "cells.csv");
     assert_eq!(runs.len(), CELLS * SEEDS);
     let number = |text: &str| text.parse::<f64>().unwrap();
-    let mut dead = 0;
+    let mut without_data = 0;
     for cell in &cells {
         let first: usize = cell["cell"].parse::<usize>().unwrap() * SEEDS;
-        let own = &runs[first..first + SEEDS];
-        for run in own {
+        let cell_runs = &runs[first..first + SEEDS];
+        for run in cell_runs {
             for column in ["mission", "faults", "allocator"] {
                 assert_eq!(run[column], cell[column]);
             }
@@ -155,11 +157,11 @@ fn what_is_said_what_is_written_and_a_cell_once_more() {
                 ),
                 ("4", "0", "")
             );
-            dead += 1;
+            without_data += 1;
             continue;
         }
         let values: Vec<f64> = match cell["metric"].as_str() {
-            "par2_s" => own
+            "par2_s" => cell_runs
                 .iter()
                 .map(|run| {
                     if run["outcome"] == "complete" {
@@ -169,11 +171,11 @@ fn what_is_said_what_is_written_and_a_cell_once_more() {
                     }
                 })
                 .collect(),
-            "messages" => own
+            "messages" => cell_runs
                 .iter()
                 .map(|run| number(&run["messages_sent"]))
                 .collect(),
-            "distance_m" | "energy_j" | "orphan_s" => own
+            "distance_m" | "energy_j" | "orphan_s" => cell_runs
                 .iter()
                 .map(|run| number(&run[&cell["metric"]]))
                 .collect(),
@@ -188,27 +190,27 @@ fn what_is_said_what_is_written_and_a_cell_once_more() {
             number(&cell["mean_from"]) <= mean + 1e-9 && mean <= number(&cell["mean_to"]) + 1e-9
         );
     }
-    assert_eq!(dead, 2 * 3 * cells.len() / CELLS);
+    assert_eq!(without_data, 2 * 3 * cells.len() / CELLS);
     for run in &runs {
         let kinds: f64 = run
             .iter()
             .filter(|(name, _)| name.ends_with("_messages"))
-            .map(|(_, it)| number(it))
+            .map(|(_, cell)| number(cell))
             .sum();
         let bytes: f64 = run
             .iter()
             .filter(|(name, _)| name.ends_with("_bytes"))
-            .map(|(_, it)| number(it))
+            .map(|(_, cell)| number(cell))
             .sum();
         assert_eq!(
             (kinds, bytes),
             (number(&run["messages_sent"]), number(&run["bytes_sent"]))
         );
-        // 5 W always, 20 W more at top speed: at most 25 W for two robots.
+        // A robot uses 5 W always and 20 W more at top speed: at most 50 W for two robots.
         let seconds = number(&run["sim_time_ms"]) / 1000.0;
         assert!(number(&run["energy_j"]) <= 50.0 * seconds + 1.0);
     }
-    // A dead robot is another one in each mission, and static never does its work.
+    // The killed robot differs between the missions. With `nearest` all runs still complete.
     let of = |mission: &str, metric: &str| {
         let mut found = cells.iter().filter(|cell| {
             (
@@ -225,7 +227,7 @@ fn what_is_said_what_is_written_and_a_cell_once_more() {
         (4.0, 4.0)
     );
 
-    // The same seeds, the same worlds: the oracle against itself has no regret.
+    // All cells use the same seeds and worlds, so the oracle has no regret against itself.
     for cell in cells
         .iter()
         .filter(|cell| cell["metric"] == "regret_s" && cell["allocator"] == "oracle")
@@ -239,12 +241,12 @@ fn what_is_said_what_is_written_and_a_cell_once_more() {
         6.0
     );
 
-    // One file that needs no other, and every number beside it.
+    // The page needs no other file, and its links lead to the files next to it.
     let page = fs::read_to_string(lab.path("whole/comparison.html")).unwrap();
-    assert!(page.find("Who copes best?") < page.find("<svg "));
+    assert!(page.find("Which allocator copes best?") < page.find("<svg "));
     assert!(
         page.contains(
-            "no data: the fault never hit; again: <code>alliance compare plan.toml --cell 6</code>"
+            "no data: the fault never hit; repeat with: <code>alliance compare plan.toml --cell 6</code>"
         ),
         "no command"
     );
@@ -262,7 +264,7 @@ fn what_is_said_what_is_written_and_a_cell_once_more() {
             .contains("http")
     );
 
-    // By the command that the page prints.
+    // The page prints this command.
     let again = lab
         .run(&["compare", "plan.toml", "--cell", "4"])
         .expect(0)
@@ -276,7 +278,7 @@ fn what_is_said_what_is_written_and_a_cell_once_more() {
 }
 
 #[test]
-fn killed_in_shards_and_on_one_core_it_ends_with_the_same_bytes() {
+fn killed_in_shards_and_on_one_core_a_comparison_ends_with_the_same_bytes() {
     let lab = lab();
     let plan = PLAN.replace("seeds = 4", "seeds = 8");
     fs::write(lab.path("plan.toml"), plan).unwrap();
@@ -289,7 +291,7 @@ fn killed_in_shards_and_on_one_core_it_ends_with_the_same_bytes() {
     killed.wait();
     assert!(
         journal_rows(&lab, "torn") < CELLS * 8,
-        "too late to kill it"
+        "the comparison was killed too late"
     );
     assert!(!lab.path("torn/comparison.html").exists());
     lab.run(&arguments).expect(0);
@@ -301,32 +303,32 @@ fn killed_in_shards_and_on_one_core_it_ends_with_the_same_bytes() {
     lab.run(&["compare", "--merge", "parts"]).expect(0);
     assert_same_files(&lab, "whole", "parts");
 
-    // What is claimed afterwards is no hypothesis.
+    // A hypothesis must not be changed after the runs.
     fs::write(
         lab.path("plan.toml"),
         PLAN.replace("seeds = 4", "seeds = 8")
             .replace("at_most = 1.0", "at_most = 500.0"),
     )
     .unwrap();
-    let said = lab.run(&arguments).expect(2).stderr;
+    let stderr = lab.run(&arguments).expect(2).stderr;
     assert!(
-        said.contains("holds another sweep, or this one before it was changed"),
-        "{said}"
+        stderr.contains("holds another sweep, or this one before it was changed"),
+        "{stderr}"
     );
 }
 
 #[test]
-fn mistakes_are_answered_in_one_line_before_anything_runs() {
+fn mistakes_give_one_line_before_any_run() {
     let lab = lab();
     let grid = "[grid]\nallocator = ['alliance', 'nearest']\n";
     for (plan, text) in [
         (
             String::new(),
-            "a comparison takes two allocators or more, and the plan varies none; write [grid] allocator = ",
+            "a comparison needs two or more allocators, but the plan varies none; write [grid] allocator = ",
         ),
         (
             "[grid]\nallocator = ['nearest']\n".to_owned(),
-            "and the plan varies one",
+            "but the plan varies one",
         ),
         (
             "[grid]\nallocator = ['nearest', 'cbab']\n".to_owned(),
@@ -358,11 +360,11 @@ fn mistakes_are_answered_in_one_line_before_anything_runs() {
         ),
         (
             format!("scenario = 'waste-cleanup'\n{grid}[missions.a]\n"),
-            "bad.toml:1: scenario: there is a scenario beside [missions]",
+            "bad.toml:1: scenario: a plan has either a scenario or [missions]",
         ),
         (
             format!("{grid}[missions.a]\n[missions.b.faults.none]\n"),
-            "missions.a: the mission has no faults 'none', and others have; state [missions.a.faults.none]",
+            "missions.a: the mission lacks the faults 'none' that other missions have; write [missions.a.faults.none]",
         ),
         (
             format!("{grid}[missions.a.faults.dead]\ntimeline = [{{ fault.kill = 'glod' }}]\n"),
@@ -390,23 +392,23 @@ fn mistakes_are_answered_in_one_line_before_anything_runs() {
         ),
     ] {
         fs::write(lab.path("bad.toml"), &plan).unwrap();
-        let said = lab.run(&["compare", "bad.toml"]).expect(2).stderr;
-        assert_eq!(said.lines().count(), 1, "{plan}: {said}");
-        assert!(said.contains(text), "no '{text}': {said}");
+        let stderr = lab.run(&["compare", "bad.toml"]).expect(2).stderr;
+        assert_eq!(stderr.lines().count(), 1, "{plan}: {stderr}");
+        assert!(stderr.contains(text), "no '{text}': {stderr}");
     }
-    let said = lab
+    let stderr = lab
         .run(&["compare", "plan.toml", "--cell", "18"])
         .expect(2)
         .stderr;
     assert!(
-        said.contains("there is no cell 18: they are numbered from 0 to 17"),
-        "{said}"
+        stderr.contains("there is no cell 18; cells are numbered from 0 to 17"),
+        "{stderr}"
     );
     assert!(!lab.path("comparisons").exists());
 }
 
 #[test]
-fn the_campaigns_are_plans() {
+fn the_campaigns_are_valid_plans() {
     let lab = Lab::new();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
     for (plan, runs) in [("allocators", 92_400), ("allocators-small", 1344)] {

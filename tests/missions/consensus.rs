@@ -1,5 +1,5 @@
-//! Robots that bid and agree by consensus, in whole missions: by processes and in one, replayed, and under each fault of ALLOCATORS.md
-//! §2. What each run comes to is pinned.
+//! Consensus allocators in whole missions: by processes and in one process, replayed, and under the faults of
+//! docs/ALLOCATORS.md §2. A golden file pins the hash and the makespan of each run.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -19,12 +19,12 @@ use crate::harness::Lab;
 
 const ALLOCATORS: [&str; 4] = ["cbaa", "cbba", "acbba", "grape"];
 
-/// Those, and a rule that goes by heartbeats and believes claims as they do.
-fn believers() -> impl Iterator<Item = &'static str> {
+/// Returns the consensus allocators and a heartbeat allocator that also accepts unproven claims.
+fn claim_accepting_allocators() -> impl Iterator<Item = &'static str> {
     ALLOCATORS.into_iter().chain(["first-come"])
 }
 
-/// A robot is taken for dead after τ.
+/// The silence after which a robot counts as crashed.
 const TAU: SimTime = SimTime(5000);
 const STEP: SimTime = SimTime(50);
 
@@ -57,13 +57,13 @@ fn run(scenario: Scenario, seed: u64, level: LogLevel) -> (Outcome, RunLog) {
     )
 }
 
-/// When the mission was complete, s.
+/// Returns the time of the last event in s: the makespan.
 fn makespan_s(log: &RunLog) -> f64 {
     let last = log.each_row::<EventRow>().map(|row| row.unwrap()).last();
     last.unwrap().t_ms.as_secs_f64()
 }
 
-/// Time during which several robots were at the same exclusive task, after a time, robot-s.
+/// Returns the robot-seconds from `from` on in which several robots had the same exclusive task.
 fn duplicate_s(log: &RunLog, from: SimTime) -> f64 {
     let mut at: BTreeMap<SimTime, BTreeMap<String, u32>> = BTreeMap::new();
     for row in log.each_row::<AllocationRow>().map(|row| row.unwrap()) {
@@ -76,11 +76,11 @@ fn duplicate_s(log: &RunLog, from: SimTime) -> f64 {
     f64::from(surplus) * STEP.as_secs_f64()
 }
 
-/// Of each allocator: the default mission to its end, by many processes and by one.
+/// Checks each allocator in the default mission and in a mission with a kill and a restart.
 #[test]
 fn processes_and_one_process_write_the_same_bytes_and_replay_them() {
     let lab = Lab::new();
-    // A real SIGKILL, and a real start, in the midst of it.
+    // The processes receive a real SIGKILL and a real restart.
     let faults = RESTART.replace("60.0", "10.0");
     std::fs::write(lab.path("s.toml"), format!("limit_s = 130.0\n{faults}")).unwrap();
     for allocator in ALLOCATORS {
@@ -108,10 +108,10 @@ fn processes_and_one_process_write_the_same_bytes_and_replay_them() {
     }
 }
 
-/// The default mission of each is as it was. After a change that is meant to change it:
+/// Compares the default mission of each allocator with the golden file. After an intended change:
 /// `UPDATE_GOLDEN=1 cargo test -p alliance-tests --test missions consensus`.
 #[test]
-fn the_default_mission_is_as_it_was() {
+fn the_default_mission_matches_the_golden_file() {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("golden/consensus.json");
     let mut pinned = Map::new();
     for allocator in ALLOCATORS {
@@ -130,9 +130,9 @@ fn the_default_mission_is_as_it_was() {
     assert_eq!(now, std::fs::read_to_string(&path).unwrap());
 }
 
-/// The task of a robot that is killed is somebody else's τ after its last word, to the step.
+/// Another robot takes the task of a killed robot τ after its last received message, to the step.
 #[test]
-fn the_task_of_the_killed_is_taken_over_after_tau() {
+fn the_task_of_a_killed_robot_is_taken_over_after_tau() {
     for allocator in ALLOCATORS {
         for seed in 1..=3 {
             let (outcome, log) = run(scenario(allocator, KILL), seed, LogLevel::Full);
@@ -145,15 +145,15 @@ fn the_task_of_the_killed_is_taken_over_after_tau() {
             let next = activations
                 .find(|row| row.subject == *task && row.robot != "gold" && row.t_ms > killed)
                 .unwrap();
-            let words = log.each_row::<MessageRow>().map(|row| row.unwrap());
-            let heard = words.filter(|row| {
-                // ACBBA and GRAPE take any word for a sign of life.
+            let messages = log.each_row::<MessageRow>().map(|row| row.unwrap());
+            let received = messages.filter(|row| {
+                // ACBBA and GRAPE accept any message as a sign of life.
                 let counts = !allocator.starts_with('c') || row.kind == "allocation";
                 row.sender == "gold" && counts && row.fate == "heard"
             });
-            let last_word = heard.map(|row| row.sent_ms).max().unwrap();
-            let free = last_word + TAU;
-            // With GRAPE whoever is busy looks round at the end of a unit.
+            let last_message = received.map(|row| row.sent_ms).max().unwrap();
+            let free = last_message + TAU;
+            // With GRAPE a busy robot reconsiders at the end of a unit of work.
             let is_in_time = next.t_ms == free || (allocator == "grape" && next.t_ms > free);
             assert!(is_in_time, "{allocator}, seed {seed}: {next:?}, {free:?}");
             assert_eq!(next.reason, "claimed");
@@ -161,9 +161,9 @@ fn the_task_of_the_killed_is_taken_over_after_tau() {
     }
 }
 
-/// Under each fault the mission is completed, and the invariants of all runs hold, among them that its replay is identical.
+/// Each fault leaves the mission complete and all invariants valid, including an identical replay.
 #[test]
-fn faults_are_coped_with() {
+fn missions_complete_under_every_fault() {
     let lab = Lab::new();
     let cases = [
         ("loss-30", loss(0.3)),
@@ -183,27 +183,27 @@ fn faults_are_coped_with() {
     }
 }
 
-/// Both sides of a partition do all tasks; once it has healed, one of two keeps each.
+/// Both sides of a partition do all tasks. After healing only one robot keeps each task.
 #[test]
-fn a_healed_partition_has_no_double_tasks() {
-    for allocator in believers() {
+fn a_healed_partition_has_no_duplicate_tasks() {
+    for allocator in claim_accepting_allocators() {
         let (_, log) = run(scenario(allocator, PARTITION), 1, LogLevel::Full);
         let during = duplicate_s(&log, SimTime(60_000)) - duplicate_s(&log, SimTime(120_000));
         assert!(during > 30.0, "{allocator}: {during}");
-        // Until everybody has told its beliefs once more.
+        // By then every robot has broadcast its table again.
         let after = duplicate_s(&log, SimTime(121_500));
         assert!(after <= 1.0, "{allocator}: {after}");
     }
 }
 
-/// A babbling bidder keeps what it has for as long as its bid is the best one, and nobody looks at what comes of it. With GRAPE it may
-/// move on when its bonus is gone.
+/// A babbling bidder keeps its task while its bid is the best, because no robot checks its progress. With GRAPE the
+/// task may change when the bonus ends.
 #[test]
-fn a_babbler_keeps_its_task() {
+fn a_babbling_robot_keeps_its_task() {
     let lab = Lab::new();
     let limited = format!("limit_s = 600.0\n{BABBLE}");
     std::fs::write(lab.path("babble.toml"), limited).unwrap();
-    for allocator in believers() {
+    for allocator in claim_accepting_allocators() {
         let options = ["--in-process", "--check", "--allocator", allocator];
         let run = lab
             .run(&[&["run", "babble.toml", "--out", allocator], &options[..]].concat())
@@ -219,7 +219,7 @@ fn a_babbler_keeps_its_task() {
     }
 }
 
-/// The task that gold is at when it begins to babble.
+/// Returns the task of gold when it begins to babble.
 fn held(rows: &[EventRow]) -> String {
     let mut before = rows.iter().take_while(|row| row.t_ms <= SimTime(100_000));
     let of_gold = |row: &&EventRow| row.kind == "activated" && row.robot == "gold";
@@ -232,7 +232,7 @@ fn held(rows: &[EventRow]) -> String {
         .clone()
 }
 
-/// Thirty robots, of which nobody has all tasks and nobody hears all, with a death and bad links.
+/// Runs thirty robots with partial skills and limited radio range, with a crash and message loss.
 #[test]
 fn thirty_robots_complete_their_mission() {
     for allocator in ALLOCATORS {

@@ -1,4 +1,4 @@
-//! The control topic by `alliance fault`, `clock` and `status`, against a live run.
+//! The control topic through `alliance fault`, `clock` and `status` on a live run.
 
 use std::fs::DirBuilder;
 use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
@@ -11,17 +11,17 @@ use crate::harness::{Finished, Lab};
 use crate::hostile::{announced, hash};
 use crate::team::Team;
 
-/// The one line that it said.
+/// Returns the only line that the command printed.
 #[track_caller]
 fn line(finished: &Finished) -> &str {
-    let said = finished.stderr.strip_suffix('\n').unwrap();
-    assert!(!said.contains('\n'), "{said}");
+    let line = finished.stderr.strip_suffix('\n').unwrap();
+    assert!(!line.contains('\n'), "{line}");
     assert_eq!(finished.stdout, "");
-    said
+    line
 }
 
 #[test]
-fn a_live_run_is_held_broken_listed_and_healed_by_command() {
+fn a_live_run_is_paused_faulted_listed_and_healed_by_command() {
     let lab = Lab::new();
     let mut team = Team::start(&lab, &["--speed", "2x", "--limit", "60"]);
     team.wait_for_row("events.csv", &[",activated,"]);
@@ -52,7 +52,7 @@ fn a_live_run_is_held_broken_listed_and_healed_by_command() {
     let id = late["id"].as_str().unwrap();
     assert_eq!((&late["tick"], &late["t_ms"]), (&Value::Null, &Value::Null));
 
-    // Neither counts as a fault.
+    // Refused orders do not count as faults.
     let unknown = alliance("fault kill glod").expect(2);
     assert_eq!(
         line(&unknown),
@@ -80,7 +80,7 @@ fn a_live_run_is_held_broken_listed_and_healed_by_command() {
     ] {
         assert!(status.contains(part), "no '{part}' in:\n{status}");
     }
-    // What is broken may take more where there is no terminal.
+    // Without a terminal the table of faults may be wider.
     let tables = status.lines().skip_while(|line| !line.starts_with("robot"));
     let tables = tables.take_while(|line| !line.starts_with("id "));
     let widths = tables.map(|line| line.chars().count());
@@ -91,7 +91,7 @@ fn a_live_run_is_held_broken_listed_and_healed_by_command() {
     let over = alliance("fault clear noise").expect(2);
     assert_eq!(
         line(&over),
-        "alliance fault: the fault 'noise' is over already"
+        "alliance fault: the fault 'noise' has already ended"
     );
     let resumed = alliance("clock speed max --json").expect(0).json();
     assert_eq!(resumed["clock"]["speed"], Value::Null);
@@ -110,9 +110,9 @@ fn a_live_run_is_held_broken_listed_and_healed_by_command() {
     );
 }
 
-/// The announcement of a world that is gone, whose process id another process has by now.
+/// The announcement of a crashed world is ignored, even if another process has its process id now.
 #[test]
-fn an_announcement_is_that_of_one_process_and_of_no_later_one() {
+fn an_announcement_is_valid_only_for_its_process() {
     let lab = Lab::new();
     let folder = lab.path("runtime/alliance");
     DirBuilder::new()
@@ -133,14 +133,14 @@ fn an_announcement_is_that_of_one_process_and_of_no_later_one() {
     );
 }
 
-/// Live runs, then those in the folder, newest first; a folder that is none is passed over.
+/// `alliance ls` lists live runs, then run folders, newest first. It omits folders that are no runs.
 #[test]
-fn runs_are_listed() {
+fn runs_are_listed_newest_first() {
     let lab = Lab::new();
     let none = lab.run(&["ls"]).expect(0);
     assert!(
         none.stdout
-            .starts_with("no run is live, and none is in runs;")
+            .starts_with("no live run, and no recorded run in runs;")
     );
     lab.mission("runs/first", &["--log", "off"]).expect(0);
     std::fs::create_dir(lab.path("runs/empty")).unwrap();
@@ -162,16 +162,15 @@ fn runs_are_listed() {
     assert_eq!(of("state"), ["live, paused", broken, "complete"]);
     assert_eq!(listed[2]["hash"], hash(&lab, "runs/first"));
     assert_eq!(listed[2]["seed"], 1);
-    let words = lab.run(&["ls"]).expect(0).stdout;
+    let output = lab.run(&["ls"]).expect(0).stdout;
     assert!(
-        words.contains(&id) && words.contains("338.250 s"),
-        "{words}"
+        output.contains(&id) && output.contains("338.250 s"),
+        "{output}"
     );
 }
 
-/// Until the run that it began with is over.
 #[test]
-fn a_run_is_watched_to_its_end() {
+fn status_watch_ends_with_its_run() {
     let lab = Lab::new();
     let none = lab.run(&["status", "--watch"]).expect(3);
     assert!(none.stderr.contains("no run is live"), "{}", none.stderr);
@@ -188,9 +187,8 @@ fn a_run_is_watched_to_its_end() {
     assert!(watched.stderr.ends_with(&over), "{}", watched.stderr);
 }
 
-/// Without a runtime folder, and with the place for temporary files taken by somebody else, runs are found at home.
 #[test]
-fn a_folder_that_others_can_look_into_keeps_no_run_from_its_user() {
+fn without_a_private_runtime_folder_a_run_uses_the_home_folder() {
     let lab = Lab::new();
     let taken = format!("tmp/alliance-{}", nix::unistd::Uid::effective());
     std::fs::create_dir_all(lab.path(&taken)).unwrap();
@@ -202,10 +200,10 @@ fn a_folder_that_others_can_look_into_keeps_no_run_from_its_user() {
     assert!(lab.path("home/.cache/alliance").is_dir());
 }
 
-/// A run listens on no port, at a socket in a folder that no other user can look into, and takes it away; a killed world's goes with
-/// the next look.
+/// A run uses a socket in a folder that is closed to other users, and no port. It removes the socket at its end. The
+/// next command removes the socket of a killed world.
 #[test]
-fn no_other_user_reaches_a_run() {
+fn other_users_cannot_reach_a_run() {
     let lab = Lab::new();
     let sockets = || {
         let files = std::fs::read_dir(lab.path("runtime/alliance")).unwrap();
@@ -222,7 +220,7 @@ fn no_other_user_reaches_a_run() {
     for pid in [world.pid(), gateway::of(&world)] {
         assert_eq!(listening_ports(pid), 0);
     }
-    // The team's and the operators', with a lock each.
+    // The team's and the operators' socket, each with a lock.
     assert_eq!(sockets(), 4);
     let folder = std::fs::metadata(lab.path("runtime/alliance")).unwrap();
     assert_eq!(folder.permissions().mode() & 0o777, 0o700);
@@ -235,12 +233,12 @@ fn no_other_user_reaches_a_run() {
     assert_eq!(sockets(), 0);
 }
 
-/// TCP sockets of that process that take connections.
+/// Returns the number of listening TCP sockets of a process.
 fn listening_ports(pid: u32) -> usize {
     const LISTEN: &str = "0A";
     let files = std::fs::read_dir(format!("/proc/{pid}/fd")).unwrap();
     let files = files.filter_map(|file| std::fs::read_link(file.unwrap().path()).ok());
-    let own: Vec<String> = files.map(|file| file.display().to_string()).collect();
+    let process_files: Vec<String> = files.map(|file| file.display().to_string()).collect();
     let tables =
         ["tcp", "tcp6"].map(|table| std::fs::read_to_string(format!("/proc/{pid}/net/{table}")));
     let tables = tables.map(Result::unwrap_or_default).concat();
@@ -249,12 +247,12 @@ fn listening_ports(pid: u32) -> usize {
         .map(|row| row.split_whitespace().collect::<Vec<_>>());
     let listening = rows.filter(|row| row.get(3) == Some(&LISTEN));
     let inodes = listening.filter_map(|row| Some(format!("socket:[{}]", row.get(9)?)));
-    inodes.filter(|inode| own.contains(inode)).count()
+    inodes.filter(|inode| process_files.contains(inode)).count()
 }
 
-/// The path of a socket has at most 107 bytes; a run whose folder is deeper listens on a port of loopback.
+/// The path of a socket has at most 107 bytes. A run in a deeper folder listens on a loopback port.
 #[test]
-fn where_the_path_of_a_socket_is_too_long_a_port_will_do() {
+fn a_run_with_a_long_socket_path_listens_on_a_loopback_port() {
     let lab = Lab::new();
     let deep = lab.path(&format!("runtime/{}", "deep/".repeat(20)));
     std::fs::create_dir_all(&deep).unwrap();

@@ -1,4 +1,4 @@
-//! The control topic from outside: a program in Python, with zenoh's own package, breaks things in a live run.
+//! A Python program with the zenoh package sends orders to a live run.
 
 use serde_json::{Value, json};
 
@@ -7,15 +7,15 @@ use crate::python::{python, run};
 use crate::team::Team;
 
 #[test]
-fn a_foreign_program_breaks_things_and_what_is_refused_changes_nothing() {
+fn an_external_program_sends_orders_and_refused_requests_change_nothing() {
     let Some(python) = python(&["zenoh"]) else {
         return;
     };
     let lab = Lab::new();
     let mut team = Team::start(&lab, &["--speed", "2x", "--limit", "60"]);
     team.wait_for_row("events.csv", &[",activated,"]);
-    let said = run(&lab, &python, "mission.py", &[]);
-    // The example of the documentation, as anybody would use it.
+    let output = run(&lab, &python, "mission.py", &[]);
+    // The example of the documentation, unchanged.
     let list = run(&lab, &python, "control.py", &[r#""list""#]);
     run(
         &lab,
@@ -26,22 +26,22 @@ fn a_foreign_program_breaks_things_and_what_is_refused_changes_nothing() {
     let resumed = run(&lab, &python, "control.py", &[r#"{"clock": "resume"}"#]);
     let finished = team.wait().expect(1);
 
-    let replies: Vec<Value> = said
+    let replies: Vec<Value> = output
         .lines()
         .map(|line| serde_json::from_str(line).unwrap())
         .collect();
-    let reply = |what: &str| {
-        let found = replies.iter().find_map(|reply| reply.get(what));
-        found.unwrap_or_else(|| panic!("no '{what}' in {said}"))
+    let reply = |key: &str| {
+        let found = replies.iter().find_map(|reply| reply.get(key));
+        found.unwrap_or_else(|| panic!("no '{key}' in {output}"))
     };
     assert_eq!(reply("paused")["clock"]["paused"], true);
     let kill = &reply("kill")["armed"];
     let (id, tick) = (kill["id"].as_str().unwrap(), kill["tick"].as_u64().unwrap());
     assert_eq!(kill["t_ms"], json!(50 * tick));
 
-    // What has a seal is refused with a sealed reply, what has none with an error.
-    let refused = |what: &str| reply(what)["reply"]["refused"].as_str().unwrap();
-    let error = |what: &str| reply(what)["error"].as_str().unwrap();
+    // A sealed request is refused with a sealed reply, a request without a seal with an error.
+    let refused = |key: &str| reply(key)["reply"]["refused"].as_str().unwrap();
+    let error = |key: &str| reply(key)["error"].as_str().unwrap();
     assert!(!refused("replayed").is_empty());
     assert_eq!(
         refused("misspelled"),
@@ -55,12 +55,12 @@ fn a_foreign_program_breaks_things_and_what_is_refused_changes_nothing() {
     );
     assert!(error("cut").starts_with("malformed JSON: EOF while parsing"));
     assert!(error("no seal").starts_with("no seal; "));
-    for what in ["wrong seal", "stranger"] {
-        assert!(error(what).starts_with("wrong seal; "), "{}", error(what));
+    for key in ["wrong seal", "stranger"] {
+        assert!(error(key).starts_with("wrong seal; "), "{}", error(key));
     }
     assert!(error("no encoding").ends_with("send JSON with the encoding application/json"));
 
-    // Two orders were obeyed, whoever asks.
+    // Exactly two orders took effect.
     let faults = reply("list")["faults"].as_array().unwrap();
     let orders: Vec<(&str, &Value)> = faults
         .iter()
@@ -88,7 +88,7 @@ fn a_foreign_program_breaks_things_and_what_is_refused_changes_nothing() {
     let resumed: Value = serde_json::from_str(&resumed).unwrap();
     assert_eq!(resumed["clock"]["paused"], false);
 
-    // The log tells of these two and of nothing else.
+    // The log contains these two orders and no others.
     let events = std::fs::read_to_string(lab.path("run").join("events.csv")).unwrap();
     let armed: Vec<&str> = events
         .lines()
@@ -108,18 +108,19 @@ fn a_foreign_program_breaks_things_and_what_is_refused_changes_nothing() {
         deaths[0].starts_with(&format!("{},gone,gold,", 50 * tick)),
         "{deaths:?}"
     );
-    let deaf = std::fs::read_to_string(lab.path("run").join("messages.csv")).unwrap();
+    let messages = std::fs::read_to_string(lab.path("run").join("messages.csv")).unwrap();
     let dropped = |line: &&str| line.ends_with(",dropped");
     assert!(
-        deaf.lines().any(|line| dropped(&line)),
-        "the drop never hit"
+        messages.lines().any(|line| dropped(&line)),
+        "the drop had no effect"
     );
     assert!(
-        deaf.lines()
+        messages
+            .lines()
             .filter(dropped)
             .all(|line| line.split(',').nth(1) == Some("blue"))
     );
     assert_eq!(finished.json()["unscripted"], false);
-    // Eight queries and two puts.
+    // The refused requests: eight queries and two puts.
     assert_eq!(finished.json()["host"]["refused"]["control"], 10);
 }

@@ -1,4 +1,4 @@
-//! The fuzzers' corpora without the fuzzers: each of their messages, cut at every length, and damaged in many ways.
+//! The corpora of the fuzz targets without a fuzzer: each message whole, cut at every length, and damaged.
 
 use std::path::Path;
 
@@ -22,11 +22,12 @@ mod round_trip;
 #[path = "../../fuzz/setups.rs"]
 mod setups;
 
-/// Damaged copies of each message.
+/// The number of damaged copies of each message.
 const DAMAGED: usize = 2000;
 
-/// Messages of a fuzz target by file name: type, hyphen, what it is. For `decode` those of a real mission, and by hand such as
-/// it has none of; for `control` the examples of docs/CONTROL.md; for `setup` small ones.
+/// Returns the files of a fuzz target by name: type, hyphen, description.
+///
+/// The `decode` corpus comes from a real mission plus rare messages, `control` from the examples of docs/CONTROL.md.
 fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus");
     let mut files: Vec<_> = std::fs::read_dir(folder.join(target))
@@ -42,7 +43,7 @@ fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// Calls this with every message of a corpus, cut at each length and with up to three damages of each of these sorts.
+/// Calls `check` with each message of a corpus, cut at each length, and with up to three random damages.
 fn damage(
     target: &str,
     damages: &[fn(&mut Vec<u8>, usize, &mut ChaCha8Rng)],
@@ -64,7 +65,7 @@ fn damage(
     }
 }
 
-#[allow(clippy::ptr_arg)] // As the other sorts of damage, which change the length.
+#[allow(clippy::ptr_arg)] // The same signature as the damages that change the length.
 fn flip(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
     bytes[place] ^= 1 << rng.random_range(0..8);
 }
@@ -78,13 +79,13 @@ fn repeat(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
     bytes.extend_from_within(from..=place);
 }
 
-/// Lengths and numbers of more than one byte begin with one of these.
-#[allow(clippy::ptr_arg)] // As the other sorts of damage.
+/// Overwrites a byte with a prefix of a number that has more than one byte.
+#[allow(clippy::ptr_arg)] // The same signature as the other damages.
 fn lengthen(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
     bytes[place] = rng.random_range(250..=255);
 }
 
-/// What JSON is made of, in a place where it does not belong.
+/// Replaces a few bytes with a JSON token.
 fn misspell(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
     const TOKENS: [&str; 16] = [
         "{",
@@ -110,9 +111,9 @@ fn misspell(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
 }
 
 #[test]
-fn every_message_of_the_corpus_is_one_of_its_type() {
+fn every_corpus_file_is_of_its_type() {
     for (name, bytes) in corpus("decode") {
-        // Findings of the fuzzer are kept under the hashes that it names them by.
+        // Findings of the fuzzer have a hash as file name.
         if let Some((expected, _)) = name.split_once('-') {
             let types = round_trip::types_of(&bytes);
             assert!(types.contains(&expected), "{name}: {types:?}");
@@ -149,8 +150,8 @@ fn every_message_of_the_corpus_is_one_of_its_type() {
     }
 }
 
-/// What a mission's devices tell, its robots say and do: bytes of its own in ticks, broadcasts and reports. Names begin with the
-/// mission's; those of the clean-up, which were first, do not.
+/// Each mission has its own sensor readings, broadcasts and actions in the corpus. File names begin with the
+/// mission's name, except those of the waste mission.
 #[test]
 fn every_mission_has_messages_in_the_corpus() {
     let decode = corpus("decode");
@@ -174,35 +175,35 @@ fn every_mission_has_messages_in_the_corpus() {
 }
 
 #[test]
-fn damaged_messages_are_refused_or_stand() {
+fn damaged_messages_are_refused_or_round_trip() {
     damage("decode", &[flip, insert, repeat, lengthen], |bytes| {
         let _ = round_trip::types_of(bytes);
     });
 }
 
 #[test]
-fn damaged_requests_are_refused_or_stand() {
+fn damaged_requests_are_refused_or_round_trip() {
     damage("control", &[flip, insert, repeat, misspell], |text| {
         let _ = requests::command_of(text);
     });
 }
 
 #[test]
-fn damaged_setups_and_scenarios_are_refused_or_stand() {
+fn damaged_setups_and_scenarios_are_refused_or_valid() {
     damage("setup", &[flip, insert, misspell], |text| {
         let _ = setups::kind_of(text);
     });
 }
 
 #[test]
-fn damaged_logs_are_refused_or_stand() {
+fn damaged_logs_are_refused_or_readable() {
     damage("log", &[flip, insert, misspell], |text| {
         let _ = files::log_of(text);
     });
 }
 
 #[test]
-fn damaged_parameters_and_profiles_are_refused_or_stand() {
+fn damaged_parameters_and_profiles_are_refused_or_valid() {
     damage("parameters", &[flip, insert, repeat], |text| {
         let _ = files::is_parameters(text);
     });
@@ -212,7 +213,7 @@ fn damaged_parameters_and_profiles_are_refused_or_stand() {
 }
 
 #[test]
-fn damaged_files_of_sweeps_are_refused_or_stand() {
+fn damaged_sweep_files_are_refused_or_valid() {
     damage("plan", &[flip, insert, misspell], |text| {
         let _ = files::is_plan(text);
     });
@@ -221,20 +222,19 @@ fn damaged_files_of_sweeps_are_refused_or_stand() {
     });
 }
 
-/// So that no kind of message that allocators have is left out.
 #[test]
 fn every_kind_of_allocation_message_is_in_the_corpus() {
     let mut kinds = std::collections::BTreeSet::new();
     for (_, bytes) in corpus("heard") {
         let broadcast: Broadcast = decode(&bytes).unwrap();
         if let Content::Allocation(message) = broadcast.body {
-            // A kind that is not named here does not compile.
+            // This match must name every kind to compile.
             kinds.insert(match message {
                 AllocationMessage::Open(_) => "open".to_owned(),
                 AllocationMessage::Ble(_) => "ble".to_owned(),
-                AllocationMessage::Murdoch(word) => {
-                    let word = format!("{:?}", word.word);
-                    format!("murdoch {}", word.split(' ').next().unwrap())
+                AllocationMessage::Murdoch(message) => {
+                    let text = format!("{:?}", message.word);
+                    format!("murdoch {}", text.split(' ').next().unwrap())
                 }
                 AllocationMessage::Table(_) => "table".to_owned(),
                 AllocationMessage::Deltas(_) => "deltas".to_owned(),
@@ -242,12 +242,12 @@ fn every_kind_of_allocation_message_is_in_the_corpus() {
             });
         }
     }
-    // Four words of MURDOCH, and one kind of each of the others.
+    // MURDOCH has four kinds, each other allocator one.
     assert_eq!(kinds.len(), 4 + 5, "{kinds:?}");
 }
 
 #[test]
-fn whatever_a_teammate_says_a_robot_of_any_allocator_goes_on() {
+fn a_robot_of_any_allocator_continues_after_any_broadcast() {
     for (name, bytes) in corpus("heard") {
         assert!(heard::is_heard(&bytes), "{name}");
     }

@@ -1,5 +1,6 @@
-//! The robots' own calculation against the independent one of `alliance_tests::recompute`, over messages that no mission
-//! brings forth: out of order, repeated, from old lives, in every combination of switches.
+//! The robots' motivations against the independent calculation of `alliance_tests::recompute`.
+//!
+//! The random messages are out of order, repeated or from old incarnations, with all combinations of switches.
 
 use missions::waste::data::default_scenario;
 use std::sync::Arc;
@@ -30,8 +31,8 @@ const STATES: [TaskState; 4] = [
     TaskState::Idle,
 ];
 
-/// Values with which much happens in a few hundred steps, and any switches.
-fn random_setup(chance: &mut ChaCha8Rng) -> Setup {
+/// Returns a setup with random switches and values that cause many changes within a few hundred steps.
+fn random_setup(rng: &mut ChaCha8Rng) -> Setup {
     let mut setup = Setup::resolve(
         Scenario {
             step_ms: STEP_MS,
@@ -45,16 +46,16 @@ fn random_setup(chance: &mut ChaCha8Rng) -> Setup {
     setup.alliance.threshold = 10.0;
     let robots = setup.alliance.robots.values_mut();
     for set in robots.flat_map(|robot| robot.sets.values_mut()) {
-        set.ceased_after_s = chance.random_range(0.3..3.0);
-        set.fast_impatience = chance.random_range(2.0..9.0);
+        set.ceased_after_s = rng.random_range(0.3..3.0);
+        set.fast_impatience = rng.random_range(2.0..9.0);
         let slow = set.slow_impatience.values_mut();
-        slow.for_each(|it| *it = chance.random_range(0.1..2.0));
+        slow.for_each(|rate| *rate = rng.random_range(0.1..2.0));
         let phi = set.willing_to_affect_s.values_mut();
-        phi.for_each(|it| *it = chance.random_range(0.3..6.0));
-        set.before_yielding_s = chance.random_range(0.3..5.0);
-        set.before_giving_up_s = chance.random_range(0.3..9.0);
+        phi.for_each(|patience_s| *patience_s = rng.random_range(0.3..6.0));
+        set.before_yielding_s = rng.random_range(0.3..5.0);
+        set.before_giving_up_s = rng.random_range(0.3..9.0);
     }
-    let mut flag = || chance.random_bool(0.5);
+    let mut flag = || rng.random_bool(0.5);
     setup.alliance.switches = Switches {
         waiting: flag(),
         waiting_counts: flag(),
@@ -72,12 +73,13 @@ fn random_setup(chance: &mut ChaCha8Rng) -> Setup {
     setup
 }
 
-/// A message of either teammate: about any task, of any incarnation, now and then a later one than those to come.
-fn random_message(chance: &mut ChaCha8Rng, now: SimTime) -> Broadcast {
-    let task = TaskId(chance.random_range(0..4));
-    let progress = chance.random_range(0..4);
+/// Returns a random message of a teammate: any task, any incarnation, sometimes a sequence number ahead of later
+/// messages.
+fn random_message(rng: &mut ChaCha8Rng, now: SimTime) -> Broadcast {
+    let task = TaskId(rng.random_range(0..4));
+    let progress = rng.random_range(0..4);
     let tick = now.0 / STEP_MS;
-    let body = if chance.random_bool(0.05) {
+    let body = if rng.random_bool(0.05) {
         let corner = Default::default();
         let about = About {
             task,
@@ -94,11 +96,11 @@ fn random_message(chance: &mut ChaCha8Rng, now: SimTime) -> Broadcast {
         });
         Content::Bulletin(update.about(Some(about)))
     } else {
-        let state = STATES[chance.random_range(0..4)];
+        let state = STATES[rng.random_range(0..4)];
         let named = state != TaskState::Idle;
         Content::Heartbeat(Heartbeat {
             state,
-            since: SimTime(chance.random_range(0..=now.0)),
+            since: SimTime(rng.random_range(0..=now.0)),
             set: named.then_some(alliance_proto::ids::BehaviorId(task.0 + 1)),
             task: named.then_some(task),
             progress: if named { progress } else { 0 },
@@ -108,17 +110,16 @@ fn random_message(chance: &mut ChaCha8Rng, now: SimTime) -> Broadcast {
         })
     };
     Broadcast {
-        sender: TEAMMATES[chance.random_range(0..2)],
-        incarnation: 1 + (tick / 100) as u32 + u32::from(chance.random_bool(0.02)),
+        sender: TEAMMATES[rng.random_range(0..2)],
+        incarnation: 1 + (tick / 100) as u32 + u32::from(rng.random_bool(0.02)),
         tick,
         index: 0,
-        seq: tick + chance.random_range(0..8),
+        seq: tick + rng.random_range(0..8),
         sent: now,
         body,
     }
 }
 
-/// The rows of a log, as the recorder would write them.
 struct Rows<'s> {
     setup: &'s Setup,
     catalog: Arc<Catalog>,
@@ -148,7 +149,9 @@ impl Rows<'_> {
 
     fn message(&self, now: SimTime, broadcast: &Broadcast, fate: &str) -> MessageRow {
         let (state, task, progress) = match &broadcast.body {
-            Content::Heartbeat(it) => (it.state.as_str(), it.task, it.progress),
+            Content::Heartbeat(heartbeat) => {
+                (heartbeat.state.as_str(), heartbeat.task, heartbeat.progress)
+            }
             Content::Bulletin(bulletin) => (
                 "",
                 bulletin.about.map(|about| about.task),
@@ -190,11 +193,11 @@ fn joined(robot: String, now: SimTime) -> EventRow {
 }
 
 #[test]
-fn both_calculations_agree_on_whatever_is_said() {
+fn both_calculations_agree_on_any_messages() {
     let mut resets = 0;
     for seed in 0..400 {
-        let mut chance = ChaCha8Rng::seed_from_u64(seed);
-        let setup = random_setup(&mut chance);
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let setup = random_setup(&mut rng);
         let rows = Rows {
             setup: &setup,
             catalog: Arc::clone(&setup.catalog),
@@ -202,28 +205,28 @@ fn both_calculations_agree_on_whatever_is_said() {
         let mut engine = Engine::new(GOLD, &setup);
         let mut events = vec![joined(rows.robot(GOLD), SimTime::ZERO)];
         let (mut motivations, mut messages) = (Vec::new(), Vec::new());
-        let talkative = chance.random_range(0.05..0.9);
+        let message_rate = rng.random_range(0.05..0.9);
         for step in 0..300 {
             let now = SimTime(STEP_MS * step);
-            if chance.random_bool(0.005) {
+            if rng.random_bool(0.005) {
                 engine = Engine::new(GOLD, &setup);
                 events.push(joined(rows.robot(GOLD), now));
             }
             let mut heard = Vec::new();
-            while chance.random_bool(talkative) {
-                heard.push(Arc::new(random_message(&mut chance, now)));
+            while rng.random_bool(message_rate) {
+                heard.push(Arc::new(random_message(&mut rng, now)));
             }
-            heard.sort_by_key(|it| (it.sender, it.incarnation, it.seq));
+            heard.sort_by_key(|broadcast| (broadcast.sender, broadcast.incarnation, broadcast.seq));
             for broadcast in &heard {
-                let fate = ["heard", "delayed"][chance.random_range(0..2)];
+                let fate = ["heard", "delayed"][rng.random_range(0..2)];
                 messages.push(rows.message(now, broadcast, fate));
-                // What was not heard changes nothing.
+                // Messages without delivery must change nothing.
                 let fate = ["dropped", "cut", "lost", "pending", "duplicate"];
-                let unheard = random_message(&mut chance, now);
-                messages.push(rows.message(now, &unheard, fate[chance.random_range(0..5)]));
+                let undelivered = random_message(&mut rng, now);
+                messages.push(rows.message(now, &undelivered, fate[rng.random_range(0..5)]));
             }
             let mut output = Outcome::default();
-            let applicable: Vec<bool> = (0..4).map(|_| chance.random_bool(0.99)).collect();
+            let applicable: Vec<bool> = (0..4).map(|_| rng.random_bool(0.99)).collect();
             let input = StepInput {
                 now,
                 heard: &heard,

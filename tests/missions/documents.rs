@@ -1,11 +1,15 @@
-//! What README and book print is what the command prints: every ```console block is typed into a shell, and what comes back is
-//! compared, numbers included.
+//! The `console` blocks of the README and the book: each command runs in a shell, and its output is compared, numbers
+//! included.
 //!
-//! A block's lines that begin with "$ " are commands; what follows up to the next one is what the terminal shows. "…" stands for any text
-//! in a line, and alone in a line for any lines; a command without anything below it may print what it likes. It must end with
-//! status 0, or with N where the block says `# exit status N`. All blocks of a document are one session in a folder of its own. Comments in
-//! the document prepare it: `<!-- file: NAME -->` before a block writes it to that file, and `<!-- run: COMMANDS -->` is typed unseen.
-//! What needs a person, a browser or other machines is in ```sh blocks, which are read and not run.
+//! A line that begins with "$ " is a command. The lines up to the next command are its output. "…" stands for any
+//! text in a line, or alone for any lines. A command without lines below it may print anything.
+//!
+//! A command must end with status 0, or with N if it contains `# exit status N`. All blocks of a document are one
+//! session in its own folder.
+//!
+//! The comment `<!-- file: NAME -->` before a block writes the block to that file. The comment `<!-- run: COMMANDS
+//! -->` runs commands silently. Commands that need a person, a browser or other machines are in `sh` blocks, which do
+//! not run.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -15,17 +19,17 @@ use std::process::{Command, Stdio};
 
 use crate::harness::Lab;
 
-/// What is printed before and after each command; no command prints it by itself.
+/// The marker before and after the output of each command. No command prints it.
 const MARK: &str = "\u{1}mark";
 
-/// A command of a document, and what it is to print.
+/// A command of a document with its expected output.
 struct Typed {
     line: usize,
     command: String,
     shown: Vec<String>,
 }
 
-/// Commands of a document in their order; files that it shows are written by commands, too.
+/// Returns the commands of a document in order. Files in the document become commands that write them.
 fn typed(text: &str) -> Vec<Typed> {
     let mut all: Vec<Typed> = Vec::new();
     let mut lines = text.lines().enumerate();
@@ -67,13 +71,12 @@ fn typed(text: &str) -> Vec<Typed> {
     all
 }
 
-/// What a comment of that kind says.
 fn comment<'a>(line: &'a str, kind: &str) -> Option<&'a str> {
-    let said = line.strip_prefix("<!-- ")?.strip_suffix(" -->")?;
-    said.strip_prefix(kind)?.strip_prefix(": ")
+    let content = line.strip_prefix("<!-- ")?.strip_suffix(" -->")?;
+    content.strip_prefix(kind)?.strip_prefix(": ")
 }
 
-/// What a shell prints for each command, with its exit status.
+/// Runs the commands in a shell and returns the output and exit status of each.
 fn session(lab: &Lab, commands: &[Typed]) -> Vec<(String, i32)> {
     let programs = lab.path("bin");
     fs::create_dir(&programs).unwrap();
@@ -83,7 +86,7 @@ fn session(lab: &Lab, commands: &[Typed]) -> Vec<(String, i32)> {
     )
     .unwrap();
     fs::create_dir(lab.path("runtime")).unwrap();
-    // What the README says of cargo is the same program; its tests are under way.
+    // In the README, cargo runs the same program. `cargo test` is not repeated here.
     let mut script = String::from(
         "set -m\ncargo() { if [[ $1 == test ]]; then true; else shift 3; alliance \"$@\"; fi; }\n\
          trap 'kill -9 $(jobs -p) 2>/dev/null' EXIT\n",
@@ -99,7 +102,7 @@ fn session(lab: &Lab, commands: &[Typed]) -> Vec<(String, i32)> {
     fs::write(lab.path("session.sh"), script).unwrap();
     let folder = lab.path("session");
     fs::create_dir(&folder).unwrap();
-    // Plans and clients that come with the project.
+    // The documents use plans and clients from these folders.
     for name in ["study", "campaigns", "tests"] {
         symlink(root().join(name), folder.join(name)).unwrap();
     }
@@ -124,16 +127,15 @@ fn session(lab: &Lab, commands: &[Typed]) -> Vec<(String, i32)> {
     commands
         .iter()
         .map(|typed| {
-            let said = parts.next().unwrap_or_else(|| panic!("{printed}"));
+            let output = parts.next().unwrap_or_else(|| panic!("{printed}"));
             let after = parts.next();
             let status = after.and_then(|after| after.trim().parse().ok());
-            let status = status.unwrap_or_else(|| panic!("{}: {said}", typed.command));
-            (said.trim_start_matches('\n').to_owned(), status)
+            let status = status.unwrap_or_else(|| panic!("{}: {output}", typed.command));
+            (output.trim_start_matches('\n').to_owned(), status)
         })
         .collect()
 }
 
-/// Whether a line is as shown.
 fn is_like(line: &str, shown: &str) -> bool {
     let mut parts = shown.split('…');
     let Some(mut rest) = line.strip_prefix(parts.next().unwrap_or_default()) else {
@@ -152,7 +154,7 @@ fn is_like(line: &str, shown: &str) -> bool {
     rest.ends_with(last)
 }
 
-/// Whether all lines are as shown.
+/// Returns whether all lines match the expected lines.
 fn are_like(lines: &[&str], shown: &[&str]) -> bool {
     match shown.split_first() {
         None => lines.is_empty(),
@@ -163,7 +165,7 @@ fn are_like(lines: &[&str], shown: &[&str]) -> bool {
     }
 }
 
-/// Whether a line tells how far a sweep has come: a slow machine has more of those.
+/// Returns whether a line shows the progress of a sweep. A slow machine prints more of those.
 fn is_progress(line: &str) -> bool {
     let is_count = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     line.split_once(" runs  ")
@@ -178,8 +180,8 @@ fn root() -> PathBuf {
         .to_owned()
 }
 
-/// What a document prints that its commands do not.
-fn untrue(document: &Path) -> String {
+/// Returns a report of all commands whose output differs from the document.
+fn differences(document: &Path) -> String {
     let text = fs::read_to_string(document).unwrap();
     let commands = typed(&text);
     if commands.is_empty() {
@@ -188,16 +190,16 @@ fn untrue(document: &Path) -> String {
     let lab = Lab::new();
     let printed = session(&lab, &commands);
     let mut wrong = String::new();
-    for (typed, (said, status)) in commands.iter().zip(&printed) {
+    for (typed, (output, status)) in commands.iter().zip(&printed) {
         let expected = typed.command.rsplit_once("# exit status ");
         let expected = expected.map_or(0, |(_, number)| number.trim().parse().unwrap());
-        let lines = said.trim_end().lines().map(str::trim_end);
+        let lines = output.trim_end().lines().map(str::trim_end);
         let lines: Vec<&str> = lines.filter(|line| !is_progress(line)).collect();
         let shown: Vec<&str> = typed.shown.iter().map(|line| line.trim_end()).collect();
         if *status != expected || !(shown.is_empty() || are_like(&lines, &shown)) {
             let _ = writeln!(
                 wrong,
-                "{}:{}: $ {}\nexit status {status}, and it printed:\n{said}",
+                "{}:{}: $ {}\nexit status {status}, and it printed:\n{output}",
                 document.display(),
                 typed.line,
                 typed.command
@@ -208,21 +210,23 @@ fn untrue(document: &Path) -> String {
 }
 
 #[test]
-fn what_the_readme_prints() {
-    let wrong = untrue(&root().join("README.md"));
+fn the_console_blocks_of_the_readme_are_real_output() {
+    let wrong = differences(&root().join("README.md"));
     assert!(wrong.is_empty(), "{wrong}");
 }
 
 #[test]
-fn what_the_book_prints() {
+fn the_console_blocks_of_the_book_are_real_output() {
     let chapters = documents(&root().join("docs/book"));
-    let wrong: String = chapters.iter().map(|chapter| untrue(chapter)).collect();
+    let wrong: String = chapters
+        .iter()
+        .map(|chapter| differences(chapter))
+        .collect();
     assert!(wrong.is_empty(), "{wrong}");
 }
 
-/// Every relative link of a document leads to something that is there.
 #[test]
-fn links_lead_somewhere() {
+fn relative_links_lead_to_existing_files() {
     let mut wrong = String::new();
     for document in documents(&root()) {
         let text = fs::read_to_string(&document).unwrap();
@@ -240,7 +244,6 @@ fn links_lead_somewhere() {
     assert!(wrong.is_empty(), "{wrong}");
 }
 
-/// All documents of the project.
 fn documents(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -259,7 +262,7 @@ fn documents(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn what_is_compared() {
+fn the_comparison_of_output_handles_ellipses_progress_and_files() {
     assert!(is_progress("57/60 runs  11.2/s, 0 seconds left"));
     assert!(!is_progress(
         "60 runs: 60 complete, 0 not complete, 0 failed"

@@ -1,19 +1,19 @@
-//! Nothing that a team keeps grows without bound, whatever its allocator: a mission that never ends, of whose messages 60 % are lost.
+//! The memory of a team does not grow without bound for any allocator: an endless mission with 60 % message loss.
 //!
-//! Some thousand ticks as a normal test; `ENDLESS_TICKS=1000000 cargo test --locked --workspace --test missions -- endless --nocapture`
-//! for the whole thing.
+//! A normal test runs some thousand ticks. For a full check:
+//! `ENDLESS_TICKS=1000000 cargo test --locked --workspace --test missions -- endless --nocapture`.
 
 use alliance_proto::log::{LogLevel, Memory};
 use alliance_proto::scenario::{Scenario, Setup};
 use in_process::Team;
 use missions::Registry;
 
-/// What may be kept more after the second half than after the first, bytes: a list that has doubled once. What grows by a byte in each
-/// tick is seen in a hundred thousand.
+/// The allowed growth in the second half, in bytes: one doubling of a list. With 100,000 ticks the test detects a
+/// growth of one byte per tick.
 const LEVEL_BYTES: i64 = 16 * 1024;
 
 #[test]
-fn nothing_grows_by_any_allocator() {
+fn memory_does_not_grow_with_any_allocator() {
     let ticks: u64 = std::env::var("ENDLESS_TICKS").map_or(12_000, |text| text.parse().unwrap());
     let known = Registry::built_in().vocabulary();
     for allocator in &known.allocators {
@@ -29,7 +29,10 @@ fn nothing_grows_by_any_allocator() {
         let mut half = || {
             let kept = allocation_counter::measure(|| {
                 for _ in 0..ticks / 2 {
-                    assert!(team.tick().unwrap().is_none(), "{name}: it never ends");
+                    assert!(
+                        team.tick().unwrap().is_none(),
+                        "{name}: the mission must not end"
+                    );
                 }
             });
             kept.bytes_current

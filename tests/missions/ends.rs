@@ -1,4 +1,4 @@
-//! Processes that end when they should not, and what is left of the run then (issue "It holds", item 4).
+//! Processes that end unexpectedly, and the state of the run afterwards.
 
 use alliance_proto::log::{RunLog, RunOutcome, TickRow};
 use alliance_proto::tick::Outcome;
@@ -7,7 +7,7 @@ use nix::sys::signal::Signal;
 use crate::harness::{Lab, command_line, wait_until};
 use crate::team::Team;
 
-/// The log of a run whose world was killed is readable, and whole up to a tick.
+/// Checks that the log of a run with a killed world is readable and complete up to a tick.
 #[track_caller]
 fn assert_whole_up_to_a_tick(log: &RunLog) {
     assert_eq!(log.run.outcome, RunOutcome::Running);
@@ -26,7 +26,7 @@ fn assert_whole_up_to_a_tick(log: &RunLog) {
 }
 
 #[test]
-fn when_the_world_is_killed_the_agents_end_and_the_launcher_says_so() {
+fn when_the_world_is_killed_the_agents_end_and_the_launcher_reports_it() {
     let lab = Lab::new();
     let mut team = Team::start(&lab, &["--speed", "20x"]);
     team.wait_for_row("events.csv", &[",activated,"]);
@@ -40,7 +40,7 @@ fn when_the_world_is_killed_the_agents_end_and_the_launcher_says_so() {
     );
     assert!(
         !finished.stderr.contains("had to be killed"),
-        "agents end by themselves: {}",
+        "the agents must end by themselves: {}",
         finished.stderr
     );
     assert!(agents.iter().all(|pid| command_line(*pid).is_none()));
@@ -48,7 +48,7 @@ fn when_the_world_is_killed_the_agents_end_and_the_launcher_says_so() {
 }
 
 #[test]
-fn by_hand_an_agent_whose_world_is_killed_ends_and_says_why() {
+fn a_separate_agent_whose_world_is_killed_ends_with_the_reason() {
     let lab = Lab::new();
     let world = lab.start(&["world", "--out", "run", "--speed", "20x"]);
     let robots = ["blue", "gold", "green"];
@@ -61,7 +61,9 @@ fn by_hand_an_agent_whose_world_is_killed_ends_and_says_why() {
     for agent in agents {
         let finished = agent.wait().expect(3);
         assert!(
-            finished.stderr.contains("the world is gone"),
+            finished
+                .stderr
+                .contains("the connection to the world is lost"),
             "{}",
             finished.stderr
         );
@@ -70,7 +72,7 @@ fn by_hand_an_agent_whose_world_is_killed_ends_and_says_why() {
 }
 
 #[test]
-fn when_the_launcher_is_killed_nothing_is_left_running_not_even_a_stopped_agent() {
+fn when_the_launcher_is_killed_all_processes_end_including_a_stopped_agent() {
     let lab = Lab::new();
     let mut team = Team::start(&lab, &["--speed", "20x"]);
     team.wait_for_row("events.csv", &[",activated,"]);
@@ -84,12 +86,12 @@ fn when_the_launcher_is_killed_nothing_is_left_running_not_even_a_stopped_agent(
     });
     let log = lab.log("run");
     assert!(log.last.is_some());
-    // The world had the time to end its log.
+    // The world had time to complete its log.
     assert_eq!(log.run.outcome, RunOutcome::Ended(Outcome::Interrupted));
 }
 
 #[test]
-fn an_agent_that_panics_is_reported_as_a_crash_with_its_last_words_and_the_team_goes_on() {
+fn an_agent_that_panics_is_reported_as_a_crash_with_its_message_and_the_team_continues() {
     let lab = Lab::new();
     let mut team = Team::start(&lab, &["--speed", "60x", "--limit", "10000"]);
     team.wait_for_row("events.csv", &[",delivered,"]);
@@ -103,7 +105,7 @@ fn an_agent_that_panics_is_reported_as_a_crash_with_its_last_words_and_the_team_
     );
     assert!(
         finished.stderr.contains("a bug in the agent"),
-        "its message is shown: {}",
+        "the panic message must be shown: {}",
         finished.stderr
     );
     let result: serde_json::Value = serde_json::from_str(&finished.stdout).unwrap();

@@ -1,4 +1,5 @@
-//! Every allocator where other tests have some: thirty robots, push and observe, with a death and bad links.
+//! Every allocator with thirty robots, in push and in observe, with a crash and message loss. Other tests cover some
+//! of them.
 
 use alliance_proto::fault::{Fault, Order};
 use alliance_proto::scenario::{Scenario, Vocabulary};
@@ -8,8 +9,8 @@ use missions::waste::data::family;
 use crate::harness::Lab;
 use crate::negotiation::checked;
 
-/// A third of all messages is lost, and a robot is killed.
-fn trouble(victim: &str, at_s: f64) -> Vec<Order> {
+/// Returns a message loss of 30 % and a kill of `victim` at `at_s`.
+fn loss_and_kill(victim: &str, at_s: f64) -> Vec<Order> {
     let loss = "fault.drop = { from = 'all', to = 'all', p = 0.3 }\nat_s = 0.0";
     let kill = Order {
         at_s: Some(at_s),
@@ -23,14 +24,14 @@ fn builtin(known: &Vocabulary, name: &str) -> Scenario {
     Scenario::parse(builtin.name, builtin.text, known).unwrap()
 }
 
-/// In a large team what must hold in every run holds in each tick, and waste comes to the deposits.
+/// Checks that in a large team the invariants hold in each tick, and that items are delivered.
 #[test]
-fn thirty_robots_of_any_allocator_work() {
+fn thirty_robots_work_with_every_allocator() {
     for allocator in Registry::built_in().vocabulary().allocators {
         let mut scenario = family(30, 20);
         scenario.allocator = Some(allocator.name.to_owned());
         scenario.limit_s = 200.0;
-        scenario.faults.timeline = trouble("r1", 100.0);
+        scenario.faults.timeline = loss_and_kill("r1", 100.0);
         let (_, log, violation) = checked(scenario);
         assert_eq!(violation, None, "{}", allocator.name);
         let delivered = log.run.result.mission.get("items.delivered").count();
@@ -38,16 +39,15 @@ fn thirty_robots_of_any_allocator_work() {
     }
 }
 
-/// The same in the missions in which robots push a box and keep targets in sight.
 #[test]
-fn any_allocator_pushes_and_observes() {
+fn every_allocator_pushes_and_observes() {
     let known = Registry::built_in().vocabulary();
     for allocator in &known.allocators {
         for (mission, victim) in [("parker-box", "blue"), ("cmommt-crowded", "gold")] {
             let mut scenario = builtin(&known, mission);
             scenario.allocator = Some(allocator.name.to_owned());
             scenario.limit_s = scenario.limit_s.min(120.0);
-            scenario.faults.timeline = trouble(victim, 30.0);
+            scenario.faults.timeline = loss_and_kill(victim, 30.0);
             let (_, log, violation) = checked(scenario);
             assert_eq!(violation, None, "{mission} by {}", allocator.name);
             let worked = match mission {
@@ -59,8 +59,8 @@ fn any_allocator_pushes_and_observes() {
     }
 }
 
-/// Of each pattern of talking one allocator, with a real SIGKILL; the other two missions by processes are in `shared_service`,
-/// `allocators`, `consensus`, `negotiation` and `learning`.
+/// Compares one allocator of each communication pattern, with a real SIGKILL. The waste and service missions are covered by
+/// `shared_service`, `allocators`, `consensus`, `negotiation` and `learning`.
 #[test]
 fn processes_and_one_process_write_the_same_bytes() {
     let known = Registry::built_in().vocabulary();
@@ -70,7 +70,7 @@ fn processes_and_one_process_write_the_same_bytes() {
             let mut scenario = builtin(&known, mission);
             scenario.allocator = Some(allocator.to_owned());
             scenario.limit_s = 8.0;
-            scenario.faults.timeline = trouble(victim, 4.0);
+            scenario.faults.timeline = loss_and_kill(victim, 4.0);
             std::fs::write(lab.path("s.toml"), scenario.to_toml().unwrap()).unwrap();
             let many = lab.mission("many", &["s.toml"]);
             let one = lab.run(&["run", "--in-process", "--out", "one", "s.toml"]);

@@ -1,5 +1,5 @@
-//! The waste clean-up in any size (issue "One process, thousands of runs", item 5): room, team and work grow together, tasks
-//! and radios reach no farther than they have to, and a death is still coped with.
+//! The waste mission in any size: room, team and work grow together. Tasks and radios have a limited reach, and the
+//! team survives crashes.
 
 use missions::waste::data::{WasteSection, family};
 use std::collections::{BTreeMap, BTreeSet};
@@ -19,7 +19,7 @@ use crate::in_process::run;
 use crate::recompute::log_of;
 
 #[test]
-fn with_three_robots_and_two_spills_it_is_the_default_mission() {
+fn three_robots_and_two_spills_give_the_default_mission() {
     let lab = Lab::new();
     let limit = ["--limit", "20", "--in-process"];
     let sized = ["--robots", "3", "--spills", "2"];
@@ -30,7 +30,7 @@ fn with_three_robots_and_two_spills_it_is_the_default_mission() {
 }
 
 #[test]
-fn the_name_of_a_mission_alone_is_that_of_three_robots() {
+fn a_mission_name_without_sizes_means_three_robots() {
     let lab = Lab::new();
     let run = |out: &str, arguments: &[&str]| {
         let limit = ["--limit", "20", "--in-process"];
@@ -41,9 +41,9 @@ fn the_name_of_a_mission_alone_is_that_of_three_robots() {
     lab.assert_same_bytes("alone", "sized");
 }
 
-/// By processes as well as in one: what decides who hears whom is the world.
+/// The world decides on radio range, so processes and one process agree.
 #[test]
-fn a_team_with_radios_of_a_range_writes_the_same_bytes_by_processes_and_in_one() {
+fn a_team_with_radio_range_writes_the_same_bytes_by_processes_and_in_one_process() {
     let lab = Lab::new();
     let sized = ["--robots", "22", "--spills", "15", "--limit", "30"];
     lab.mission("processes", &sized).expect(1);
@@ -51,7 +51,7 @@ fn a_team_with_radios_of_a_range_writes_the_same_bytes_by_processes_and_in_one()
         .expect(1);
     lab.assert_same_bytes("processes", "one");
 
-    // Nobody heard anybody who was farther away, and many heard each other.
+    // No message crosses more than the radio range, and many pairs of robots communicate.
     let log = lab.log("one");
     let range_m = log.run.setup.scenario.radio.range_m.unwrap();
     let mut places = BTreeMap::new();
@@ -59,19 +59,22 @@ fn a_team_with_radios_of_a_range_writes_the_same_bytes_by_processes_and_in_one()
         places.insert((row.t_ms, row.robot.clone()), Vec2::new(row.x_m, row.y_m));
     }
     let at = |t_ms: SimTime, robot: &str| places[&(t_ms, robot.to_owned())];
-    let (mut heard, mut pairs) = (0, BTreeSet::new());
+    let (mut received, mut pairs) = (0, BTreeSet::new());
     for row in log.rows::<MessageRow>().unwrap() {
         let apart_m = at(row.sent_ms, &row.sender).distance(at(row.sent_ms, &row.receiver));
         assert!(apart_m <= range_m, "{row:?}: {apart_m} m");
-        heard += 1;
+        received += 1;
         pairs.insert((row.sender, row.receiver));
     }
-    assert!(heard > 22 * 15, "{heard}");
-    assert!(pairs.len() < 22 * 21, "everybody hears everybody");
+    assert!(received > 22 * 15, "{received}");
+    assert!(
+        pairs.len() < 22 * 21,
+        "all robots are in range of each other"
+    );
 }
 
 #[test]
-fn thirty_robots_carry_the_waste_of_twenty_spills_to_their_own_deposits() {
+fn thirty_robots_carry_the_items_of_twenty_spills_to_nearby_deposits() {
     let setup = sized(30, 20);
     let items = 20 * 12;
     let (outcome, recorder) = run(setup.clone(), LogLevel::Full);
@@ -82,7 +85,7 @@ fn thirty_robots_carry_the_waste_of_twenty_spills_to_their_own_deposits() {
             row.items_in_spills + row.items_carried + row.items_on_floor + row.items_delivered;
         assert_eq!(all, items, "at {} ms", row.t_ms);
     }
-    // Each robot activates sets for its own tasks alone.
+    // Each robot activates only behavior sets of its own tasks.
     let tasks = |name: &str| {
         let mut robots = setup.scenario.robots.iter();
         &robots.find(|robot| robot.name == name).unwrap().tasks
@@ -94,11 +97,11 @@ fn thirty_robots_carry_the_waste_of_twenty_spills_to_their_own_deposits() {
         movers.insert(row.robot.clone());
     }
     assert!(movers.len() >= 20, "{movers:?}");
-    // Of the deposits many are used: nobody carries anything across the room.
+    // Many deposits are used, because robots do not carry items across the room.
     let room = setup.scenario.room;
     let deposits: Vec<Vec2> = WasteSection::of(&setup.scenario)
         .deposits()
-        .map(|it| it.in_room(&room))
+        .map(|deposit| deposit.in_room(&room))
         .collect();
     let places: BTreeMap<(SimTime, String), Vec2> = log
         .rows::<PoseRow>()
@@ -119,9 +122,10 @@ fn thirty_robots_carry_the_waste_of_twenty_spills_to_their_own_deposits() {
     assert!(used.len() >= 8, "{used:?}");
 }
 
-/// On every tick: items, solids, one set at a time, exclusive tasks among those who hear each other.
+/// Checks the invariants in every tick: items, solids, one active set, and exclusive tasks among robots in radio
+/// range.
 #[test]
-fn it_copes_with_deaths_and_all_that_must_hold_does() {
+fn a_large_team_survives_crashes_without_an_invariant_violation() {
     let mut scenario = family(24, 16);
     let victims = ["r1", "r5", "r9", "r17"];
     scenario.faults.timeline = (1..)

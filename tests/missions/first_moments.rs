@@ -1,5 +1,5 @@
-//! Signals from the first moment of a run on: a process that ends or is stopped before it has joined is treated as one that does so
-//! later, and a run that waits says for whom.
+//! Signals from the start of a run on. A process that ends or stops before it has joined is treated like a later one,
+//! and a waiting run names the robots it waits for.
 
 use alliance_proto::log::Input;
 use nix::sys::signal::Signal;
@@ -7,9 +7,9 @@ use nix::sys::signal::Signal;
 use crate::harness::Lab;
 use crate::team::Team;
 
-/// Whatever had become of gold when the signal came, the others carry on and a replay repeats it.
+/// The others complete the mission in any case, and a replay repeats the run.
 #[test]
-fn a_robot_that_ends_before_it_joined_is_a_dead_robot() {
+fn a_robot_that_ends_before_it_joined_is_a_crashed_robot() {
     for signal in [Signal::SIGKILL, Signal::SIGTERM] {
         let lab = Lab::new();
         let mission = lab.mission_of(4);
@@ -21,14 +21,17 @@ fn a_robot_that_ends_before_it_joined_is_a_dead_robot() {
         let gone = lab.log("run").inputs().unwrap();
         let is_gold = |input: &Input| matches!(input, Input::Gone { robot, .. } if robot == "gold");
         let gone = gone.iter().filter(|line| is_gold(&line.input)).count();
-        assert_eq!(gone, 1, "{signal}: told once\n{}", finished.stderr);
+        assert_eq!(
+            gone, 1,
+            "{signal}: the crash must be reported once\n{}",
+            finished.stderr
+        );
         lab.run(&["replay", "run"]).expect(0);
     }
 }
 
-/// One that is stopped is out until it goes on, and then takes part.
 #[test]
-fn a_robot_that_is_stopped_before_it_joined_comes_later() {
+fn a_robot_that_is_stopped_before_it_joined_takes_part_later() {
     let lab = Lab::new();
     let mut team = Team::start(&lab, &["--speed", "20x"]);
     team.signal("gold", Signal::SIGSTOP);
@@ -42,9 +45,9 @@ fn a_robot_that_is_stopped_before_it_joined_comes_later() {
     lab.run(&["replay", "run"]).expect(0);
 }
 
-/// Everybody who is left is stopped: the run says for whom it waits, on the terminal and in its status, and goes on when they do.
+/// If all robots are stopped, the terminal and the status name the awaited robots. The run continues with them.
 #[test]
-fn a_run_that_stands_still_says_for_whom_it_waits() {
+fn a_waiting_run_names_the_robots_it_waits_for() {
     let lab = Lab::new();
     let mission = lab.mission_of(4);
     let mut team = Team::start(&lab, &[&mission, "--speed", "5x"]);

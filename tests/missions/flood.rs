@@ -1,5 +1,5 @@
-//! Floods of those who have a session. A bus so full that ticks and reports are dropped: world and agents do not wait for each other
-//! for ever.
+//! Floods by clients with a session: world and agents do not wait for each other forever, even if ticks and reports
+//! are dropped.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,10 +16,11 @@ use crate::hostile::{announced, hash};
 use crate::story::ROBOTS;
 use crate::team::Team;
 
-/// A member of the run, for nobody else has a session, puts junk where everybody gets it, with the priority of the run's own messages.
-/// Robots fall silent; when the flood is over all of them are heard again, the mission completes, and a replay repeats it.
+/// A team member floods a topic that all robots receive, with the priority of the run's own messages.
+///
+/// Robots become stalled. After the flood all return, the mission completes, and a replay is identical.
 #[test]
-fn after_a_flood_everybody_is_heard_again() {
+fn after_a_flood_all_robots_return() {
     let lab = Lab::new();
     let arguments = ["--speed", "5x", "--stall-after", "0.5", "--limit", "2000"];
     let mut team = Team::start(&lab, &arguments);
@@ -32,13 +33,13 @@ fn after_a_flood_everybody_is_heard_again() {
         .congestion_control(CongestionControl::Block)
         .wait()
         .unwrap();
-    // Until it tells, and as much again.
+    // The flood lasts until a robot is stalled, and then as long again.
     let stalled = || latest(&lab).values().any(|kind| kind == "stalled");
     let put = || junk.put(vec![7; 60_000]).wait().unwrap();
     let needed = std::iter::repeat_with(put).take_while(|()| !stalled());
     for () in std::iter::repeat_with(put).take(needed.count().max(1000)) {}
     session.close().wait().unwrap();
-    wait_until("everybody to be back", || {
+    wait_until("all robots to be back", || {
         latest(&lab).values().all(|kind| kind == "back")
     });
     lab.run(&["clock", "speed", "max"]).expect(0);
@@ -46,10 +47,11 @@ fn after_a_flood_everybody_is_heard_again() {
     lab.run(&["replay", "run"]).expect(0);
 }
 
-/// Who has the token may order and watch. A flood of his, on keys of the run and with wildcards, with the priority of the run's own
-/// messages, reaches nobody; nor is he asked anything, or taken for a robot. No byte changes, and what he orders is obeyed.
+/// An operator may order and watch, but a flood by an operator reaches no member, with any key, wildcard or priority.
+///
+/// An operator receives no query and is not taken for a robot. The run keeps its hash, and orders still work.
 #[test]
-fn what_an_operator_puts_reaches_nobody() {
+fn messages_of_an_operator_reach_no_member() {
     let lab = Lab::new();
     lab.mission("quiet", &["--log", "off"]).expect(0);
     let mut world = lab.start(&["world", "--out", "out", "--speed", "30x", "--paused"]);
@@ -58,12 +60,12 @@ fn what_an_operator_puts_reaches_nobody() {
     world.wait_for_stderr("all robots are here; started");
 
     let (robot, operator) = (connect(&run, User::Team), connect(&run, User::Operator));
-    let heard = Arc::new(AtomicUsize::new(0));
-    let count = |heard: &Arc<AtomicUsize>| {
-        let heard = Arc::clone(heard);
-        move || _ = heard.fetch_add(1, Ordering::Relaxed)
+    let received = Arc::new(AtomicUsize::new(0));
+    let count = |received: &Arc<AtomicUsize>| {
+        let received = Arc::clone(received);
+        move || _ = received.fetch_add(1, Ordering::Relaxed)
     };
-    let (junk, killed, token) = (count(&heard), count(&heard), count(&heard));
+    let (junk, killed, token) = (count(&received), count(&received), count(&received));
     let everything = format!("alliance/{}/**", run.run);
     robot
         .declare_subscriber(&everything)
@@ -83,7 +85,7 @@ fn what_an_operator_puts_reaches_nobody() {
         .background()
         .wait()
         .unwrap();
-    let asked = count(&heard);
+    let asked = count(&received);
     operator
         .declare_queryable(&everything)
         .allowed_origin(Locality::Remote)
@@ -107,7 +109,7 @@ fn what_an_operator_puts_reaches_nobody() {
         everything,
         "**".to_owned(),
     ];
-    while world.is_running() && heard.load(Ordering::Relaxed) == 0 {
+    while world.is_running() && received.load(Ordering::Relaxed) == 0 {
         for key in &keys {
             let put = operator.put(key, vec![7; 60_000]);
             let put = put.congestion_control(CongestionControl::Block);
@@ -117,7 +119,7 @@ fn what_an_operator_puts_reaches_nobody() {
         }
         let _ = operator.get(keys[3].as_str()).wait();
     }
-    assert_eq!(heard.load(Ordering::Relaxed), 0);
+    assert_eq!(received.load(Ordering::Relaxed), 0);
     assert!(puts > 100, "{puts}");
     drop(held);
     world.wait().expect(0);
@@ -127,14 +129,13 @@ fn what_an_operator_puts_reaches_nobody() {
     assert_eq!(hash(&lab, "out"), hash(&lab, "quiet"));
 }
 
-/// A session as that user.
 pub fn connect(run: &Rendezvous, user: User) -> Session {
     let config = alliance_proto::session::client(&run.login(user).unwrap(), false);
     let config = zenoh::Config::from_json5(&config).unwrap();
     zenoh::open(config).wait().unwrap()
 }
 
-/// Of each robot that has fallen silent or come back: which it did last.
+/// Returns the last event, "stalled" or "back", of each robot that has one.
 fn latest(lab: &Lab) -> BTreeMap<String, String> {
     let events = std::fs::read_to_string(lab.path("run/events.csv")).unwrap();
     let mut latest = BTreeMap::new();

@@ -1,4 +1,4 @@
-//! Operators come in by a gateway: what they do there is its burden, not the run's.
+//! The gateway for operators: their load affects the gateway, not the run.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
@@ -13,10 +13,9 @@ use crate::harness::{Lab, Process, command_line, wait_until};
 use crate::hostile::{announced, hash};
 use crate::story::ROBOTS;
 
-/// Declared by an operator who means harm. What declaring one more costs grows with their number.
+/// The number of declarations of a hostile operator. The cost of a declaration grows with their number.
 const DECLARED: usize = 5_000;
 
-/// Process id of a world's gateway.
 pub fn of(world: &Process) -> u32 {
     let mut found = None;
     wait_until("a gateway", || {
@@ -27,13 +26,13 @@ pub fn of(world: &Process) -> u32 {
     found.unwrap()
 }
 
-/// An operator fills the gateway's tables, and the gateway is killed; another one takes its place, in which the run's files still hold,
-/// and no byte of the run changes. It ends with its world.
+/// An operator fills the gateway's tables, and the gateway is killed. Another gateway takes its place with the same
+/// announcement, the run keeps its hash, and the gateway ends with its world.
 #[test]
-fn an_operator_may_drown_the_gateway_and_not_the_run() {
+fn an_operator_can_overload_the_gateway_but_not_the_run() {
     let lab = Lab::new();
     lab.mission("quiet", &["--log", "off"]).expect(0);
-    // Slow: the run must not be over before a busy machine has declared all this.
+    // The low speed keeps the run alive until a busy machine has made all declarations.
     let mut world = lab.start(&["world", "--out", "out", "--speed", "1x", "--paused"]);
     let run = announced(&lab);
     let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
@@ -69,15 +68,14 @@ fn an_operator_may_drown_the_gateway_and_not_the_run() {
     assert_eq!(hash(&lab, "out"), hash(&lab, "quiet"));
 }
 
-/// Who listens to everything hears what world and robots tell each other.
 #[test]
-fn an_operator_hears_the_team() {
+fn an_operator_receives_the_messages_of_the_team() {
     let lab = Lab::new();
     let mut world = lab.start(&["world", "--out", "out", "--speed", "30x", "--paused"]);
     let run = announced(&lab);
     let operator = connect(&run, User::Operator);
-    let heard = Arc::new(Mutex::new(BTreeSet::new()));
-    let hears = Arc::clone(&heard);
+    let received = Arc::new(Mutex::new(BTreeSet::new()));
+    let sink = Arc::clone(&received);
     let prefix = format!("alliance/{}/", run.run);
     let everything = format!("{prefix}**");
     operator
@@ -89,9 +87,9 @@ fn an_operator_hears_the_team() {
                 .strip_prefix(&prefix)
                 .unwrap()
                 .to_owned();
-            let mut heard = hears.lock().unwrap();
-            // Sealed, as the team puts it.
-            heard.insert((key, sample.payload().len() > 8));
+            let mut received = sink.lock().unwrap();
+            // The message keeps the seal of the team.
+            received.insert((key, sample.payload().len() > 8));
         })
         .background()
         .wait()
@@ -99,18 +97,18 @@ fn an_operator_hears_the_team() {
     let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
     world.wait_for_stderr("all robots are here; started");
     lab.run(&["clock", "resume"]).expect(0);
-    let mut wanted = BTreeSet::from(["view", "event"].map(|key| (key.to_owned(), true)));
+    let mut expected = BTreeSet::from(["view", "event"].map(|key| (key.to_owned(), true)));
     for robot in ROBOTS {
         for key in [
             format!("robot/{robot}/tick"),
             format!("robot/{robot}/report"),
             format!("team/{robot}/heartbeat"),
         ] {
-            wanted.insert((key, true));
+            expected.insert((key, true));
         }
     }
-    wait_until("everything to be heard", || {
-        wanted.is_subset(&heard.lock().unwrap())
+    wait_until("all messages to be received", || {
+        expected.is_subset(&received.lock().unwrap())
     });
     lab.run(&["clock", "speed", "max"]).expect(0);
     world.wait().expect(0);

@@ -1,13 +1,14 @@
-//! Runs that are pinned: a change that means to change nothing must leave every byte of them as it was.
+//! Golden runs: a change without an intended effect must keep every byte.
 //!
-//! `golden/waste-cleanup.json` holds hash and figures of some runs of the default mission. The hash covers every reading,
-//! command, message, motivation and event of every tick, on any machine; the figures tell a reader of the diff what a change
-//! has done to the missions; `golden/allocators.json` the same of allocators other than ALLIANCE, `golden/allocators-service.json` of all of
-//! them on a mission of service, `golden/NAME.json` of other missions. After a change that is meant to change them, renew the file and look
-//! at its diff:
+//! `golden/waste-cleanup.json` contains the hash and the figures of some runs of the default mission. The hash covers
+//! every reading, command, message, motivation and event of every tick, on any machine. The figures show the effect
+//! of a change in a diff. `golden/allocators.json` has the other allocators, `golden/allocators-service.json` all
+//! allocators in a service mission, and `golden/NAME.json` the other missions.
+//!
+//! After an intended change, update the files and check their diff:
 //! `UPDATE_GOLDEN=1 cargo test -p alliance-tests --test missions golden`.
 //!
-//! The runs are made within one process; that processes give the same bytes is another test's promise.
+//! These runs use one process. Other tests check that processes write the same bytes.
 
 use std::path::PathBuf;
 
@@ -17,12 +18,12 @@ use missions::Registry;
 use missions::waste::data::WASTE;
 use serde_json::{Map, Value, json};
 
-use crate::allocators::UNMOVED;
+use crate::allocators::INDEPENDENT;
 use crate::in_process::{run, setup};
 use crate::negotiation::NEGOTIATORS;
 use crate::shared_service;
 
-/// Seed, simulated seconds, order of steps. The first run is a short one; the others go on until the mission is complete.
+/// Seed, simulated seconds, step order. The first run is short, the others run until the mission is complete.
 const RUNS: [(u64, f64, StepOrder); 5] = [
     (1, 60.0, StepOrder::Simultaneous),
     (1, 3600.0, StepOrder::Simultaneous),
@@ -43,7 +44,7 @@ pub fn pinned(setup: Setup) -> Value {
 }
 
 #[test]
-fn golden_runs_are_as_they_were() {
+fn golden_runs_are_unchanged() {
     let mut runs = Map::new();
     for (seed, limit_s, order) in RUNS {
         let name = format!("seed {seed}, at most {limit_s} s, {}", order.as_str());
@@ -52,11 +53,11 @@ fn golden_runs_are_as_they_were() {
     assert_as_before("golden/waste-cleanup.json", runs);
 }
 
-/// The default mission by each allocator that talks, and by those that wait for nobody.
+/// Compares the default mission of each allocator that negotiates or does not wait with the golden file.
 #[test]
-fn golden_runs_of_allocators_are_as_they_were() {
+fn golden_runs_of_allocators_are_unchanged() {
     let mut runs = Map::new();
-    for allocator in NEGOTIATORS.into_iter().chain(UNMOVED) {
+    for allocator in NEGOTIATORS.into_iter().chain(INDEPENDENT) {
         let mut setup = setup(1, 3600.0, StepOrder::Simultaneous);
         setup.scenario.allocator = Some(allocator.to_owned());
         runs.insert(allocator.to_owned(), pinned(setup));
@@ -64,9 +65,8 @@ fn golden_runs_of_allocators_are_as_they_were() {
     assert_as_before("golden/allocators.json", runs);
 }
 
-/// A mission of service by every allocator.
 #[test]
-fn golden_runs_of_service_by_every_allocator_are_as_they_were() {
+fn golden_runs_of_service_by_every_allocator_are_unchanged() {
     let mut runs = Map::new();
     for allocator in Registry::built_in().vocabulary().allocators {
         let mut scenario = shared_service::scenario(allocator.name, "");
@@ -77,12 +77,16 @@ fn golden_runs_of_service_by_every_allocator_are_as_they_were() {
     assert_as_before("golden/allocators-service.json", runs);
 }
 
-/// The scenarios that come with each mission but the default one, at most so many seconds of each.
+/// Compares the built-in scenarios of all missions but waste with their golden files, each up to a time limit.
 #[test]
-fn golden_runs_of_other_missions_are_as_they_were() {
+fn golden_runs_of_other_missions_are_unchanged() {
     const LIMIT_S: f64 = 1_200.0;
     let vocabulary = Registry::built_in().vocabulary();
-    for mission in vocabulary.missions.iter().filter(|it| **it != WASTE) {
+    for mission in vocabulary
+        .missions
+        .iter()
+        .filter(|mission| **mission != WASTE)
+    {
         let mut runs = Map::new();
         for builtin in mission.scenarios() {
             let scenario = Scenario::parse(builtin.name, builtin.text, &vocabulary);
@@ -94,7 +98,7 @@ fn golden_runs_of_other_missions_are_as_they_were() {
     }
 }
 
-/// Holds them against a file of pinned runs, or renews it.
+/// Compares runs with a golden file, or updates the file.
 #[track_caller]
 pub fn assert_as_before(file: &str, runs: Map<String, Value>) {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(file);
@@ -105,7 +109,7 @@ pub fn assert_as_before(file: &str, runs: Map<String, Value>) {
     let golden = std::fs::read_to_string(&path).unwrap_or_default();
     assert!(
         now == golden,
-        "{} does not hold any more; if this is meant, renew it with UPDATE_GOLDEN=1\nnow:\n{now}\npinned:\n{golden}",
+        "{} differs; if the change is intended, update it with UPDATE_GOLDEN=1\nnow:\n{now}\ngolden:\n{golden}",
         path.display()
     );
 }

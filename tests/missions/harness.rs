@@ -1,6 +1,6 @@
-//! Starts the command and its parts, and leaves no process behind.
+//! Starts the command and its processes, and ends all of them after a test.
 
-#![allow(clippy::disallowed_methods)] // Waiting for real processes takes the real clock; nothing is asserted of it.
+#![allow(clippy::disallowed_methods)] // Waiting for real processes needs the real clock; no assertion depends on it.
 
 use missions::Registry;
 use missions::waste::data::{WasteSection, default_scenario};
@@ -16,35 +16,29 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use tempfile::TempDir;
 
-/// A test that has to wait for something longer than this has found a hang. Generous: machines are busy, and no assertion
-/// depends on it.
+/// The longest wait of a test. A longer wait is a hang. It is long because machines can be busy.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// The command.
 pub const ALLIANCE: &str = env!("CARGO_BIN_EXE_alliance-under-test");
 
-/// A place of its own for the runs of one test: folder, runtime folder, processes.
+/// The folder, the runtime folder and the processes of one test.
 pub struct Lab {
     folder: TempDir,
 }
 
-/// A process under test. Killed when dropped.
+/// A process under test. It is killed when dropped.
 pub struct Process {
     name: String,
     child: Child,
     output: PathBuf,
 }
 
-/// How a process ended, and what it said.
+/// The exit status and the output of a process.
 #[derive(Debug)]
 pub struct Finished {
-    /// What was run.
     pub name: String,
-    /// How it ended.
     pub status: ExitStatus,
-    /// Its stdout.
     pub stdout: String,
-    /// Its stderr.
     pub stderr: String,
 }
 
@@ -55,17 +49,14 @@ impl Lab {
         }
     }
 
-    /// A path in this lab.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    /// Starts the command with these arguments, in this lab.
     pub fn start(&self, arguments: &[&str]) -> Process {
         self.start_with(arguments, &[])
     }
 
-    /// The same, with these environment variables.
     pub fn start_with(&self, arguments: &[&str], variables: &[(&str, &str)]) -> Process {
         let runtime = self.path("runtime");
         std::fs::create_dir_all(&runtime).unwrap();
@@ -75,7 +66,6 @@ impl Lab {
         self.spawn(command, arguments)
     }
 
-    /// The same, on one of several hosts.
     pub fn start_on(&self, hosts: &Hosts, host: &str, arguments: &[&str]) -> Process {
         self.spawn(hosts.command(host, ALLIANCE), arguments)
     }
@@ -101,12 +91,11 @@ impl Lab {
         }
     }
 
-    /// Runs the command to its end.
     pub fn run(&self, arguments: &[&str]) -> Finished {
         self.start(arguments).wait()
     }
 
-    /// A scenario file for the default mission with so many items, half of them in each spill.
+    /// Writes a scenario file for the default mission with `items` items, half of them in each spill.
     pub fn mission_of(&self, items: u32) -> String {
         let mut scenario = default_scenario();
         for spill in &mut WasteSection::of_mut(&mut scenario).spills {
@@ -117,26 +106,25 @@ impl Lab {
         file
     }
 
-    /// `alliance run` with `--out NAME` and these arguments, without a page, to its end.
+    /// Runs `alliance run` with `--out NAME`, without a page, to its end.
     pub fn mission(&self, out: &str, arguments: &[&str]) -> Finished {
         let mut all = vec!["run", "--no-page", "--out", out];
         all.extend(arguments);
         self.run(&all)
     }
 
-    /// The log of a run in this lab.
     pub fn log(&self, out: &str) -> RunLog {
         RunLog::open(&self.path(out), &Registry::built_in().vocabulary()).unwrap()
     }
 
-    /// Waits until a line of a log table of the run in the folder `run` holds all these texts, and returns it; its launcher must not end
-    /// before. The log is flushed every 100 ms.
+    /// Waits for a line in a log table of the folder `run` that contains all texts, and returns it. Fails if the
+    /// launcher ends first.
     #[track_caller]
     pub fn wait_for_row(&self, launcher: &mut Process, table: &str, texts: &[&str]) -> String {
         let path = self.path("run").join(table);
         let mut found = None;
         wait_until(&format!("{texts:?} in {table}"), || {
-            // Whole lines only: the last one may still be on its way.
+            // Only complete lines count, because the last one may be partly written.
             let text = std::fs::read_to_string(&path).unwrap_or_default();
             let whole = text.rfind('\n').map_or("", |end| &text[..end]);
             found = whole
@@ -153,7 +141,7 @@ impl Lab {
         found.unwrap()
     }
 
-    /// Every table of two runs, byte for byte.
+    /// Checks that each table of two runs has the same bytes.
     #[track_caller]
     pub fn assert_same_bytes(&self, a: &str, b: &str) {
         for table in [
@@ -186,43 +174,38 @@ impl Lab {
 }
 
 impl Process {
-    /// Its id.
     pub fn pid(&self) -> u32 {
         self.child.id()
     }
 
-    /// Sends it a signal.
     pub fn signal(&self, signal: Signal) {
         kill(Pid::from_raw(self.child.id() as i32), signal).unwrap();
     }
 
-    /// What it has written to stderr so far.
+    /// Returns the text written to stderr so far.
     pub fn stderr(&self) -> String {
         read(&self.output.with_extension("err"))
     }
 
-    /// Waits until it has written this to stderr.
     #[track_caller]
     pub fn wait_for_stderr(&mut self, text: &str) {
         let name = self.name.clone();
         wait_until(&format!("'{text}' on stderr of {name}"), || {
             let ended = self.child.try_wait().unwrap();
-            let said = self.stderr().contains(text);
+            let found = self.stderr().contains(text);
             assert!(
-                said || ended.is_none(),
-                "{name} ended without saying '{text}':\n{}",
+                found || ended.is_none(),
+                "{name} ended without '{text}' on stderr:\n{}",
                 self.stderr()
             );
-            said
+            found
         });
     }
 
-    /// Whether it has not ended yet.
     pub fn is_running(&mut self) -> bool {
         self.child.try_wait().unwrap().is_none()
     }
 
-    /// Waits until it has ended.
     #[track_caller]
     pub fn wait(mut self) -> Finished {
         let mut status = None;
@@ -238,7 +221,7 @@ impl Process {
         }
     }
 
-    /// Ids of its children that live, whichever of its threads has started them.
+    /// Returns the ids of the live children of all threads.
     pub fn children(&self) -> Vec<u32> {
         let threads = std::fs::read_dir(format!("/proc/{}/task", self.child.id()));
         let threads = threads.into_iter().flatten().flatten();
@@ -252,7 +235,7 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // SIGTERM first: a launcher takes its children with it either way, but leaves a whole log.
+        // A killed launcher's children end by themselves.
         if self.child.try_wait().is_ok_and(|ended| ended.is_none()) {
             let _ = self.child.kill();
             let _ = self.child.wait();
@@ -261,12 +244,12 @@ impl Drop for Process {
 }
 
 impl Finished {
-    /// What `alliance run --json` printed.
+    /// Parses the output of `alliance run --json`.
     pub fn json(&self) -> serde_json::Value {
         serde_json::from_str(&self.stdout).unwrap()
     }
 
-    /// Asserts its exit status, and shows everything if it is another one.
+    /// Checks the exit status, and shows the output if it differs.
     #[track_caller]
     pub fn expect(self, code: i32) -> Self {
         assert_eq!(
@@ -281,20 +264,20 @@ impl Finished {
     }
 }
 
-/// Waits for something that must come.
+/// Waits until the condition holds. Fails after a long time.
 #[track_caller]
 pub fn wait_until(what: &str, mut condition: impl FnMut() -> bool) {
     let until = Instant::now() + PATIENCE;
     while !condition() {
-        assert!(Instant::now() < until, "waited in vain for {what}");
+        assert!(Instant::now() < until, "no {what} within the time limit");
         std::thread::sleep(Duration::from_millis(5));
     }
 }
 
-/// Command line of a live process, `None` once it has ended.
+/// Returns the command line of a live process, or `None` after its end.
 pub fn command_line(pid: u32) -> Option<String> {
     let state = read(Path::new(&format!("/proc/{pid}/stat")));
-    // A zombie has ended, though somebody has yet to be told.
+    // A zombie process has ended.
     if state.is_empty() || state.rsplit(')').next()?.trim_start().starts_with('Z') {
         return None;
     }

@@ -1,4 +1,4 @@
-//! A hostile client on the bus: whatever it puts there is counted and ignored (issue "It holds", item 5).
+//! A hostile client on the bus: its messages are counted and ignored.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::os::unix::net::UnixStream;
@@ -32,32 +32,30 @@ use crate::harness::{Finished, Lab, wait_until};
 
 const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
 
-/// How many messages of each kind are put while a mission runs.
+/// The number of messages of each kind during the missions.
 const EACH: usize = 10_000;
 
-/// More resident memory than this, MiB, and a process has kept what was thrown at it: the oversized messages alone weigh ten
-/// times as much.
+/// The limit of resident memory in MiB. A process above it has kept hostile messages, which have ten times as many
+/// bytes.
 pub const MEMORY_MIB: u64 = 256;
 
-/// What is put on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
-    /// Random bytes.
     Noise,
     /// A real message without its end.
     Truncated,
-    /// More bytes than any message may have, sometimes more than the bus carries.
+    /// More bytes than a message may have, sometimes more than the bus carries.
     Oversized,
-    /// A real message on the key of another robot, or another key.
+    /// A real message on the key of another robot, or on another key.
     Misplaced,
-    /// A real message of the run's first ticks, on its own key.
+    /// A real message of the first ticks, on its own key.
     Stale,
-    /// One of the latest real messages, on its own key.
+    /// A recent real message on its own key.
     Replayed,
-    /// A message that fits, without a true seal.
+    /// A well-formed message with a wrong seal.
     Forged,
-    /// A message with a true seal that no member in its right mind sends: of a former incarnation, an old tick, another robot, or none.
-    Mad,
+    /// A sealed message that no correct member sends: of an old incarnation, an old tick, another robot, or noise.
+    Invalid,
 }
 
 const KINDS: [Kind; 8] = [
@@ -68,18 +66,16 @@ const KINDS: [Kind; 8] = [
     Kind::Stale,
     Kind::Replayed,
     Kind::Forged,
-    Kind::Mad,
+    Kind::Invalid,
 ];
 
-/// Real messages of a key.
 #[derive(Default)]
 struct Captured {
     first: Vec<Vec<u8>>,
     latest: VecDeque<Vec<u8>>,
 }
 
-/// The hostile client of one run.
-struct Stranger {
+struct HostileClient {
     session: Session,
     keys: Keys,
     secret: Secret,
@@ -89,8 +85,8 @@ struct Stranger {
     rng: ChaCha8Rng,
 }
 
-impl Stranger {
-    /// Joins the bus of the lab's only run, and listens to everything.
+impl HostileClient {
+    /// Joins the bus of the lab's only run and subscribes to everything.
     fn intrude(lab: &Lab) -> Self {
         let run = announced(lab);
         let config = alliance_proto::session::client(&run.login(User::Team).unwrap(), false);
@@ -98,25 +94,25 @@ impl Stranger {
         let session = zenoh::open(config).wait().unwrap();
         let keys = Keys::new(&run.run);
         let captured = Arc::new(Mutex::new(BTreeMap::<String, Captured>::new()));
-        let heard = Arc::clone(&captured);
+        let sink = Arc::clone(&captured);
         session
             .declare_subscriber(format!("alliance/{}/**", run.run))
-            // Not what it puts there itself.
+            // The client's own messages are excluded.
             .allowed_origin(Locality::Remote)
-            .callback(move |sample| keep(&heard, sample.key_expr(), &sample.payload().to_bytes()))
+            .callback(move |sample| keep(&sink, sample.key_expr(), &sample.payload().to_bytes()))
             .background()
             .wait()
             .unwrap();
-        // Asked like the world, it answers noise, and keeps the request.
+        // The client also replies to requests for the world, with noise, and captures them.
         for key in [keys.joins(), keys.control()] {
-            let heard = Arc::clone(&captured);
+            let sink = Arc::clone(&captured);
             session
                 .declare_queryable(key.clone())
                 .complete(true)
                 .allowed_origin(Locality::Remote)
                 .callback(move |query| {
                     let request = query.payload().map(|payload| payload.to_bytes());
-                    keep(&heard, &key, request.as_deref().unwrap_or_default());
+                    keep(&sink, &key, request.as_deref().unwrap_or_default());
                     let _ = query.reply(&key, vec![7; 40]).wait();
                 })
                 .background()
@@ -144,7 +140,6 @@ impl Stranger {
         }
     }
 
-    /// Every key that carries messages.
     fn all_keys(&self) -> Vec<String> {
         let mut keys = vec![
             self.keys.join("blue"),
@@ -162,14 +157,13 @@ impl Stranger {
         keys
     }
 
-    /// Puts one message of that kind on that key.
     fn put(&mut self, kind: Kind, key: &str) {
         let payload = self.make(kind, key);
         if key == self.keys.control() {
             self.put_request(kind, key, payload);
         } else if key == self.keys.join("blue") {
-            let asked = self.session.get(key).payload(payload).callback(|_| {});
-            asked.wait().unwrap();
+            let query = self.session.get(key).payload(payload).callback(|_| {});
+            query.wait().unwrap();
         } else {
             self.session
                 .put(key, payload)
@@ -179,16 +173,16 @@ impl Stranger {
         }
     }
 
-    /// Puts a request on the control topic, in one of its forms, or asks with it.
+    /// Puts a request on the control topic in one of its forms, or sends it as a query.
     fn put_request(&mut self, kind: Kind, key: &str, mut payload: Vec<u8>) {
         let is_json: bool = self.rng.random();
         let mut seal = None;
         if is_json {
-            if matches!(kind, Kind::Forged | Kind::Mad) {
+            if matches!(kind, Kind::Forged | Kind::Invalid) {
                 payload = serde_json::to_vec(&self.request()).unwrap();
             }
             seal = match kind {
-                Kind::Mad => Some(self.secret.mark_text(key, &payload)),
+                Kind::Invalid => Some(self.secret.mark_text(key, &payload)),
                 Kind::Forged => Some("0".repeat(64)),
                 _ => None,
             };
@@ -199,8 +193,8 @@ impl Stranger {
             Encoding::ZENOH_BYTES
         };
         if self.rng.random() {
-            let asked = self.session.get(key).payload(payload).encoding(encoding);
-            asked.attachment(seal).callback(|_| {}).wait().unwrap();
+            let query = self.session.get(key).payload(payload).encoding(encoding);
+            query.attachment(seal).callback(|_| {}).wait().unwrap();
         } else {
             let put = self.session.put(key, payload).encoding(encoding);
             let put = put.congestion_control(CongestionControl::Block);
@@ -208,7 +202,7 @@ impl Stranger {
         }
     }
 
-    /// A request that the world has to refuse.
+    /// Returns a request that the world must refuse.
     fn request(&mut self) -> Request {
         Request {
             nonce: format!("{:x}", self.rng.random::<u64>()),
@@ -229,7 +223,7 @@ impl Stranger {
             Kind::Misplaced => {
                 let others = self.all_keys();
                 let other = others.iter().cycle().skip_while(|other| *other != key);
-                // The same leaf of the next robot where there is one: there are five keys to a robot.
+                // A key five places later: another kind of message, or another robot.
                 let other = other.clone().nth(5).unwrap().clone();
                 self.real(&other, true)
             }
@@ -240,7 +234,7 @@ impl Stranger {
                 message.extend(self.noise(SEAL_BYTES..SEAL_BYTES + 1));
                 message
             }
-            Kind::Mad => {
+            Kind::Invalid => {
                 if self.rng.random_bool(0.5) {
                     let noise = self.noise(0..200);
                     return self.sealed(key, &noise);
@@ -257,22 +251,22 @@ impl Stranger {
         bytes
     }
 
-    /// A message that was heard on that key; noise if none was yet.
+    /// Returns a captured message of that key, or noise if there is none.
     fn real(&mut self, key: &str, late: bool) -> Vec<u8> {
         let pick = self.rng.random_range(0..KEPT);
         let captured = self.captured.lock().unwrap();
-        let found = captured.get(key).and_then(|heard| {
+        let found = captured.get(key).and_then(|messages| {
             if late {
-                heard.latest.iter().cycle().nth(pick).cloned()
+                messages.latest.iter().cycle().nth(pick).cloned()
             } else {
-                heard.first.iter().cycle().nth(pick).cloned()
+                messages.first.iter().cycle().nth(pick).cloned()
             }
         });
         drop(captured);
         found.unwrap_or_else(|| self.noise(1..100))
     }
 
-    /// A well-formed message that would do harm on that key, in the name of that incarnation.
+    /// Returns a well-formed message that would be harmful on that key, of that incarnation.
     fn invent(&mut self, key: &str, incarnation: u32) -> Vec<u8> {
         let robot = RobotId(self.rng.random_range(0..3));
         let tick = self.rng.random_range(0..3);
@@ -319,7 +313,7 @@ impl Stranger {
                     readings: Readings::default(),
                 })),
             };
-            // Whoever knows the secret can end a run: that is what it is for.
+            // A member with the secret may end the run, so this message is excluded.
             if incarnation == 0 && matches!(message, ToAgent::End(_)) {
                 return encode::<ToAgent>(&ToAgent::Dismissed(0)).unwrap();
             }
@@ -360,21 +354,21 @@ impl Stranger {
         encode(&broadcast).unwrap()
     }
 
-    /// Seals any bytes for that key, as only a member can.
+    /// Seals bytes for a key with the secret of its sender.
     fn sealed(&self, key: &str, bytes: &[u8]) -> Vec<u8> {
-        let own = self
+        let sender = self
             .keys
             .parse_robot(key)
             .filter(|_| !key.contains("/team/"));
-        let own = own.or_else(|| key.contains("/join/").then(|| Keys::parse_speaker(key)));
-        let secret = own.map_or_else(
+        let sender = sender.or_else(|| key.contains("/join/").then(|| Keys::parse_speaker(key)));
+        let secret = sender.map_or_else(
             || self.secret.clone(),
             |name| Secret::of_robot(&self.token, name),
         );
         [bytes, &secret.mark(key, bytes)].concat()
     }
 
-    /// Declares tokens of lives that are not, and copies of those that are, and takes them all back.
+    /// Declares and removes liveliness tokens: of missing incarnations, and copies of existing ones.
     fn juggle_tokens(&mut self) {
         let mut keys = vec![self.keys.alive_world(), self.keys.alive("nobody", 1)];
         for robot in ROBOTS {
@@ -404,22 +398,22 @@ impl Stranger {
     }
 }
 
-/// How many messages of a key are kept of the first, and of the latest.
+/// The number of first and of latest messages kept per key.
 const KEPT: usize = 50;
 
 fn keep(captured: &Mutex<BTreeMap<String, Captured>>, key: &str, bytes: &[u8]) {
     let mut captured = captured.lock().unwrap();
-    let heard = captured.entry(key.to_owned()).or_default();
-    if heard.first.len() < KEPT {
-        heard.first.push(bytes.to_vec());
+    let messages = captured.entry(key.to_owned()).or_default();
+    if messages.first.len() < KEPT {
+        messages.first.push(bytes.to_vec());
     }
-    if heard.latest.len() == KEPT {
-        heard.latest.pop_front();
+    if messages.latest.len() == KEPT {
+        messages.latest.pop_front();
     }
-    heard.latest.push_back(bytes.to_vec());
+    messages.latest.push_back(bytes.to_vec());
 }
 
-/// The announcement of the lab's only live run.
+/// Returns the announcement of the lab's only live run.
 pub fn announced(lab: &Lab) -> Rendezvous {
     let folder = lab.path("runtime").join("alliance");
     let mut found = None;
@@ -434,7 +428,7 @@ pub fn announced(lab: &Lab) -> Rendezvous {
     found.unwrap()
 }
 
-/// Most memory that a live process has ever taken, MiB.
+/// Returns the peak resident memory of a live process, in MiB.
 pub fn peak_memory(pid: u32) -> Option<u64> {
     let status = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
     let line = status
@@ -451,36 +445,36 @@ pub fn hash(lab: &Lab, run: &str) -> String {
     run["hash"].as_str().unwrap().to_owned()
 }
 
-/// A mission by hand under fire. `fire` is called again and again while it runs.
-fn mission_under_fire(
+/// Runs a mission of separate processes and calls `attack` repeatedly.
+fn mission_under_attack(
     lab: &Lab,
     out: &str,
-    mut fire: impl FnMut(&mut Stranger),
+    mut attack: impl FnMut(&mut HostileClient),
 ) -> (Finished, Vec<Finished>) {
     let mut world = lab.start(&["world", "--out", out, "--speed", "30x"]);
-    let mut stranger = Stranger::intrude(lab);
-    // Tokens that are there before their agents.
-    stranger.juggle_tokens();
+    let mut client = HostileClient::intrude(lab);
+    // These tokens exist before their agents.
+    client.juggle_tokens();
     let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
     world.wait_for_stderr("all robots are here; started");
-    // Something true to put again.
+    // Real requests, which the client captures and replays.
     for _ in 0..3 {
         lab.run(&["status", "--json"]).expect(0);
     }
     while world.is_running() {
-        fire(&mut stranger);
+        attack(&mut client);
         for process in agents.iter().chain([&world]) {
             let peak = peak_memory(process.pid()).unwrap_or(0);
             assert!(peak < MEMORY_MIB, "{peak} MiB:\n{}", process.stderr());
         }
     }
-    let _ = stranger.session.close().wait();
+    let _ = client.session.close().wait();
     let agents = agents.map(|agent| agent.wait().expect(0));
     (world.wait().expect(0), agents.into())
 }
 
 #[test]
-fn whatever_a_hostile_client_puts_on_the_bus_changes_nothing() {
+fn a_hostile_client_on_the_bus_changes_nothing() {
     let lab = Lab::new();
     lab.mission("quiet", &["--log", "off"]).expect(0);
     let quiet = hash(&lab, "quiet");
@@ -491,15 +485,15 @@ fn whatever_a_hostile_client_puts_on_the_bus_changes_nothing() {
         round += 1;
         let out = format!("round-{round}");
         let mut put = BTreeMap::<String, u64>::new();
-        let (world, agents) = mission_under_fire(&lab, &out, |stranger| {
-            let keys = stranger.all_keys();
-            stranger.juggle_tokens();
+        let (world, agents) = mission_under_attack(&lab, &out, |client| {
+            let keys = client.all_keys();
+            client.juggle_tokens();
             for key in keys.iter().cycle().take(20 * keys.len()) {
                 for kind in KINDS {
                     let left = left.get_mut(&kind).unwrap();
                     if *left > 0 {
                         *left -= 1;
-                        stranger.put(kind, key);
+                        client.put(kind, key);
                         let leaf = key.rsplit('/').next().unwrap();
                         *put.entry(leaf.to_owned()).or_default() += 1;
                     }
@@ -511,7 +505,7 @@ fn whatever_a_hostile_client_puts_on_the_bus_changes_nothing() {
         let host = std::fs::read_to_string(lab.path(&out).join("host.json")).unwrap();
         let host: serde_json::Value = serde_json::from_str(&host).unwrap();
         println!("put {put:?}, refused {}", host["refused"]);
-        // Ticks, broadcasts and views are the agents' and observers' to refuse.
+        // Agents refuse ticks and broadcasts, observers refuse views.
         for (kind, count) in [
             ("join", put["blue"]),
             ("process", put[LAUNCHER_HOST]),
@@ -519,16 +513,15 @@ fn whatever_a_hostile_client_puts_on_the_bus_changes_nothing() {
             ("control", put["control"]),
             ("token", 1),
         ] {
-            // What is larger than the bus carries does not arrive, what was put when the run ended came too late, and a
-            // request for a robot that nobody knows is refused by an answer.
+            // Some messages do not count: too large for the bus, too late for the run, or refused by a reply.
             let refused = host["refused"][kind].as_u64().unwrap_or(0);
             assert!(refused * 10 >= count * 8, "{refused} of {count} {kind}");
         }
         for process in agents.iter().chain([&world]) {
-            let said = process.stderr.matches("message ignored").count();
+            let warnings = process.stderr.matches("message ignored").count();
             assert!(
-                (1..1000).contains(&said),
-                "{said} lines of {}",
+                (1..1000).contains(&warnings),
+                "{warnings} lines of {}",
                 process.name
             );
         }
@@ -541,10 +534,10 @@ fn whatever_a_hostile_client_puts_on_the_bus_changes_nothing() {
     }
 }
 
-/// Who does not know the token has no session: without a password, with a wrong one, or with bytes that are no greeting at all. A crowd
-/// that tries, at the highest priorities that there are, changes no byte and leaves nothing to recover from.
+/// A client without the token gets no session: without a password, with a wrong one, or with a broken greeting. Many
+/// attempts change no byte of the run.
 #[test]
-fn who_does_not_know_the_token_has_no_session() {
+fn a_client_without_the_token_gets_no_session() {
     let lab = Lab::new();
     lab.mission("quiet", &["--log", "off"]).expect(0);
     let quiet = hash(&lab, "quiet");
@@ -554,9 +547,9 @@ fn who_does_not_know_the_token_has_no_session() {
     let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
     world.wait_for_stderr("all robots are here; started");
     let right = alliance_proto::session::client(&run.login(User::Team).unwrap(), false);
-    let mut stranger = run.login(User::Team).unwrap();
-    stranger.password = "0f5c31c27ad2bd0a".to_owned();
-    let wrong = alliance_proto::session::client(&stranger, false);
+    let mut client = run.login(User::Team).unwrap();
+    client.password = "0f5c31c27ad2bd0a".to_owned();
+    let wrong = alliance_proto::session::client(&client, false);
     let auth = right.find("auth:").unwrap();
     let (before, after) = right.split_at(auth);
     let none = format!("{before}{}", &after[after.find("link:").unwrap()..]);
@@ -570,7 +563,7 @@ fn who_does_not_know_the_token_has_no_session() {
             assert!(session.is_err() || !world.is_running(), "{once}");
             tried += 1;
         }
-        // Half a greeting, and nothing more; they stay open.
+        // The connection stays open after half a greeting.
         if let Ok(mut socket) = UnixStream::connect(address)
             && sockets.len() < 100
         {

@@ -1,4 +1,4 @@
-//! A run within one process gives the bytes of a run by many: processes and bus decide nothing.
+//! A run in one process writes the same bytes as a run by processes.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::log::{Document, EventRow, LogLevel, Memory, RunLog, Table};
@@ -10,7 +10,7 @@ use world_server::recorder::Recorder;
 
 use crate::harness::Lab;
 
-/// The default mission as `alliance run --seed … --limit … --step-order …` resolves it.
+/// Returns the default mission as `alliance run --seed … --limit … --step-order …` resolves it.
 pub fn setup(seed: u64, limit_s: f64, order: StepOrder) -> Setup {
     let mut scenario = Scenario {
         limit_s,
@@ -20,7 +20,6 @@ pub fn setup(seed: u64, limit_s: f64, order: StepOrder) -> Setup {
     Setup::resolve(scenario, seed, None).unwrap().setup
 }
 
-/// Runs it to its end within this process.
 pub fn run(setup: Setup, log: LogLevel) -> (Outcome, Recorder<Memory>) {
     Team::new(setup, log, Memory::default())
         .unwrap()
@@ -29,7 +28,7 @@ pub fn run(setup: Setup, log: LogLevel) -> (Outcome, Recorder<Memory>) {
 }
 
 #[test]
-fn teams_that_are_stepped_in_turns_may_share_workspaces_and_are_watched_without_a_log() {
+fn teams_can_alternate_share_workspaces_and_return_events_without_a_log() {
     let setups = [3, 4].map(|seed| setup(seed, 60.0, StepOrder::Simultaneous));
     let mut spaces = Spaces::default();
     let mut teams = setups
@@ -76,12 +75,21 @@ fn teams_that_are_stepped_in_turns_may_share_workspaces_and_are_watched_without_
                 )
             })
             .collect();
-        let told: Vec<_> = events
+        let returned: Vec<_> = events
             .into_iter()
-            .map(|it| (it.t_ms, it.kind, it.robot, it.subject, it.reason, it.detail))
+            .map(|event| {
+                (
+                    event.t_ms,
+                    event.kind,
+                    event.robot,
+                    event.subject,
+                    event.reason,
+                    event.detail,
+                )
+            })
             .collect();
         assert!(logged.len() > 10);
-        assert_eq!(told, logged);
+        assert_eq!(returned, logged);
     }
 }
 
@@ -121,7 +129,7 @@ fn one_process_and_many_write_the_same_bytes() {
 }
 
 #[test]
-fn a_body_that_somebody_else_drives_does_what_it_is_told_until_its_agent_drives_again() {
+fn a_driven_body_follows_its_commands_until_its_agent_drives_again() {
     let (robot, turn) = (
         RobotId(1),
         Command {

@@ -1,4 +1,4 @@
-//! Killed and restarted agents: the team goes on, and nothing is lost (issue "It holds", items 1 and 3).
+//! Killed and restarted agents: the team continues, and no item is lost.
 
 use std::time::Duration;
 
@@ -11,12 +11,12 @@ use rand_chacha::rand_core::SeedableRng;
 use crate::harness::{Finished, Lab};
 use crate::team::Team;
 
-/// The result that `alliance run --json` prints.
+/// Parses the output of `alliance run --json`.
 fn result(finished: &Finished) -> serde_json::Value {
     serde_json::from_str(&finished.stdout).unwrap()
 }
 
-/// All items, in every row of mission.csv.
+/// Checks that each row of mission.csv accounts for all items.
 #[track_caller]
 fn assert_nothing_lost(log: &RunLog, items: u32) {
     let rows = log.rows::<WasteRow>().unwrap();
@@ -36,7 +36,7 @@ fn events(log: &RunLog, kind: &str, robot: &str) -> Vec<EventRow> {
 }
 
 #[test]
-fn a_killed_robots_load_is_not_lost_and_its_task_is_taken_over() {
+fn a_killed_robot_loses_no_item_and_its_task_is_taken_over() {
     let lab = Lab::new();
     let mut team = Team::start(&lab, &["--speed", "60x"]);
     let row = team.wait_for_row("events.csv", &[",picked,"]);
@@ -50,27 +50,27 @@ fn a_killed_robots_load_is_not_lost_and_its_task_is_taken_over() {
     assert_nothing_lost(&log, 24);
     let gone = events(&log, "gone", &victim);
     assert_eq!(gone.len(), 1);
-    let death = gone[0].t_ms;
+    let crash = gone[0].t_ms;
     assert!(
         !events(&log, "activated", &victim)
             .iter()
-            .any(|row| row.t_ms > death),
-        "a dead robot activates nothing"
+            .any(|row| row.t_ms > crash),
+        "a crashed robot activates nothing"
     );
-    // Whatever it worked on then, a teammate works on afterwards.
+    // A teammate takes over the last task of the killed robot.
     let task = events(&log, "activated", &victim)
         .last()
         .unwrap()
         .detail
         .clone();
     let taken_over = log.rows::<EventRow>().unwrap().into_iter().any(|row| {
-        row.kind == "activated" && row.detail == task && row.robot != victim && row.t_ms > death
+        row.kind == "activated" && row.detail == task && row.robot != victim && row.t_ms > crash
     });
-    assert!(taken_over, "nobody took over {task}");
+    assert!(taken_over, "no robot took over {task}");
 }
 
 #[test]
-fn two_of_three_killed_and_the_third_completes_the_mission() {
+fn the_last_of_three_robots_completes_the_mission() {
     let lab = Lab::new();
     let mut team = Team::start(&lab, &["--speed", "60x", "--limit", "10000"]);
     team.wait_for_row("events.csv", &[",delivered,"]);
@@ -81,16 +81,16 @@ fn two_of_three_killed_and_the_third_completes_the_mission() {
     assert_eq!(result(&finished)["result"]["items"]["delivered"], 24);
     let log = lab.log("run");
     assert_nothing_lost(&log, 24);
-    let last_death = events(&log, "gone", "green")[0].t_ms;
+    let last_crash = events(&log, "gone", "green")[0].t_ms;
     for delivered in log.rows::<EventRow>().unwrap() {
-        if delivered.kind == "delivered" && delivered.t_ms > last_death {
+        if delivered.kind == "delivered" && delivered.t_ms > last_crash {
             assert_eq!(delivered.robot, "gold");
         }
     }
 }
 
 #[test]
-fn without_blue_the_others_find_the_locations_by_wandering() {
+fn without_blue_the_other_robots_find_the_locations_with_wander() {
     let lab = Lab::new();
     let mut team = Team::start(&lab, &["--speed", "30x", "--limit", "10000"]);
     team.wait_for_row(
@@ -103,7 +103,7 @@ fn without_blue_the_others_find_the_locations_by_wandering() {
     let log = lab.log("run");
     assert!(
         events(&log, "position-update", "blue").is_empty(),
-        "blue died first"
+        "blue must crash before it finds the locations"
     );
     let finders: Vec<EventRow> = log
         .rows::<EventRow>()
@@ -119,25 +119,26 @@ fn without_blue_the_others_find_the_locations_by_wandering() {
     );
 }
 
-/// A hundred random moments over one mission. Each victim is replaced by hand at once: a new incarnation that knows nothing.
+/// Kills and restarts a robot at a hundred random times in one mission. Each new incarnation starts without shared
+/// knowledge.
 #[test]
-fn a_hundred_kills_and_restarts_at_random_moments_lose_nothing() {
+fn a_hundred_kills_and_restarts_lose_no_item() {
     let lab = Lab::new();
     let long = lab.mission_of(160);
     let mut team = Team::start(&lab, &[&long, "--speed", "60x", "--limit", "100000"]);
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let robots = ["blue", "gold", "green"];
     team.wait_for_row("events.csv", &[",activated,"]);
-    // Keeps the restarted agents: dropping one would kill it.
+    // The restarted agents are kept, because a dropped process is killed.
     let mut agents = Vec::new();
-    let mut lives = [1_u32; 3];
+    let mut incarnations = [1_u32; 3];
     for _ in 0..100 {
-        team.go_on(Duration::from_millis(rng.random_range(20..300)));
+        team.run_for(Duration::from_millis(rng.random_range(20..300)));
         let victim = rng.random_range(0..robots.len());
         team.kill(robots[victim]);
         agents.push(team.restart(robots[victim]));
-        lives[victim] += 1;
-        let joined = format!("incarnation {}", lives[victim]);
+        incarnations[victim] += 1;
+        let joined = format!("incarnation {}", incarnations[victim]);
         team.wait_for_row("events.csv", &[",joined,", robots[victim], &joined]);
     }
     let finished = team.wait().expect(0);
@@ -145,24 +146,28 @@ fn a_hundred_kills_and_restarts_at_random_moments_lose_nothing() {
     assert_eq!(result(&finished)["result"]["items"]["delivered"], 160);
     let log = lab.log("run");
     assert_nothing_lost(&log, 160);
-    for (robot, lives) in robots.iter().zip(lives) {
-        assert_eq!(events(&log, "joined", robot).len() as u32, lives, "{robot}");
+    for (robot, incarnations) in robots.iter().zip(incarnations) {
+        assert_eq!(
+            events(&log, "joined", robot).len() as u32,
+            incarnations,
+            "{robot}"
+        );
         assert_eq!(
             events(&log, "gone", robot).len() as u32,
-            lives - 1,
+            incarnations - 1,
             "{robot}"
         );
     }
     for line in log.inputs().unwrap() {
         assert!(
             matches!(line.input, Input::Join { .. } | Input::Gone { .. }),
-            "a kill is nothing but a death: {line:?}"
+            "a kill must be recorded as a crash only: {line:?}"
         );
     }
 }
 
 #[test]
-fn a_restarted_agent_learns_the_locations_by_radio_and_works() {
+fn a_restarted_agent_receives_the_locations_by_radio_and_works() {
     let lab = Lab::new();
     let mut team = Team::start(&lab, &["--speed", "60x", "--limit", "10000"]);
     team.wait_for_row("events.csv", &[",delivered,"]);
@@ -178,13 +183,10 @@ fn a_restarted_agent_learns_the_locations_by_radio_and_works() {
     let learned = events(&log, "locations-learned", "gold");
     assert!(
         learned.iter().any(|row| row.t_ms >= back),
-        "the new incarnation hears of the locations"
+        "the new incarnation must receive the locations"
     );
     let worked = events(&log, "activated", "gold")
         .into_iter()
         .any(|row| row.t_ms > back && !row.subject.starts_with("find-locations"));
-    assert!(
-        worked,
-        "the new incarnation takes a task, and not the one that is done"
-    );
+    assert!(worked, "the new incarnation must take an open task");
 }

@@ -1,5 +1,5 @@
-//! L-ALLIANCE in whole missions: by processes and in one, replayed, and under each fault of ALLOCATORS.md §2. What the default mission
-//! comes to is pinned.
+//! L-ALLIANCE in whole missions: by processes and in one process, replayed, and under the faults of
+//! docs/ALLOCATORS.md §2. A golden file pins the default mission.
 
 use std::path::PathBuf;
 
@@ -38,13 +38,13 @@ fn run(rest: &str, seed: u64) -> (Outcome, RunLog) {
     (outcome, log)
 }
 
-/// When the mission was complete, s.
+/// Returns the time of the last event in s: the makespan.
 fn makespan_s(log: &RunLog) -> f64 {
     let last = log.each_row::<EventRow>().map(|row| row.unwrap()).last();
     last.unwrap().t_ms.as_secs_f64()
 }
 
-/// The default mission to its end, and with a real SIGKILL in the midst of it.
+/// Compares the default mission without a fault and with a real SIGKILL.
 #[test]
 fn processes_and_one_process_write_the_same_bytes_and_replay_them() {
     let lab = Lab::new();
@@ -68,20 +68,20 @@ fn processes_and_one_process_write_the_same_bytes_and_replay_them() {
         lab.run(&["replay", &many]).expect(0);
         let log = lab.log(&many);
         assert!(log.rows::<MotivationRow>().unwrap().len() > 1000);
-        // It says nothing beside heartbeats and what the mission tells.
-        let words = log.each_row::<MessageRow>();
+        // The allocator sends only heartbeats, in addition to the mission's messages.
+        let messages = log.each_row::<MessageRow>();
         assert!(
-            words
+            messages
                 .map(|row| row.unwrap())
                 .all(|row| row.kind != "allocation")
         );
     }
 }
 
-/// The default mission of each strategy is as it was. After a change that is meant to change it:
+/// Compares the default mission with the golden file. After an intended change:
 /// `UPDATE_GOLDEN=1 cargo test --workspace --test missions learning`.
 #[test]
-fn the_default_mission_is_as_it_was() {
+fn the_default_mission_matches_the_golden_file() {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("golden/learning.json");
     let (outcome, log) = run("", 1);
     assert_eq!(outcome, Outcome::Complete);
@@ -94,10 +94,9 @@ fn the_default_mission_is_as_it_was() {
     assert_eq!(now, std::fs::read_to_string(&path).unwrap());
 }
 
-/// Under each fault the mission is completed, a babbler included, and the invariants of all runs hold, among them that the replay is
-/// identical.
+/// Each fault leaves the mission complete and all invariants valid, including an identical replay.
 #[test]
-fn faults_are_coped_with() {
+fn missions_complete_under_every_fault() {
     let lab = Lab::new();
     let cases = [
         ("none", String::new()),
@@ -117,9 +116,9 @@ fn faults_are_coped_with() {
     }
 }
 
-/// With each strategy and ordering that bounds patience by what is known, and after active learning.
+/// Missions complete with each strategy and ordering that uses learned times, and after active learning.
 #[test]
-fn strategies_and_orderings_complete_the_mission() {
+fn every_strategy_and_ordering_completes_the_mission() {
     for values in [
         "strategy = \"I\"",
         "strategy = \"III\"",
@@ -134,16 +133,18 @@ fn strategies_and_orderings_complete_the_mission() {
     }
 }
 
-/// G5: a robot that can do all completes the mission alone.
+/// Law G5: a robot with all skills completes the mission alone.
 #[test]
 fn one_robot_alone_completes_the_mission() {
     let (outcome, _) = run("robots = [{ name = \"blue\" }]\n", 1);
     assert_eq!(outcome, Outcome::Complete);
 }
 
-/// Robots `blue` and `gold` of one skill each, with a kind of work of which each point takes `work_s`. All know that blue takes `blue_s`
-/// for it and gold `gold_s`. Longest first, so gold begins, after the shortest delay of 2 s; blue's is the longest, 8 s. At θ a robot
-/// activates at once, whatever others claim.
+/// Returns the log of robots `blue` and `gold` with one kind of work, of which each point takes `work_s`.
+///
+/// The profile states `blue_s` and `gold_s` as their learned times. With the longest time first, gold begins after
+/// the shortest delay of 2 s. Blue's delay is the longest, 8 s. At θ a robot activates at once, regardless of other
+/// claims.
 fn two(
     step_ms: u64,
     (work_s, points): (f64, u16),
@@ -177,40 +178,40 @@ fn two(
     RunLog::from_memory(&recorder.into_sink(), &known).unwrap()
 }
 
-/// When a robot became active for the first time, ms.
+/// Returns the time of a robot's first activation, in ms.
 fn activated(log: &RunLog, robot: &str) -> Option<u64> {
     let mut rows = log.each_row::<EventRow>().map(|row| row.unwrap());
     let found = rows.find(|row| row.kind == "activated" && row.robot == robot);
     found.map(|row| row.t_ms.0)
 }
 
-/// When blue heard gold's first and last word of its work, ms.
-fn heard(log: &RunLog) -> (u64, u64) {
+/// Returns the times at which blue received gold's first and last heartbeat with the task, in ms.
+fn received(log: &RunLog) -> (u64, u64) {
     let rows = log.each_row::<MessageRow>().map(|row| row.unwrap());
-    let heard = rows
+    let received = rows
         .filter(|row| row.receiver == "blue" && row.state == "executing" && row.fate == "heard");
-    let times: Vec<u64> = heard.map(|row| row.t_ms.0).collect();
+    let times: Vec<u64> = received.map(|row| row.t_ms.0).collect();
     (times[0], times[times.len() - 1])
 }
 
-/// L1 in whole runs, to the step: whoever talks and achieves nothing is taken over d after its first word was heard.
+/// Law L1 to the step: a robot that broadcasts without progress is taken over d after its first received heartbeat.
 #[test]
-fn who_achieves_nothing_is_taken_over_after_its_own_time() {
+fn a_robot_without_progress_is_taken_over_after_its_learned_time() {
     for step_ms in [10, 50, 200] {
         for d_s in [20.0, 61.0] {
             let log = two(step_ms, (1e4, 1), (d_s - 5.0, d_s), "");
             assert_eq!(activated(&log, "gold"), Some(2000), "the shortest delay");
-            let (first, _) = heard(&log);
+            let (first, _) = received(&log);
             assert_eq!(first, 2000 + step_ms);
-            let wanted = first + (1000.0 * d_s) as u64;
-            assert_eq!(activated(&log, "blue"), Some(wanted), "{step_ms} ms");
+            let expected_ms = first + (1000.0 * d_s) as u64;
+            assert_eq!(activated(&log, "blue"), Some(expected_ms), "{step_ms} ms");
         }
     }
 }
 
-/// And whoever is done with a point every d - 2δt never is, though each counts as a trial from then on.
+/// A robot that completes a point every d - 2δt keeps its task, though each point counts as a trial.
 #[test]
-fn who_achieves_something_in_time_is_not_taken_over() {
+fn a_robot_with_timely_progress_keeps_its_task() {
     for step_ms in [10, 50, 200] {
         let work_s = 20.0 - 2.0 * step_ms as f64 / 1000.0;
         let log = two(step_ms, (work_s, 12), (15.0, 20.0), "");
@@ -219,20 +220,21 @@ fn who_achieves_something_in_time_is_not_taken_over() {
     }
 }
 
-/// A dead robot's task: slowly until τ after its last word, from then on at blue's own rate, θ in 8 s.
+/// The motivation for a crashed robot's task rises slowly until τ after its last message, then at blue's own rate, θ
+/// in 8 s.
 #[test]
-fn the_dead_are_taken_over_after_tau_at_the_learned_rate() {
+fn a_crashed_robot_is_taken_over_after_tau_at_the_learned_rate() {
     for step_ms in [10, 50, 200] {
         let kill = "[[faults.timeline]]\nat_s = 15.3\nfault.kill = 'gold'\n";
         let log = two(step_ms, (1e4, 1), (55.0, 60.0), kill);
-        let (first, last) = heard(&log);
+        let (first, last) = received(&log);
         let slow_s = (last - first) as f64 / 1000.0 + 5.0;
-        let wanted_s = first as f64 / 1000.0 + slow_s + 8.0 * (1.0 - slow_s / 60.0);
+        let expected_s = first as f64 / 1000.0 + slow_s + 8.0 * (1.0 - slow_s / 60.0);
         let taken_s = activated(&log, "blue").unwrap() as f64 / 1000.0;
         let step_s = step_ms as f64 / 1000.0;
         assert!(
-            (taken_s - wanted_s).abs() <= step_s + 1e-9,
-            "{taken_s}, not {wanted_s} s"
+            (taken_s - expected_s).abs() <= step_s + 1e-9,
+            "{taken_s}, not {expected_s} s"
         );
     }
 }

@@ -1,4 +1,4 @@
-//! The folder of a run: every file, header line and key that DESIGN §8 names.
+//! The run folder: each documented file, header line and key.
 
 use std::collections::BTreeSet;
 
@@ -47,7 +47,7 @@ fn json(lab: &Lab, file: &str) -> Value {
 }
 
 #[test]
-fn its_files_and_their_header_lines() {
+fn a_run_folder_has_the_documented_files_and_headers() {
     let lab = Lab::new();
     lab.mission("run", &["--limit", "5"]).expect(1);
     let tables = HEADERS.map(|(table, _)| table);
@@ -66,7 +66,7 @@ fn its_files_and_their_header_lines() {
 }
 
 #[test]
-fn the_shape_of_run_json() {
+fn run_json_has_the_documented_keys() {
     let lab = Lab::new();
     lab.mission("run", &["--limit", "5", "--seed", "4"])
         .expect(1);
@@ -129,7 +129,7 @@ fn the_shape_of_run_json() {
     }
 }
 
-/// A file of the thesis' form (Fig. 3.4), with something for a robot and a set that this team lacks.
+/// A parameter file as in the thesis (Fig. 3.4), with keys for a robot and a behavior set that this team lacks.
 const PARAMETERS: &str = "\
 threshold = 80
 
@@ -148,7 +148,7 @@ timeBeforeYielding.sing = 5
 ";
 
 #[test]
-fn the_values_of_a_parameter_file_are_in_force_and_its_other_keys_are_listed_once() {
+fn a_parameter_file_applies_and_its_unknown_keys_are_listed_once() {
     let lab = Lab::new();
     std::fs::write(lab.path("team.properties"), PARAMETERS).unwrap();
     let finished = lab

@@ -1,6 +1,6 @@
-//! Whole missions by real processes, as users run the command, and some within one process.
+//! Whole missions by real processes through the command line, and some in one process.
 
-#![allow(clippy::unwrap_used)] // Clippy takes only test functions for tests, not what they share.
+#![allow(clippy::unwrap_used)] // Clippy exempts test functions only, not their helpers.
 
 mod allocators;
 mod bodies;

@@ -1,5 +1,5 @@
-//! Allocators that talk: what ALLOCATORS.md §2 says happens under each fault, in whole missions, and what must hold in all of them.
-//! That processes and one process write the same bytes, and that a log is replayed, is asked in `allocators.rs`.
+//! Allocators that negotiate: the effects of each fault as in docs/ALLOCATORS.md §2, in whole missions with all
+//! invariants. `allocators.rs` compares processes with one process and replays their logs.
 
 use std::collections::BTreeMap;
 
@@ -21,28 +21,28 @@ pub const NEGOTIATORS: [&str; 2] = ["ble", "murdoch"];
 
 const STEP_MS: u64 = 50;
 
-/// Who holds a task dies with its first load, for good.
+/// Kills gold at the first pick, without a restart.
 const KILL: &str = "[[faults.timeline]]\nwhen = \"any picks\"\nfault.kill = \"gold\"\n";
 
-/// A run, after each tick of which is looked at what must hold.
+/// Runs a scenario and checks the invariants after each tick.
 pub fn checked(scenario: Scenario) -> (Outcome, RunLog, Option<Violation>) {
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     let mut invariants = Invariants::new(&setup);
     let mut violation = None;
     let team = InProcess::new(setup, LogLevel::Full, Memory::default()).unwrap();
-    let see = |simulation: &mut Simulation| {
-        // The first look is before the first tick.
+    let check = |simulation: &mut Simulation| {
+        // The first call is before the first tick.
         if violation.is_none() && simulation.tick() > 0 {
             violation = invariants.see(simulation).err();
         }
     };
-    let (outcome, recorder) = team.run_for(u64::MAX, Outcome::TimeLimit, see).unwrap();
+    let (outcome, recorder) = team.run_for(u64::MAX, Outcome::TimeLimit, check).unwrap();
     let vocabulary = Registry::built_in().vocabulary();
     let log = RunLog::from_memory(&recorder.into_sink(), &vocabulary).unwrap();
     (outcome, log, violation)
 }
 
-/// Runs it to its end: complete, with all that must hold.
+/// Runs a scenario and checks that the mission is complete without an invariant violation.
 #[track_caller]
 fn complete(allocator: &str, faults: &str) -> RunLog {
     let (outcome, log, violation) = checked(scenario(allocator, faults));
@@ -53,7 +53,7 @@ fn complete(allocator: &str, faults: &str) -> RunLog {
     log
 }
 
-/// For how long tasks have had more executors than one, from that time on, ms.
+/// Returns how long tasks had more than one executor from a time on, in ms.
 fn doubled_ms(log: &RunLog, from_ms: u64) -> u64 {
     let mut executors: BTreeMap<String, i64> = BTreeMap::new();
     let (mut since, mut doubled) = (0, 0);
@@ -72,8 +72,8 @@ fn doubled_ms(log: &RunLog, from_ms: u64) -> u64 {
     doubled
 }
 
-/// When a robot was last heard to say anything of that kind, ms.
-fn last_heard(log: &RunLog, robot: &str, kind: &str) -> u64 {
+/// Returns the time of the last received message of a robot and kind, in ms.
+fn last_received(log: &RunLog, robot: &str, kind: &str) -> u64 {
     let rows = log.each_row::<MessageRow>().map(|row| row.unwrap());
     rows.filter(|row| row.sender == robot && row.kind == kind && row.fate == "heard")
         .map(|row| row.t_ms.0)
@@ -81,14 +81,13 @@ fn last_heard(log: &RunLog, robot: &str, kind: &str) -> u64 {
         .unwrap()
 }
 
-/// The task that a robot was at in the end.
 fn last_task(log: &RunLog, robot: &str) -> String {
     let rows = log.rows::<EventRow>().unwrap();
-    let mut own = rows.into_iter().rev().filter(|row| row.robot == robot);
-    own.find(|row| row.kind == "activated").unwrap().detail
+    let mut of_robot = rows.into_iter().rev().filter(|row| row.robot == robot);
+    of_robot.find(|row| row.kind == "activated").unwrap().detail
 }
 
-/// Who took a task up first after a time: when, who, why.
+/// Returns the first activation of a task after a time: time, robot and reason.
 fn taken_up(log: &RunLog, task: &str, after_ms: u64) -> (u64, String, String) {
     let rows = log.rows::<EventRow>().unwrap().into_iter();
     let mut taken = rows.filter(|row| row.kind == "activated" && row.detail == task);
@@ -96,7 +95,7 @@ fn taken_up(log: &RunLog, task: &str, after_ms: u64) -> (u64, String, String) {
     (row.t_ms.0, row.robot, row.reason)
 }
 
-/// The task of the dead is taken over when the allocator's rule says, to the step.
+/// Checks that the task of a crashed robot is taken over at the step that the allocator's rule states.
 #[track_caller]
 fn assert_taken_over(allocator: &str, log: &RunLog, victim: &str) {
     let task = last_task(log, victim);
@@ -104,46 +103,48 @@ fn assert_taken_over(allocator: &str, log: &RunLog, victim: &str) {
     let mut gone = rows
         .iter()
         .filter(|row| row.kind == "gone" && row.robot == victim);
-    let died = gone.next().unwrap().t_ms.0;
-    let (when, who, why) = taken_up(log, &task, died);
-    assert_ne!(who, victim);
+    let crashed = gone.next().unwrap().t_ms.0;
+    let (when, robot, reason) = taken_up(log, &task, crashed);
+    assert_ne!(robot, victim);
     match allocator {
-        // Rows count for τ after they were heard, which is a step after they were sent.
+        // A table row is valid for τ after its receipt, which is one step after it was sent.
         "ble" => {
-            let heard = last_heard(log, victim, "allocation");
+            let received = last_received(log, victim, "allocation");
             assert_eq!(
-                (when, why.as_str()),
-                (heard + 5000, "claimed"),
-                "{who} {task}"
+                (when, reason.as_str()),
+                (received + 5000, "claimed"),
+                "{robot} {task}"
             );
         }
-        // A step for the lease to be over, half a second of bids, a step for the award to be heard. If the auctioneer has died, the
-        // next one takes office τ after the last that it heard of it, and listens for a lease.
+        // One step until the lease ends, half a second of bids, one step until the award is received. If the
+        // auctioneer has crashed, the next robot takes office τ after the last message of the old one, and waits for
+        // a lease.
         "murdoch" => {
             let auction_ms = 500 + STEP_MS;
             let due = if victim == "blue" {
-                let heartbeat = last_heard(log, victim, "heartbeat");
-                heartbeat.max(last_heard(log, victim, "allocation")) + 5000 + 6000 + auction_ms
+                let heartbeat = last_received(log, victim, "heartbeat");
+                heartbeat.max(last_received(log, victim, "allocation")) + 5000 + 6000 + auction_ms
             } else {
-                last_heard(log, victim, "allocation") + 6000 + STEP_MS + auction_ms
+                last_received(log, victim, "allocation") + 6000 + STEP_MS + auction_ms
             };
-            assert_eq!((when, why.as_str()), (due, "awarded"), "{who} {task}");
+            assert_eq!((when, reason.as_str()), (due, "awarded"), "{robot} {task}");
         }
-        other => panic!("when does {other} take over?"),
+        other => panic!("no takeover rule for {other}"),
     }
 }
 
 #[test]
-fn without_faults_nobody_doubles_and_all_is_delivered() {
+fn without_faults_tasks_are_hardly_duplicated_and_all_items_are_delivered() {
     for allocator in NEGOTIATORS {
         let log = complete(allocator, "");
-        // All begin to search at once, and hear of each other a step later; so it is with each task that falls due for all.
+        // All robots begin to search at once and receive the claims one step later. The same holds for each task that
+        // becomes due for all robots.
         let doubled = doubled_ms(&log, 0);
         assert!(doubled <= 20 * STEP_MS, "{allocator}: {doubled} ms");
     }
 }
 
-/// By the clock of the run, with the process of whoever holds the task really killed.
+/// Kills the process that has the task, during a paced run.
 #[test]
 fn the_task_of_a_killed_process_is_taken_over_in_time() {
     for allocator in NEGOTIATORS {
@@ -164,7 +165,7 @@ fn the_task_of_a_killed_process_is_taken_over_in_time() {
 }
 
 #[test]
-fn the_task_of_the_dead_is_taken_over_in_time() {
+fn the_task_of_a_crashed_robot_is_taken_over_in_time() {
     for allocator in NEGOTIATORS {
         let log = complete(allocator, KILL);
         assert_taken_over(allocator, &log, "gold");
@@ -172,7 +173,7 @@ fn the_task_of_the_dead_is_taken_over_in_time() {
 }
 
 #[test]
-fn lost_words_double_work_and_end_nothing() {
+fn message_loss_duplicates_work_but_the_mission_completes() {
     for allocator in NEGOTIATORS {
         for p in [0.3, 0.6] {
             complete(
@@ -187,9 +188,10 @@ fn lost_words_double_work_and_end_nothing() {
     }
 }
 
-/// Each side does all; healed, one executor is left after 1/ρ and two steps, but that whoever loses a contract brings its load away.
+/// Each side does all tasks. After healing one executor is left within 1/ρ and two steps, except that a robot that
+/// loses a contract first delivers its load.
 #[test]
-fn a_partition_doubles_until_it_heals() {
+fn a_partition_duplicates_tasks_until_it_heals() {
     let faults = "[[faults.timeline]]\nat_s = 120.0\nfor_s = 60.0\n\
                   fault.partition = { groups = [[\"blue\"], [\"gold\", \"green\"]] }\n";
     for allocator in NEGOTIATORS {
@@ -203,7 +205,7 @@ fn a_partition_doubles_until_it_heals() {
 }
 
 #[test]
-fn a_robot_that_starts_again_joins_in() {
+fn a_restarted_robot_works_again() {
     let faults =
         "[[faults.timeline]]\nwhen = \"gold picks\"\nfor_s = 60.0\nfault.kill = \"gold\"\n";
     for allocator in NEGOTIATORS {
@@ -216,14 +218,14 @@ fn a_robot_that_starts_again_joins_in() {
         let mut rows = log.rows::<EventRow>().unwrap().into_iter();
         assert!(
             rows.any(|row| row.kind == "activated" && row.robot == "gold" && row.t_ms > back.t_ms),
-            "{allocator}: gold works again"
+            "{allocator}: gold must work again"
         );
     }
 }
 
-/// It goes on telling that it works, and does nothing.
+/// A babbling robot reports work but does nothing.
 #[test]
-fn a_babbler_keeps_its_task_as_long_as_the_rule_believes_it() {
+fn a_babbling_robot_keeps_its_task_and_blocks_the_mission() {
     let faults = "[[faults.timeline]]\nwhen = \"gold picks\"\nfault.babble = \"gold\"\n";
     let healed = faults.replace("fault.babble", "for_s = 120.0\nfault.babble");
     for allocator in NEGOTIATORS {
@@ -233,16 +235,16 @@ fn a_babbler_keeps_its_task_as_long_as_the_rule_believes_it() {
         assert_eq!(
             outcome,
             Outcome::TimeLimit,
-            "{allocator}: its load is never delivered"
+            "{allocator}: the load is never delivered"
         );
-        // The other spill is cleared, and of this one not an item is touched any more.
+        // The other spill is cleared, and no further item of this spill is delivered.
         let delivered = log.run.result.mission.get("items.delivered");
         assert_eq!(delivered, Value::Count(12), "{allocator}");
     }
 }
 
 #[test]
-fn thirty_robots_carry_all_to_their_deposits() {
+fn thirty_robots_deliver_all_items() {
     for allocator in NEGOTIATORS {
         let mut scenario = family(30, 20);
         scenario.allocator = Some(allocator.to_owned());

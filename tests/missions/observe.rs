@@ -1,7 +1,7 @@
-//! What observe promises (docs/missions/observe.md): the order of the four policies, seed by seed, and whole runs.
+//! The observe mission (docs/missions/observe.md): the order of the four policies, and whole runs.
 //!
-//! Steps are 200 ms here, four times as long as by default, which changes hardly anything. All teams and radii: `alliance sweep
-//! study/sweeps/cmommt.toml`.
+//! A step is 200 ms here, which hardly changes the results. `alliance sweep study/sweeps/cmommt.toml` runs all teams
+//! and radii.
 
 use alliance_proto::log::{
     EventRow, LogLevel, Memory, MissionRow, PoseRow, RunLog, Table, TargetRow,
@@ -26,7 +26,7 @@ const SEEDS: u64 = 40;
 const NO_RADIO: &str =
     "[faults]\ntimeline = [{ fault.drop = { from = 'all', to = 'all', p = 1.0 }, at_s = 0.0 }]\n";
 
-/// A built-in scenario with more lines at its end.
+/// Returns a built-in scenario with a policy and additional lines.
 fn scenario(name: &str, policy: Policy, more: &str) -> Scenario {
     let vocabulary = Registry::built_in().vocabulary();
     let text = vocabulary.builtin(name).unwrap().text;
@@ -44,7 +44,7 @@ fn setup(scenario: &Scenario, seed: u64) -> Setup {
     Setup::resolve(scenario.clone(), seed, None).unwrap().setup
 }
 
-/// A/n with each of so many seeds.
+/// Returns A/n of each of the seeds.
 fn shares(scenario: &Scenario, seeds: u64) -> Vec<f64> {
     let share = |seed| {
         let setup = setup(scenario, seed);
@@ -62,7 +62,7 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Lower end of the 95 % interval of a mean, by the bootstrap.
+/// Returns the lower end of the 95 % bootstrap interval of a mean.
 fn lower_end(values: &[f64]) -> f64 {
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     let mut means: Vec<f64> = (0..2000)
@@ -75,9 +75,10 @@ fn lower_end(values: &[f64]) -> f64 {
     means[means.len() / 40]
 }
 
-/// Four targets for each robot: weights pay, forces more so. The means are those of the table, corrected to bodies that start evenly spread.
+/// With four targets for each robot, weights help, and forces help more. The expected means are those of the
+/// published table, corrected for evenly spread starts.
 #[test]
-fn with_many_targets_a_cmommt_is_best_and_both_are_far_above_random_and_fixed() {
+fn with_many_targets_a_cmommt_is_best_and_random_and_fixed_are_worst() {
     let [random, fixed, local, weighted] = [
         Policy::Random,
         Policy::Fixed,
@@ -107,9 +108,9 @@ fn with_many_targets_a_cmommt_is_best_and_both_are_far_above_random_and_fixed() 
     assert!(mean(&local) > 1.3 * mean(&fixed), "{local:?}, {fixed:?}");
 }
 
-/// Five robots for each target: weights change next to nothing.
+/// With five robots for each target the weights have almost no effect.
 #[test]
-fn with_few_targets_local_does_as_well() {
+fn with_few_targets_local_equals_a_cmommt() {
     let [local, weighted] = [Policy::Local, Policy::ACmommt].map(|policy| {
         let mut scenario = scenario("cmommt", policy, "");
         section(&mut scenario).n = 2;
@@ -122,15 +123,11 @@ fn with_few_targets_local_does_as_well() {
     });
     let difference = mean(&weighted) - mean(&local);
     assert!(difference.abs() < 0.03, "{difference}");
-    assert!(
-        mean(&local) > 0.77,
-        "{} by hand of the table: 0.85",
-        mean(&local)
-    );
+    assert!(mean(&local) > 0.77, "{}, published: 0.85", mean(&local));
 }
 
 #[test]
-fn the_larger_the_region_the_less_is_seen() {
+fn a_larger_region_lowers_the_observed_share() {
     let by_radius = [10.0, 20.0, 30.0, 50.0].map(|radius_m| {
         let mut scenario = scenario("cmommt-crowded", Policy::ACmommt, "");
         scenario.room.width_m = 2.0 * radius_m;
@@ -143,25 +140,25 @@ fn the_larger_the_region_the_less_is_seen() {
     );
 }
 
-/// One of five dies a third of the way through. What it saw nobody sees in its place for certain, and the others go on.
+/// One of five robots crashes after a third of the mission. Its share may be lost, and the others continue.
 #[test]
-fn a_death_costs_no_more_than_the_dead_robot_saw() {
+fn a_crash_costs_at_most_the_share_of_the_robot() {
     let killed = "[faults]\ntimeline = [{ fault.kill = 'gold', at_s = 40.0 }]\n";
-    let [alive, killed] = ["", killed].map(|more| {
+    let [whole, killed] = ["", killed].map(|more| {
         let scenario = scenario("cmommt-crowded", Policy::ACmommt, more);
         mean(&shares(&scenario, SEEDS))
     });
-    let least = (1.0 - 2.0 / 5.0) * alive;
+    let least = (1.0 - 2.0 / 5.0) * whole;
     assert!(
-        (least..0.97 * alive).contains(&killed),
-        "{killed} of {alive}"
+        (least..0.97 * whole).contains(&killed),
+        "{killed} of {whole}"
     );
 }
 
-/// Each row of mission.csv follows from targets.csv: how many targets are seen, and in how many pairs. A target is found where it is,
-/// and in no step does it go further than it can.
+/// The rows of mission.csv follow from targets.csv. Each target is found at its position, and never moves faster than
+/// its limit.
 #[test]
-fn where_targets_are_is_in_a_table_of_their_own() {
+fn targets_csv_agrees_with_mission_csv_and_events_csv() {
     let scenario = scenario("cmommt-crowded", Policy::ACmommt, "");
     let section = scenario.mission.values::<ObserveSection>().unwrap();
     let (n, most_m) = (usize::from(section.n), 0.2 * section.fastest_m_s);
@@ -213,9 +210,9 @@ fn poses(scenario: &Scenario, seed: u64) -> Vec<u8> {
     recorder.into_sink().tables[&Table::Poses].clone()
 }
 
-/// Weights depend on nothing but what teammates say.
+/// The weights depend only on messages of teammates.
 #[test]
-fn without_radio_a_cmommt_is_local_to_the_byte() {
+fn without_radio_a_cmommt_equals_local_byte_for_byte() {
     let both = |more, seed| {
         let of = |policy| poses(&scenario("cmommt-crowded", policy, more), seed);
         (of(Policy::Local), of(Policy::ACmommt))
@@ -232,7 +229,7 @@ fn without_radio_a_cmommt_is_local_to_the_byte() {
     );
 }
 
-/// Targets observed at a time, from mission.csv.
+/// Returns the number of observed targets at a time, from mission.csv.
 fn observed(log: &RunLog, at_s: f64) -> u64 {
     let rows = log.rows::<MissionRow>().unwrap();
     let mut before = rows.iter().filter(|row| row.t_ms.as_secs_f64() <= at_s);
@@ -240,9 +237,9 @@ fn observed(log: &RunLog, at_s: f64) -> u64 {
     last.unwrap_or_default() as u64
 }
 
-/// Robots whose devices are dead observe nothing, and go on once they have healed; with noise they observe what they did.
+/// Robots with dead sensors observe nothing, and observe again after healing. Noise has little effect.
 #[test]
-fn a_robot_without_eyes_observes_nothing() {
+fn robots_with_dead_sensors_observe_nothing() {
     let of_all = |mode: &str, times: &str| {
         let orders = ["blue", "gold", "green", "red", "violet"].map(|robot| {
             format!("{{ fault.sensor = {{ robot = '{robot}', device = 'targets', mode = {mode} }}, {times} }}")
@@ -268,9 +265,9 @@ fn a_robot_without_eyes_observes_nothing() {
     );
 }
 
-/// By real processes, with one killed; repeated from its log, and checked.
+/// Runs real processes with one killed, replays the log, and checks the invariants.
 #[test]
-fn a_run_by_processes_with_a_kill_is_repeated_to_the_byte() {
+fn a_run_by_processes_with_a_kill_is_repeated_byte_for_byte() {
     let lab = Lab::new();
     let mut team = Team::start(&lab, &["cmommt", "--speed", "60x"]);
     team.wait_for_row("events.csv", &["found"]);
@@ -289,7 +286,7 @@ fn a_run_by_processes_with_a_kill_is_repeated_to_the_byte() {
 }
 
 #[test]
-fn golden_runs_of_observe_are_as_they_were() {
+fn golden_runs_of_the_observe_policies_are_unchanged() {
     let mut runs = Map::new();
     for (name, policy) in [
         ("random", Policy::Random),

@@ -1,4 +1,4 @@
-//! The default mission's parameters: progress reports on time, and the mission not the longer for it.
+//! The default parameters: progress reports are on time, and the mission is not longer because of them.
 
 use alliance_proto::log::{Document, Figures, LogLevel, RunFile};
 use alliance_proto::tick::Outcome;
@@ -10,7 +10,7 @@ use crate::in_process::run;
 use crate::story::setup;
 
 const NAME: &str = "waste-cleanup";
-/// A quarter of the report period.
+/// The limit of lateness: a quarter of the report period.
 const LATE_MS: u64 = 30_000;
 
 #[track_caller]
@@ -21,7 +21,7 @@ fn assert_on_time(figures: &Figures) {
 }
 
 #[test]
-fn reports_are_on_time_on_a_hundred_seeds() {
+fn reports_are_on_time_with_a_hundred_seeds() {
     let mut total_s = 0.0;
     for seed in 1..=100 {
         let (outcome, recorder) = run(setup(NAME, seed), LogLevel::Off);

@@ -1,4 +1,4 @@
-//! Agent and world of different builds: refused with the reason, whichever of the two is the newer one.
+//! An agent and a world of different builds: the join is refused with the reason, for an older and a newer agent.
 
 use std::net::TcpListener;
 
@@ -22,7 +22,7 @@ fn session(config: &str) -> Session {
         .unwrap()
 }
 
-/// The answer of the world, sealed for that nonce, to a request of these bytes.
+/// Returns the reply of the world, sealed for `nonce`, to a request of these bytes.
 #[track_caller]
 fn answer(session: &Session, secret: &Secret, request: Vec<u8>, nonce: u128) -> JoinReply {
     let keys = Keys::new(RUN);
@@ -67,11 +67,11 @@ fn the_world_refuses_an_agent_of_another_version() {
     };
     let same_shape = secret.seal(&Keys::new(RUN).join("blue"), &request).unwrap();
     assert_eq!(answer(&session, &secret, same_shape, NONCE), refused);
-    // Whatever else another version may say and however it seals it, the number comes first.
+    // All versions send the version number first, independent of the rest and of the seal.
     let other_shape = encode(&(OTHER, [1_u8; 20])).unwrap();
     assert_eq!(answer(&session, &secret, other_shape, 0), refused);
 
-    // The robot is still free.
+    // The robot can still join.
     let agents = ["blue", "gold", "green"].map(|robot| lab.start(&["agent", "--robot", robot]));
     for agent in agents {
         agent.wait().expect(0);
@@ -79,14 +79,15 @@ fn the_world_refuses_an_agent_of_another_version() {
     world.wait().expect(1);
 }
 
-/// A world that refuses every agent for its version, sealed for the agent's nonce or, not understanding it, for none.
+/// A world that refuses every agent because of its version. The reply is sealed for the agent's nonce if the world
+/// understands the request, else for 0.
 struct OtherWorld {
     _session: Session,
 }
 
 impl OtherWorld {
     fn new(lab: &Lab, understands: bool) -> Self {
-        // Free a moment ago, and nobody else in this lab listens.
+        // The port was free, and no other process in this lab listens.
         let port = TcpListener::bind("127.0.0.1:0")
             .unwrap()
             .local_addr()
@@ -143,14 +144,14 @@ impl OtherWorld {
 }
 
 #[test]
-fn an_agent_says_that_its_world_speaks_another_version() {
+fn an_agent_reports_that_its_world_has_another_version() {
     for understands in [true, false] {
         let lab = Lab::new();
         let _world = OtherWorld::new(&lab, understands);
         let agent = lab.run(&["agent", "--robot", "blue"]).expect(3);
-        let why = format!(
-            "robot-agent blue: refused: the agent speaks protocol version {PROTOCOL_VERSION}, the world {OTHER}: start both from the same build"
+        let expected = format!(
+            "robot-agent blue: refused: the agent uses protocol version {PROTOCOL_VERSION}, the world uses {OTHER}: start both from the same build"
         );
-        assert!(agent.stderr.contains(&why), "{}", agent.stderr);
+        assert!(agent.stderr.contains(&expected), "{}", agent.stderr);
     }
 }

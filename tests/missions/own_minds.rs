@@ -1,5 +1,5 @@
-//! Minds that are programs of their own, named in the scenario and started by `--mind`: here the command's own agent, which to launcher,
-//! log and replay is a program like any other.
+//! External controllers, named in the scenario and started by `--mind`. Here they are the command's own agent, which
+//! launcher, log and replay treat like any other program.
 
 use std::fs;
 
@@ -12,7 +12,7 @@ use crate::team::Team;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_alliance-under-test");
 
-/// A scenario of the usual team in which gold and green have minds of their own.
+/// A scenario of the usual team in which gold and green have external controllers.
 const MINDS: &str = "
 name = 'minds'
 [[robots]]
@@ -34,7 +34,7 @@ fn mind(name: &str) -> String {
     format!("--mind={name}={PROGRAM} agent")
 }
 
-/// Runs it with the command's own agents as the minds.
+/// Runs the scenario with the command's own agents as external controllers.
 #[track_caller]
 fn run(lab: &Lab, out: &str, arguments: &[&str]) -> Finished {
     let minds = [mind("agent@7"), mind("other")];
@@ -48,7 +48,7 @@ fn hash(lab: &Lab, out: &str) -> Option<String> {
 }
 
 #[track_caller]
-fn identical(finished: &Finished) {
+fn assert_identical(finished: &Finished) {
     assert!(
         finished.stderr.starts_with("identical"),
         "{}",
@@ -57,20 +57,20 @@ fn identical(finished: &Finished) {
 }
 
 fn kinds(log: &RunLog, robot: &str) -> Vec<String> {
-    let wanted = ["joined", "gone", "stalled", "back"];
+    let event_kinds = ["joined", "gone", "stalled", "back"];
     let rows = log.rows::<EventRow>().unwrap().into_iter();
-    let rows = rows.filter(|row| row.robot == robot && wanted.contains(&row.kind.as_str()));
+    let rows = rows.filter(|row| row.robot == robot && event_kinds.contains(&row.kind.as_str()));
     rows.map(|row| row.kind).collect()
 }
 
 #[test]
-fn the_hash_is_that_of_the_simulators_own_minds_and_replay_needs_no_mind() {
+fn external_controllers_give_the_hash_of_the_built_in_ones_and_a_replay_needs_no_controller() {
     let lab = Lab::new();
     write(&lab, "minds.toml", MINDS);
-    let own = MINDS
+    let built_in = MINDS
         .replace("mind = 'agent'", "")
         .replace("mind = 'other'", "");
-    write(&lab, "own.toml", &own.replace("minds", "own"));
+    write(&lab, "own.toml", &built_in.replace("minds", "own"));
     for level in ["full", "summary", "off"] {
         let arguments = ["--limit=20", "--log", level];
         run(&lab, &format!("minds-{level}"), &arguments).expect(1);
@@ -79,11 +79,11 @@ fn the_hash_is_that_of_the_simulators_own_minds_and_replay_needs_no_mind() {
             &[&["own.toml"], &arguments[..]].concat(),
         )
         .expect(1);
-        let (minds, own) = (format!("minds-{level}"), format!("own-{level}"));
+        let (minds, built_in) = (format!("minds-{level}"), format!("own-{level}"));
         assert!(hash(&lab, &minds).is_some());
-        assert_eq!(hash(&lab, &minds), hash(&lab, &own));
-        assert!(!lab.path(&own).join("foreign.bin").exists());
-        identical(&lab.run(&["replay", &minds]).expect(0));
+        assert_eq!(hash(&lab, &minds), hash(&lab, &built_in));
+        assert!(!lab.path(&built_in).join("foreign.bin").exists());
+        assert_identical(&lab.run(&["replay", &minds]).expect(0));
     }
     let log = lab.log("minds-full");
     let version = |name: &str| log.run.minds[name].version.clone();
@@ -97,7 +97,7 @@ fn the_hash_is_that_of_the_simulators_own_minds_and_replay_needs_no_mind() {
         "two robots, 400 ticks"
     );
 
-    // What is made of the log of a replay is the same to the byte.
+    // The tables written by a replay have the same bytes.
     lab.run(&["replay", "minds-full", "--out", "again"])
         .expect(0);
     lab.assert_same_bytes("minds-full", "again");
@@ -106,7 +106,7 @@ fn the_hash_is_that_of_the_simulators_own_minds_and_replay_needs_no_mind() {
 }
 
 #[test]
-fn faults_of_processes_reach_them_and_the_log_repeats_by_itself_and_with_them() {
+fn process_faults_reach_external_controllers_and_replays_are_identical() {
     let lab = Lab::new();
     let faults = r#"
         [[faults.timeline]]
@@ -145,29 +145,29 @@ fn faults_of_processes_reach_them_and_the_log_repeats_by_itself_and_with_them() 
         kinds(&log, "green"),
         ["joined", "gone", "joined", "gone", "joined"]
     );
-    let said = fs::read_to_string(lab.path("run/logs/gold.log")).unwrap();
-    assert_eq!(said.matches("joined").count(), 2, "{said}");
+    let agent_log = fs::read_to_string(lab.path("run/logs/gold.log")).unwrap();
+    assert_eq!(agent_log.matches("joined").count(), 2, "{agent_log}");
 
-    identical(&lab.run(&["replay", "run"]).expect(0));
-    identical(
+    assert_identical(&lab.run(&["replay", "run"]).expect(0));
+    assert_identical(
         &lab.run(&["replay", "run", &mind("agent"), &mind("other")])
             .expect(0),
     );
-    // One of the two.
-    identical(&lab.run(&["replay", "run", &mind("other")]).expect(0));
+    // A replay with one of the two controllers.
+    assert_identical(&lab.run(&["replay", "run", &mind("other")]).expect(0));
 }
 
 #[test]
-fn a_program_that_answers_otherwise_is_named_with_its_first_tick_and_field() {
+fn a_controller_that_answers_differently_is_reported_with_tick_and_field() {
     let lab = Lab::new();
     write(&lab, "minds.toml", MINDS);
     run(&lab, "run", &["--limit=10"]).expect(1);
-    // As far as this world tells it, its robot has another allocator.
+    // The recorded world now states another allocator for the robot.
     let path = lab.path("run/run.json");
     let mut run: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
     run["scenario"]["robots"][1]["allocator"] = "nearest".into();
     fs::write(&path, run.to_string()).unwrap();
-    identical(&lab.run(&["replay", "run"]).expect(0));
+    assert_identical(&lab.run(&["replay", "run"]).expect(0));
     let differs = lab
         .run(&["replay", "run", "--json", &mind("agent")])
         .expect(1);
@@ -182,14 +182,14 @@ fn a_program_that_answers_otherwise_is_named_with_its_first_tick_and_field() {
         (&"differs".into(), &0.into(), &"gold".into(), &"mind".into())
     );
     assert!(found["field"].is_string(), "{found}");
-    // One that does not answer at all.
+    // A controller that does not answer at all.
     let silent = lab
         .run(&["replay", "run", "--mind=agent=sh -c 'exit 7'"])
         .expect(2);
     assert!(
         silent
             .stderr
-            .contains("gold: its mind ended with exit status 7"),
+            .contains("gold: its controller ended with exit status 7"),
         "{}",
         silent.stderr
     );
@@ -202,7 +202,7 @@ fn a_program_that_answers_otherwise_is_named_with_its_first_tick_and_field() {
 }
 
 #[test]
-fn a_cut_or_damaged_file_of_answers_is_refused_in_one_line() {
+fn a_truncated_or_damaged_answer_file_is_refused_in_one_line() {
     let lab = Lab::new();
     write(&lab, "minds.toml", MINDS);
     for level in ["full", "off"] {
@@ -218,9 +218,9 @@ fn a_cut_or_damaged_file_of_answers_is_refused_in_one_line() {
         ] {
             fs::write(&path, bytes).unwrap();
             let refused = lab.run(&["replay", level]).expect(2);
-            let said = &refused.stderr;
-            assert_eq!(said.lines().count(), 1, "{said}");
-            assert!(said.contains("foreign.bin"), "{said}");
+            let stderr = &refused.stderr;
+            assert_eq!(stderr.lines().count(), 1, "{stderr}");
+            assert!(stderr.contains("foreign.bin"), "{stderr}");
         }
         fs::remove_file(&path).unwrap();
         let refused = lab.run(&["replay", level]).expect(2);
@@ -229,7 +229,7 @@ fn a_cut_or_damaged_file_of_answers_is_refused_in_one_line() {
 }
 
 #[test]
-fn a_killed_world_leaves_the_answers_of_every_finished_tick() {
+fn a_killed_world_leaves_the_answers_of_every_complete_tick() {
     let lab = Lab::new();
     write(&lab, "minds.toml", MINDS);
     let minds = [mind("agent"), mind("other")];
@@ -241,19 +241,21 @@ fn a_killed_world_leaves_the_answers_of_every_finished_tick() {
     let gold = team.pid("gold");
     team.signal("world", Signal::SIGKILL);
     team.wait().expect(3);
-    wait_until("the end of gold's mind", || command_line(gold).is_none());
+    wait_until("the end of gold's controller", || {
+        command_line(gold).is_none()
+    });
     let log = lab.log("run");
     let ticks = log.last.unwrap().tick + 1;
     assert_eq!(log.foreign().unwrap().len() as u64, 2 * ticks);
     assert!(!log.table(Table::Foreign).is_empty());
-    identical(&lab.run(&["replay", "run"]).expect(0));
+    assert_identical(&lab.run(&["replay", "run"]).expect(0));
 }
 
 #[test]
-fn a_mind_dies_with_its_launcher_and_its_children_with_it() {
+fn external_controllers_and_their_children_end_with_the_launcher() {
     let lab = Lab::new();
     write(&lab, "minds.toml", MINDS);
-    // A shell that waits for its child, as a wrapper does; the robot is the child's process.
+    // A shell that waits for its child, like a wrapper script. The child is the controller.
     let wrapped = format!("--mind=agent=sh -c '{PROGRAM} agent & wait'");
     let mut team = Team::start(
         &lab,
@@ -273,15 +275,15 @@ fn a_mind_dies_with_its_launcher_and_its_children_with_it() {
     assert_eq!(pids.len(), 4, "{children}");
     team.launcher().signal(Signal::SIGKILL);
     for pid in pids {
-        wait_until("the end of what the launcher started", || {
+        wait_until("the end of all started processes", || {
             command_line(pid).is_none()
         });
     }
 }
 
-/// What came of an order is told where it is looked for, and not on the run's terminal alone.
+/// The result of an order is in the list of faults and in the log, in addition to the terminal.
 #[test]
-fn an_order_that_fails_says_so_and_why_and_the_run_goes_on() {
+fn a_failed_order_is_reported_with_its_reason_and_the_run_continues() {
     let lab = Lab::new();
     write(&lab, "minds.toml", MINDS);
     write(&lab, "mind.sh", &format!("exec {PROGRAM} agent\n"));
@@ -303,9 +305,9 @@ fn an_order_that_fails_says_so_and_why_and_the_run_goes_on() {
     write(&lab, "mind.sh", "exit 7\n");
     order(&["restart", "gold", "--id", "in-vain"]);
     team.wait_for_row("events.csv", &[",failed,", "in-vain"]);
-    let why = "its process ended before it joined";
+    let reason = "its process ended before it joined";
     let list = lab.run(&["fault", "list", "--json"]).expect(0).json();
-    let told = |id: &str| {
+    let status = |id: &str| {
         let faults = list["faults"].as_array().unwrap().iter();
         faults
             .clone()
@@ -313,9 +315,9 @@ fn an_order_that_fails_says_so_and_why_and_the_run_goes_on() {
             .unwrap()
             .clone()
     };
-    assert_eq!(told("in-vain")["failed"], why);
-    assert_eq!(told("in-vain")["hits"], 0);
-    assert_eq!(told("end")["failed"], serde_json::Value::Null);
+    assert_eq!(status("in-vain")["failed"], reason);
+    assert_eq!(status("in-vain")["hits"], 0);
+    assert_eq!(status("end")["failed"], serde_json::Value::Null);
     let table = lab.run(&["fault", "list"]).expect(0).stderr;
     assert!(table.contains("failed: "), "{table}");
 
@@ -327,11 +329,11 @@ fn an_order_that_fails_says_so_and_why_and_the_run_goes_on() {
     let log = lab.log("run");
     assert_eq!(kinds(&log, "gold"), ["joined", "gone", "joined"]);
     let failed = log.run.faults.iter().find(|fault| fault.id == "in-vain");
-    assert_eq!(failed.unwrap().failed.as_deref(), Some(why));
-    identical(&lab.run(&["replay", "run"]).expect(0));
+    assert_eq!(failed.unwrap().failed.as_deref(), Some(reason));
+    assert_identical(&lab.run(&["replay", "run"]).expect(0));
 }
 
-/// Runs the reference agent in Python as gold's mind, with a change, among teammates in Rust.
+/// Runs the Python reference agent with a change as gold's controller, with Rust teammates. Returns the log.
 #[track_caller]
 fn run_changed(lab: &Lab, change: (&str, &str), faults: &str) -> Option<RunLog> {
     let python = python(&["zenoh", "xxhash"])?;
@@ -339,18 +341,18 @@ fn run_changed(lab: &Lab, change: (&str, &str), faults: &str) -> Option<RunLog> 
     let changed = program.replace(change.0, change.1);
     assert_ne!(changed, program);
     write(lab, "changed.py", &changed);
-    let own = MINDS.replace("mind = 'other'", "");
-    write(lab, "changed.toml", &format!("{own}{faults}"));
+    let gold_only = MINDS.replace("mind = 'other'", "");
+    write(lab, "changed.toml", &format!("{gold_only}{faults}"));
     let command = format!("--mind=agent={} changed.py", python.display());
     lab.mission("run", &["changed.toml", "--limit=10", &command])
         .expect(1);
-    identical(&lab.run(&["replay", "run"]).expect(0));
+    assert_identical(&lab.run(&["replay", "run"]).expect(0));
     Some(lab.log("run"))
 }
 
 #[test]
-fn a_mind_that_leaves_link_faults_out_is_dismissed_and_the_run_goes_on() {
-    // As if the message had been heard that the link has cut off.
+fn a_controller_that_ignores_a_link_fault_is_dismissed_and_the_run_continues() {
+    // The agent processes a message that the link has cut.
     let lab = Lab::new();
     let (from, to) = ("return \"Cut\",", "return \"Heard\",");
     let mute = "[[faults.timeline]]\nfault.mute = 'blue'\nat_s = 4.0\n";
@@ -360,14 +362,14 @@ fn a_mind_that_leaves_link_faults_out_is_dismissed_and_the_run_goes_on() {
     assert_eq!(kinds(&log, "gold"), ["joined", "gone"]);
     assert_eq!(log.run.result.ticks, 200);
     assert!(!log.run.unscripted);
-    let said = fs::read_to_string(lab.path("run/logs/world.log")).unwrap();
-    assert!(said.contains("its mind is dismissed"), "{said}");
+    let world_log = fs::read_to_string(lab.path("run/logs/world.log")).unwrap();
+    assert!(world_log.contains("controller dismissed"), "{world_log}");
     assert!(
-        said.contains("of blue: 'heard', and the link says 'cut'"),
-        "{said}"
+        world_log.contains("from blue: 'heard', but the link's result is 'cut'"),
+        "{world_log}"
     );
-    let at = log.rows::<EventRow>().unwrap();
-    let gone = at.iter().find(|row| row.kind == "gone").unwrap();
+    let rows = log.rows::<EventRow>().unwrap();
+    let gone = rows.iter().find(|row| row.kind == "gone").unwrap();
     assert!(
         (4000..5200).contains(&gone.t_ms.0),
         "at the first heartbeat: {gone:?}"
@@ -375,7 +377,7 @@ fn a_mind_that_leaves_link_faults_out_is_dismissed_and_the_run_goes_on() {
 }
 
 #[test]
-fn a_mind_whose_reports_are_impossible_is_dismissed_and_the_run_goes_on() {
+fn a_controller_with_impossible_reports_is_dismissed_and_the_run_continues() {
     for (from, to) in [
         (
             "\"active\": None",
@@ -392,13 +394,13 @@ fn a_mind_whose_reports_are_impossible_is_dismissed_and_the_run_goes_on() {
         };
         assert_eq!(kinds(&log, "gold"), ["joined", "gone"], "{to}");
         assert_eq!((log.run.result.ticks, log.run.unscripted), (200, false));
-        let said = fs::read_to_string(lab.path("run/logs/world.log")).unwrap();
-        assert!(said.contains("impossible contents"), "{said}");
+        let world_log = fs::read_to_string(lab.path("run/logs/world.log")).unwrap();
+        assert!(world_log.contains("impossible contents"), "{world_log}");
     }
 }
 
 #[test]
-fn whatever_befalls_its_messages_a_mind_that_tells_it_stays() {
+fn a_controller_that_reports_link_faults_correctly_is_not_dismissed() {
     let lab = Lab::new();
     let mut faults = String::new();
     for fault in [
@@ -416,8 +418,8 @@ fn whatever_befalls_its_messages_a_mind_that_tells_it_stays() {
     write(&lab, "minds.toml", &format!("{MINDS}{faults}"));
     run(&lab, "run", &["--limit=40"]).expect(1);
     let log = lab.log("run");
-    let said = fs::read_to_string(lab.path("run/logs/world.log")).unwrap();
-    assert!(!said.contains("dismissed"), "{said}");
+    let world_log = fs::read_to_string(lab.path("run/logs/world.log")).unwrap();
+    assert!(!world_log.contains("dismissed"), "{world_log}");
     assert!(
         log.run.faults.iter().all(|fault| fault.hits > 0),
         "{:?}",
@@ -425,11 +427,11 @@ fn whatever_befalls_its_messages_a_mind_that_tells_it_stays() {
     );
     assert_eq!(kinds(&log, "green"), ["joined"]);
     assert_eq!(kinds(&log, "gold"), ["joined", "gone", "joined"]);
-    identical(&lab.run(&["replay", "run"]).expect(0));
+    assert_identical(&lab.run(&["replay", "run"]).expect(0));
 }
 
 #[test]
-fn mistakes_have_one_line() {
+fn mistakes_give_one_line() {
     let lab = Lab::new();
     write(&lab, "minds.toml", MINDS);
     write(&lab, "clash.toml", &MINDS.replace("'agent'", "'nearest'"));
@@ -438,18 +440,18 @@ fn mistakes_have_one_line() {
     let cases: [(&[&str], &str); 8] = [
         (
             &["minds.toml"],
-            "the mind 'agent' of gold is a program of its own",
+            "the controller 'agent' of gold is an external program",
         ),
         (&["minds.toml", &agent], "--mind other=COMMAND"),
         (
             &["janitorial", &agent],
-            "no robot of 'janitorial' has a mind of its own",
+            "no robot of 'janitorial' has an external controller",
         ),
         (
             &["minds.toml", &agent, &other, "--mind=agnt=x"],
             "did you mean 'agent'?",
         ),
-        (&["minds.toml", &agent, &agent], "it is stated twice"),
+        (&["minds.toml", &agent, &agent], "it is given twice"),
         (
             &["minds.toml", &agent, &other, "--in-process"],
             "leave --in-process out",
@@ -473,7 +475,7 @@ fn mistakes_have_one_line() {
         );
         assert!(!lab.path("out").exists());
     }
-    // One that cannot be started is a robot that is not there, and its last words are shown.
+    // A controller that cannot be started counts as a crashed robot, and its error output is shown.
     let minds = [
         "minds.toml",
         "--limit=2",
@@ -481,7 +483,10 @@ fn mistakes_have_one_line() {
         &other,
     ];
     let failed = lab.mission("out", &minds).expect(1);
-    let said = &failed.stderr;
-    assert!(said.contains("gold ended with exit status 127"), "{said}");
-    assert!(said.contains("no-such-program"), "{said}");
+    let stderr = &failed.stderr;
+    assert!(
+        stderr.contains("gold ended with exit status 127"),
+        "{stderr}"
+    );
+    assert!(stderr.contains("no-such-program"), "{stderr}");
 }

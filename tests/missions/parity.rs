@@ -1,7 +1,7 @@
-//! `alliance run --in-process` writes the bytes that many processes write, whatever happens to them
-//! (issue "One process, thousands of runs", item 1).
+//! `alliance run --in-process` writes the same bytes as many processes, with any faults.
 //!
-//! Some of it as a normal test; `ALLIANCE_PARITY=all` runs every built-in scenario with ten seeds and a hundred random days.
+//! A normal test covers a part. `ALLIANCE_PARITY=all` runs every built-in scenario with ten seeds and a hundred
+//! random fault timelines.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -16,18 +16,18 @@ use rand_chacha::rand_core::SeedableRng;
 
 use crate::harness::Lab;
 
-/// Kinds of faults in a [`timeline`].
+/// The number of fault kinds in a [`timeline`].
 const KINDS: usize = 13;
 
-/// So much of everything, or so little.
+/// Returns `all` if the environment requests the full test, otherwise `some`.
 fn amount(all: u64, some: u64) -> u64 {
     match std::env::var("ALLIANCE_PARITY") {
-        Ok(wanted) if wanted == "all" => all,
+        Ok(value) if value == "all" => all,
         _ => some,
     }
 }
 
-/// Runs it both ways; run.json of either.
+/// Runs a scenario by processes and in one process, compares them, and returns run.json.
 #[track_caller]
 fn check(arguments: &[&str]) -> RunFile {
     let lab = Lab::new();
@@ -54,11 +54,11 @@ fn check_in(lab: &Lab, arguments: &[&str]) -> RunFile {
 }
 
 #[test]
-fn every_scenario() {
+fn every_built_in_scenario_has_the_same_bytes() {
     let vocabulary = Registry::built_in().vocabulary();
     for builtin in vocabulary.builtins() {
         let scenario = Scenario::parse(builtin.name, builtin.text, &vocabulary).unwrap();
-        // A large team has met everything long before its end.
+        // A large team shows all effects long before its end.
         let limit = if scenario.robots.len() > 10 {
             30.0
         } else {
@@ -74,7 +74,7 @@ fn every_scenario() {
 }
 
 #[test]
-fn random_days() {
+fn random_fault_timelines_have_the_same_bytes() {
     let days = amount(100, 8);
     let mut hit = BTreeSet::new();
     for day in 0..days {
@@ -94,18 +94,19 @@ fn random_days() {
                 order,
             ],
         );
-        let happened = run.faults.iter().filter(|fault| fault.hits > 0);
-        hit.extend(happened.map(|fault| fault.order.fault.name().to_owned()));
+        let effective = run.faults.iter().filter(|fault| fault.hits > 0);
+        hit.extend(effective.map(|fault| fault.order.fault.name().to_owned()));
     }
-    // What never hits shows nothing.
-    let wanted = if days < 100 { 5 } else { KINDS };
-    assert!(hit.len() >= wanted, "only {hit:?} hit");
+    // Faults without an effect would test nothing.
+    let expected = if days < 100 { 5 } else { KINDS };
+    assert!(hit.len() >= expected, "only {hit:?} had an effect");
     println!("{days} days, hit: {hit:?}");
 }
 
-/// The world comes to the second tick before the launcher is on the bus, about every other time: it has to ask again.
+/// In about half of the attempts the world reaches the second tick before the launcher is on the bus, and has to
+/// repeat its request.
 #[test]
-fn a_restart_in_the_first_moment() {
+fn a_restart_in_the_second_tick_has_the_same_bytes() {
     let early = "name = \"early\"\n[[faults.timeline]]\nfault.restart = 'blue'\nat_s = 0.05\n";
     for attempt in 0..8 {
         let lab = Lab::new();
@@ -115,7 +116,7 @@ fn a_restart_in_the_first_moment() {
     }
 }
 
-/// A scenario with three to ten faults at random times of two minutes.
+/// Returns a scenario with three to ten faults at random times within two minutes.
 fn timeline(seed: u64) -> String {
     const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -165,8 +166,8 @@ fn timeline(seed: u64) -> String {
         };
         let at = rng.random_range(0.0..110.0_f64);
         writeln!(text, "[[faults.timeline]]\nfault.{fault}\nat_s = {at:.2}").unwrap();
-        let moment = fault.starts_with("restart");
-        if !moment && rng.random_bool(0.7) {
+        let is_instant = fault.starts_with("restart");
+        if !is_instant && rng.random_bool(0.7) {
             let length = rng.random_range(1.0..30.0_f64);
             writeln!(text, "for_s = {length:.2}").unwrap();
         }
@@ -175,7 +176,7 @@ fn timeline(seed: u64) -> String {
 }
 
 #[test]
-fn what_one_process_cannot_do_is_refused_in_one_line() {
+fn options_that_need_processes_are_refused_in_one_line() {
     let lab = Lab::new();
     for arguments in [
         ["--speed", "5x"].as_slice(),

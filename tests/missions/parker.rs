@@ -1,4 +1,5 @@
-//! The built-in scenario `parker-specialised`: each robot keeps one task, and two do the work of three when one has died.
+//! The built-in scenario `parker-specialised`: each robot keeps its task, and two robots do all three tasks after a
+//! crash.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,7 +9,7 @@ use crate::team::Team;
 
 const NAME: &str = "parker-specialised";
 
-/// Two robots keep one spill each, to the end, and the third only reports.
+/// Checks that two robots keep one spill each to the end, and that the third only reports.
 fn assert_specialized(story: &Story) {
     let update = story.only("position-update").t_ms;
     let mut kept: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
@@ -24,13 +25,13 @@ fn assert_specialized(story: &Story) {
     let reports = story.reports();
     assert!(reports.len() >= 4, "{reports:?}");
     assert!(reports.iter().all(|report| report.by == "green"));
-    // Nobody was driven off: a mover stops when its own lambda has passed, and goes on.
+    // No robot is displaced: a mover stops after its own lambda and continues.
     let mut stops = story.all("hibernated").filter(|row| row.t_ms > update);
     assert!(stops.all(|row| row.reason == "gave-up-lambda" || row.reason == "not-applicable"));
 }
 
 #[test]
-fn each_robot_keeps_its_task_on_many_seeds() {
+fn each_robot_keeps_its_task_with_many_seeds() {
     for seed in 1..=8 {
         println!("seed {seed}");
         assert_specialized(&Story::play(setup(NAME, seed)));
@@ -44,7 +45,7 @@ fn each_robot_keeps_its_task_by_processes() {
     assert_specialized(&Story::read(lab.log("run")));
 }
 
-/// Kills a mover with half of the items out of the spills.
+/// Kills a mover after half of the items, and checks that green takes over the task.
 fn kill_half_way(victim: &str, orphan: &str) {
     let lab = Lab::new();
     let mut team = Team::start(&lab, &[NAME, "--speed", "60x"]);
@@ -53,36 +54,36 @@ fn kill_half_way(victim: &str, orphan: &str) {
     team.wait().expect(0);
     let story = Story::read(lab.log("run"));
 
-    let death = story.only("gone");
-    assert_eq!(death.robot, victim);
-    assert_eq!(story.active(victim, death.t_ms), Some(orphan));
+    let crash = story.only("gone");
+    assert_eq!(crash.robot, victim);
+    assert_eq!(story.active(victim, crash.t_ms), Some(orphan));
     assert_eq!(story.all("delivered").count(), 24);
 
-    let done: Vec<_> = story
+    let after_crash: Vec<_> = story
         .events
         .iter()
-        .filter(|row| row.t_ms > death.t_ms)
+        .filter(|row| row.t_ms > crash.t_ms)
         .collect();
-    assert!(done.iter().all(|row| row.robot != victim));
-    let mut takers = done
+    assert!(after_crash.iter().all(|row| row.robot != victim));
+    let mut takers = after_crash
         .iter()
         .filter(|row| row.kind == "activated" && row.subject == orphan);
     assert_eq!(takers.next().unwrap().robot, "green");
-    let activated: BTreeSet<&str> = done
+    let activated: BTreeSet<&str> = after_crash
         .iter()
         .filter(|row| row.kind == "activated")
         .map(|row| &*row.subject)
         .collect();
     assert_eq!(activated, BTreeSet::from([BOTTOM, TOP, REPORT]));
-    assert!(done.iter().any(|row| row.kind == "reported"));
+    assert!(after_crash.iter().any(|row| row.kind == "reported"));
 }
 
 #[test]
-fn two_do_three_tasks_when_the_mover_of_the_lower_spill_is_killed() {
+fn two_robots_do_three_tasks_after_a_kill_of_the_lower_mover() {
     kill_half_way("gold", BOTTOM);
 }
 
 #[test]
-fn two_do_three_tasks_when_the_mover_of_the_upper_spill_is_killed() {
+fn two_robots_do_three_tasks_after_a_kill_of_the_upper_mover() {
     kill_half_way("blue", TOP);
 }

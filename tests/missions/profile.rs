@@ -1,4 +1,4 @@
-//! `alliance run --profile`: what robots have learned goes from run to run, and a run that it went into repeats like any other.
+//! `alliance run --profile`: learned times pass from run to run, and such a run can be repeated.
 
 use std::fs::{read_dir, read_to_string, remove_file, write};
 
@@ -19,7 +19,7 @@ const KILL: &str = "[[faults.timeline]]\nat_s = 100.0\nfault.kill = \"gold\"\n";
 const RESTART: &str = "[[faults.timeline]]\nat_s = 100.0\nfor_s = 60.0\nfault.kill = \"gold\"\n";
 const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
 
-/// The default mission, before its first tick.
+/// Returns the default mission before its first tick.
 fn team(faults: &str, seed: u64, profile: Profile) -> Team<Memory> {
     let resolved = Setup::resolve(scenario(L_ALLIANCE, faults), seed, None);
     let setup = Setup {
@@ -29,19 +29,17 @@ fn team(faults: &str, seed: u64, profile: Profile) -> Team<Memory> {
     Team::new(setup, LogLevel::Off, Memory::default()).unwrap()
 }
 
-/// What the robots know after the default mission.
 fn learned(seed: u64) -> Profile {
     mission("allocator = \"l-alliance\"", seed, Profile::default()).learned
 }
 
-/// A robot's own trials of all tasks.
-fn own<'p>(profile: &'p Profile, robot: &str) -> Vec<(&'p str, &'p KnownTimes)> {
+fn own_trials<'p>(profile: &'p Profile, robot: &str) -> Vec<(&'p str, &'p KnownTimes)> {
     let tasks = profile.robots[robot].iter();
-    let own = tasks.filter_map(|(task, times)| Some((task.as_str(), times.get(robot)?)));
-    own.collect()
+    let trials = tasks.filter_map(|(task, times)| Some((task.as_str(), times.get(robot)?)));
+    trials.collect()
 }
 
-/// Three missions in a row: to the end, with a real SIGKILL, and cut short with as little of a log as there can be.
+/// Runs three missions in a row: to the end, with a real SIGKILL, and to a limit without a log.
 #[test]
 fn processes_and_one_process_learn_the_same_and_a_replay_needs_no_file() {
     let lab = Lab::new();
@@ -72,13 +70,13 @@ fn processes_and_one_process_learn_the_same_and_a_replay_needs_no_file() {
             "{name}"
         );
 
-        // What it began with stands in its log.
+        // The log of the run contains the profile at its start.
         let setup = lab.log(&many).run.setup;
         assert_eq!(setup.profile, before, "{name}");
         let known = missions::Registry::built_in().vocabulary();
         let after = Profile::parse("many.toml", &text, &setup.scenario, &known).unwrap();
         assert_ne!(after, before, "{name}");
-        // Who dies takes with it what it has learned in this run.
+        // A crashed robot loses the times that it learned in this run.
         let gold = |profile: &Profile| profile.robots.get("gold").cloned();
         assert_eq!(gold(&after) == gold(&before), name == "second", "{name}");
         before = after;
@@ -88,10 +86,12 @@ fn processes_and_one_process_learn_the_same_and_a_replay_needs_no_file() {
     for (name, _, _) in missions {
         lab.run(&["replay", &format!("{name}-many")]).expect(0);
     }
-    assert!(!lab.path("many.toml").exists(), "a replay writes none");
+    assert!(
+        !lab.path("many.toml").exists(),
+        "a replay must not write a profile"
+    );
 }
 
-/// A new incarnation remembers what the run began with, and learns on from there.
 #[test]
 fn a_restarted_robot_begins_with_its_profile_again() {
     let profile = learned(1);
@@ -102,19 +102,18 @@ fn a_restarted_robot_begins_with_its_profile_again() {
         team.learned()
     };
     let before = at(99);
-    assert_ne!(own(&before, "gold"), own(&profile, "gold"));
-    let dead = at(102);
-    assert_eq!(dead.robots["gold"], profile.robots["gold"]);
-    assert_ne!(dead.robots["blue"], profile.robots["blue"]);
+    assert_ne!(own_trials(&before, "gold"), own_trials(&profile, "gold"));
+    let crashed = at(102);
+    assert_eq!(crashed.robots["gold"], profile.robots["gold"]);
+    assert_ne!(crashed.robots["blue"], profile.robots["blue"]);
     let again = at(161);
-    assert_eq!(own(&again, "gold"), own(&profile, "gold"));
+    assert_eq!(own_trials(&again, "gold"), own_trials(&profile, "gold"));
     let end = at(1800);
-    assert_ne!(own(&end, "gold"), own(&profile, "gold"));
+    assert_ne!(own_trials(&end, "gold"), own_trials(&profile, "gold"));
 }
 
-/// Who starts world and robots by hand states the file to the world alone; nobody writes it then.
 #[test]
-fn a_world_by_hand_reads_it() {
+fn a_separate_world_reads_the_profile() {
     let lab = Lab::new();
     let text = learned(1).to_toml();
     for name in ["p.toml", "again.toml"] {
@@ -135,12 +134,11 @@ fn a_world_by_hand_reads_it() {
     assert_ne!(read_to_string(lab.path("again.toml")).unwrap(), text);
 }
 
-/// A run that is ended early has taught something; one that was torn off has taught nothing.
 #[test]
 fn an_interrupted_run_writes_the_file_and_a_killed_world_leaves_it() {
     let lab = Lab::new();
     let text = learned(1).to_toml();
-    // What a file says beside its values does not outlive a run.
+    // Comments in the file are not kept.
     let edited = format!("# mine\n{text}");
     for name in ["interrupted.toml", "killed.toml"] {
         write(lab.path(name), &edited).unwrap();
@@ -169,24 +167,29 @@ fn an_interrupted_run_writes_the_file_and_a_killed_world_leaves_it() {
     kill(Pid::from_raw(world as i32), Signal::SIGKILL).unwrap();
     run.wait().expect(3);
     assert_eq!(read_to_string(lab.path("killed.toml")).unwrap(), edited);
-    let left = read_dir(lab.path("")).unwrap().filter(|it| {
-        let name = it.as_ref().unwrap().file_name();
+    let left = read_dir(lab.path("")).unwrap().filter(|entry| {
+        let name = entry.as_ref().unwrap().file_name();
         name.to_string_lossy().starts_with(".alliance-new-")
     });
-    assert_eq!(left.count(), 0, "a file that was begun is left");
+    assert_eq!(left.count(), 0, "a partial file is left");
 }
 
-/// From a tenth of what a unit takes and from ten times as much: what robots believe comes near to what they need, and too little
-/// patience, which costs time, is unlearned. docs/allocators/l-alliance.md has the whole table.
+/// Estimates of a tenth and of ten times the real times converge within ten missions, and the missions become faster
+/// if patience was too short. docs/allocators/l-alliance.md has the whole table.
 #[test]
-fn in_ten_missions_bad_values_are_unlearned() {
+fn wrong_estimates_converge_within_ten_missions() {
     let lines = "allocator = \"l-alliance\"";
-    let truth = &ten(lines, 1, Profile::default())[9].learned;
+    let reference_profile = &ten(lines, 1, Profile::default())[9].learned;
     for factor in [0.1, 10.0] {
         let begin = wrong_by(factor);
-        let done = ten(lines, 1, begin.clone());
-        let learned = done.iter().map(|mission| error(&mission.learned, truth));
-        let (before, learned) = (error(&begin, truth), learned.collect::<Vec<f64>>());
+        let missions = ten(lines, 1, begin.clone());
+        let learned = missions
+            .iter()
+            .map(|mission| error(&mission.learned, reference_profile));
+        let (before, learned) = (
+            error(&begin, reference_profile),
+            learned.collect::<Vec<f64>>(),
+        );
         assert!(before > 7.0, "{before}");
         assert!(learned[0] < before, "{before}, then {learned:?}");
         assert!(
@@ -194,7 +197,7 @@ fn in_ten_missions_bad_values_are_unlearned() {
             "{before}, then {learned:?}"
         );
         if factor < 1.0 {
-            let took_s: Vec<f64> = done.iter().map(|mission| mission.took_s).collect();
+            let took_s: Vec<f64> = missions.iter().map(|mission| mission.took_s).collect();
             assert!(took_s[9] < took_s[0], "{took_s:?}");
         }
     }

@@ -1,4 +1,4 @@
-//! What push promises, from the logs of whole runs (docs/missions/push.md).
+//! The push mission as in docs/missions/push.md, from the logs of whole runs.
 
 use alliance_proto::fault::{Fault, MissionFault, Order};
 use alliance_proto::log::{EventRow, LogLevel};
@@ -13,7 +13,7 @@ use crate::harness::Lab;
 use crate::in_process::run;
 use crate::recompute::log_of;
 
-/// Parker's box, with nothing but these faults.
+/// Returns the scenario of Parker's box with these faults only.
 fn parker_box(faults: &[(f64, Fault)]) -> Scenario {
     let vocabulary = Registry::built_in().vocabulary();
     let builtin = vocabulary.builtin("parker-box").unwrap();
@@ -34,7 +34,7 @@ fn add() -> (f64, Fault) {
     (ADDED_S, Fault::Add("genghis".to_owned()))
 }
 
-/// When blue is killed, and genghis comes, s.
+/// The times of blue's kill and of genghis' addition, in s.
 const KILLED_S: f64 = 75.0;
 const ADDED_S: f64 = 120.0;
 
@@ -45,7 +45,7 @@ fn events(scenario: &Scenario, expected: Outcome) -> Vec<EventRow> {
     log_of(recorder).rows().unwrap()
 }
 
-/// A stroke: when it ended, s, by whom, at which end, and how far that came forward, m.
+/// A stroke: its end time in s, the robot, the end of the bar, and the distance in m.
 #[derive(Clone, Debug, PartialEq)]
 struct Stroke {
     at_s: f64,
@@ -65,7 +65,7 @@ fn strokes(events: &[EventRow]) -> Vec<Stroke> {
     strokes.collect()
 }
 
-/// When a robot activates a behavior, from a time on, s.
+/// Returns the times of a robot's activations of a behavior from a time on, in s.
 fn activations(events: &[EventRow], robot: &str, behavior: &str, from_s: f64) -> Vec<f64> {
     let rows = events.iter().filter(|event| {
         event.kind == "activated" && event.robot == robot && event.detail == behavior
@@ -74,23 +74,24 @@ fn activations(events: &[EventRow], robot: &str, behavior: &str, from_s: f64) ->
     times.filter(|at_s| *at_s >= from_s).collect()
 }
 
-fn takes_turns(strokes: &[Stroke]) {
+fn assert_ends_alternate(strokes: &[Stroke]) {
     for pair in strokes.windows(2) {
         assert_ne!(pair[0].end, pair[1].end, "{pair:?}");
     }
 }
 
-/// Two robots, undisturbed: after the first two strokes, which are at one time, the ends take turns, and each robot keeps to its own. From
-/// one stroke to the next it is 3.7 s: a step until it is heard of, 2.0 s of motivation, and a push that moves the end by 0.37 m, as the
-/// body moves by 0.34 m at 0.2 m/s.
+/// Two robots without faults: after two simultaneous strokes the ends alternate, and each robot keeps its end.
+///
+/// The strokes are 3.7 s apart: one step for the message, 2.0 s of motivation, and a push at 0.2 m/s that moves the
+/// end by 0.37 m.
 #[test]
-fn two_robots_push_their_ends_in_turns() {
+fn two_robots_push_their_ends_alternately() {
     let all = strokes(&events(&parker_box(&[]), Outcome::Complete));
     assert_eq!(all[0].at_s, all[1].at_s, "both ends are due at first");
-    takes_turns(&all[2..]);
+    assert_ends_alternate(&all[2..]);
     for stroke in &all {
-        let own = if stroke.end == "left" { "red" } else { "blue" };
-        assert_eq!(stroke.robot, own, "{stroke:?}");
+        let expected = if stroke.end == "left" { "red" } else { "blue" };
+        assert_eq!(stroke.robot, expected, "{stroke:?}");
     }
     let after_first = &all[3..all.len() - 1];
     assert!(after_first.len() >= 30, "{}", after_first.len());
@@ -99,15 +100,15 @@ fn two_robots_push_their_ends_in_turns() {
         assert!((apart_s - 3.7).abs() < 0.151, "{pair:?}");
         assert!((pair[1].moved_m - 0.37).abs() < 0.02, "{pair:?}");
     }
-    // 7 m by 18 or 19 strokes at each end.
+    // 7 m take 18 or 19 strokes at each end.
     let at = |end: &str| all.iter().filter(|stroke| stroke.end == end).count();
     assert!((18..=21).contains(&at("left")), "{}", at("left"));
     assert!((18..=21).contains(&at("right")), "{}", at("right"));
 }
 
-/// The bar never turns by more than a stroke, and its middle keeps to its line: what leans to one side only drifts aside.
+/// The bar never turns by more than a stroke, and its center stays on its line.
 #[test]
-fn the_bar_keeps_to_its_lane() {
+fn the_bar_stays_in_its_lane() {
     let setup = Setup::resolve(parker_box(&[]), 1, None).unwrap().setup;
     let mut team = Team::new(setup, LogLevel::Off, alliance_proto::log::Memory::default()).unwrap();
     while team.tick().unwrap().is_none() {
@@ -118,13 +119,13 @@ fn the_bar_keeps_to_its_lane() {
     }
 }
 
-/// Blue is killed at half way: red takes over the other end when it has been silent for τ, and has been due for 8 s; from then on it makes
-/// every stroke, left and right in turn.
+/// Blue is killed halfway. Red takes over the other end after the silence of τ and 8 s of impatience, and then pushes
+/// both ends alternately.
 #[test]
-fn alone_a_robot_pushes_both_ends_in_turns() {
+fn a_lone_robot_pushes_both_ends_alternately() {
     let all = events(&parker_box(&[kill()]), Outcome::Complete);
     let red = activations(&all, "red", "push(right)", 0.0);
-    // Its last heartbeat, τ; the end of red's stroke, and that it is seen.
+    // The latest time: blue's last heartbeat plus τ, or the end of red's stroke, and then the impatience.
     let last_left = strokes(&all)
         .iter()
         .rfind(|stroke| stroke.end == "left" && stroke.at_s < red[0])
@@ -138,12 +139,12 @@ fn alone_a_robot_pushes_both_ends_in_turns() {
     );
     let alone: Vec<Stroke> = strokes(&all)
         .into_iter()
-        .filter(|it| it.at_s > red[0])
+        .filter(|stroke| stroke.at_s > red[0])
         .collect();
     assert!(alone.len() > 10);
-    takes_turns(&alone);
+    assert_ends_alternate(&alone);
     assert!(alone.iter().all(|stroke| stroke.robot == "red"));
-    // Slower per meter than two: by what goes back, the way, and 8 s of impatience.
+    // A lone robot is slower per meter because of backward motion, driving, and 8 s of impatience.
     let arrived = all
         .iter()
         .find(|event| event.kind == "arrived")
@@ -154,32 +155,36 @@ fn alone_a_robot_pushes_both_ends_in_turns() {
     assert!((4.0..9.0).contains(&slower), "{slower}");
 }
 
-/// Genghis comes: within 20 s red makes its last stroke at the right end. Genghis' strokes take twice as long, and red waits.
+/// Genghis is added: red makes its last stroke at the right end within 20 s. Genghis needs twice as long for a
+/// stroke, and red waits.
 #[test]
-fn when_another_robot_comes_each_keeps_to_its_end() {
+fn after_an_addition_each_robot_keeps_its_end() {
     let all = events(&parker_box(&[kill(), add()]), Outcome::Complete);
     let of_genghis: Vec<Stroke> = strokes(&all)
         .into_iter()
-        .filter(|it| it.robot == "genghis")
+        .filter(|stroke| stroke.robot == "genghis")
         .collect();
     assert!(of_genghis.len() > 3, "{of_genghis:?}");
     assert!(
         of_genghis.iter().all(|stroke| stroke.end == "right"),
         "{of_genghis:?}"
     );
-    for stroke in strokes(&all).iter().filter(|it| it.at_s > ADDED_S + 20.0) {
-        let own = if stroke.end == "left" {
+    for stroke in strokes(&all)
+        .iter()
+        .filter(|stroke| stroke.at_s > ADDED_S + 20.0)
+    {
+        let expected = if stroke.end == "left" {
             "red"
         } else {
             "genghis"
         };
-        assert_eq!(stroke.robot, own, "{stroke:?}");
+        assert_eq!(stroke.robot, expected, "{stroke:?}");
     }
 }
 
-/// Genghis babbles: it yields at ψ, 30 s after it activated, and red takes its end within a second of that.
+/// A babbling genghis yields after ψ, 30 s after its activation, and red takes its end within a second.
 #[test]
-fn a_babbler_is_waited_for_until_it_yields() {
+fn a_babbling_robot_yields_after_psi() {
     let babble = (180.0, Fault::Babble("genghis".to_owned()));
     let mut scenario = parker_box(&[kill(), add(), babble]);
     scenario.limit_s = 260.0;
@@ -202,9 +207,9 @@ fn a_babbler_is_waited_for_until_it_yields() {
     );
 }
 
-/// A bar that gives way to nobody: whoever pushes it gives up after λ, and goes on when it gives way again.
+/// A robot gives up a stuck bar after λ, and continues when the bar moves again.
 #[test]
-fn a_stuck_bar_is_given_up_and_taken_up_again() {
+fn a_stuck_bar_is_given_up_and_resumed() {
     let stuck = MissionFault::new(BAR_STUCK, &[("stuck_s", 80.0)]);
     let scenario = parker_box(&[(20.0, Fault::Mission(stuck))]);
     let all = events(&scenario, Outcome::Complete);
@@ -213,19 +218,18 @@ fn a_stuck_bar_is_given_up_and_taken_up_again() {
     assert!(
         all.iter()
             .any(|event| event.reason.contains("lambda") || event.reason.contains("psi")),
-        "nobody gives up"
+        "no robot gives up"
     );
     let between = strokes(&all)
         .iter()
-        .filter(|it| (20.5..99.9).contains(&it.at_s))
+        .filter(|stroke| (20.5..99.9).contains(&stroke.at_s))
         .count();
     assert_eq!(between, 0);
     assert!(strokes(&all).iter().any(|stroke| stroke.at_s > 100.0));
 }
 
-/// Who does not see the bar takes no part: the other one does both ends.
 #[test]
-fn without_its_bar_sensor_a_robot_leaves_both_ends_to_the_other() {
+fn without_its_bar_sensor_a_robot_leaves_both_ends_to_the_other_robot() {
     let text = "[[faults.timeline]]\nat_s = 30.0\nfault.sensor = { robot = 'blue', device = 'bar', mode = 'dead' }\n";
     let vocabulary = Registry::built_in().vocabulary();
     let faults = Scenario::parse(
@@ -236,14 +240,14 @@ fn without_its_bar_sensor_a_robot_leaves_both_ends_to_the_other() {
     let mut scenario = parker_box(&[]);
     scenario.faults = faults.unwrap().faults;
     let all = strokes(&events(&scenario, Outcome::Complete));
-    let later = || all.iter().filter(|it| it.at_s > 40.0);
+    let later = || all.iter().filter(|stroke| stroke.at_s > 40.0);
     assert!(later().all(|stroke| stroke.robot == "red"));
     assert!(later().any(|stroke| stroke.end == "right"));
 }
 
-/// By processes, with a real SIGKILL, as in one; and again from its inputs.
+/// Compares processes, with a real SIGKILL, with one process and with a replay.
 #[test]
-fn processes_write_the_bytes_of_one_process_and_a_replay() {
+fn processes_write_the_bytes_of_one_process_and_of_a_replay() {
     let lab = Lab::new();
     let arguments = ["parker-box", "--limit", "90"];
     lab.mission("processes", &arguments).expect(1);
@@ -253,9 +257,9 @@ fn processes_write_the_bytes_of_one_process_and_a_replay() {
     lab.run(&["replay", "processes"]).expect(0);
 }
 
-/// Six bars, a robot killed: all that must hold does in each tick, and every bar arrives.
+/// Checks that with six bars and a kill the invariants hold in each tick and every bar arrives.
 #[test]
-fn a_family_copes_with_a_death() {
+fn a_large_push_mission_survives_a_crash() {
     let mut scenario = family(12, 6);
     scenario.faults.timeline = vec![Order {
         at_s: Some(20.0),

@@ -1,4 +1,4 @@
-//! Programs in Python, as somebody outside would write them.
+//! Python programs as external users write them.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -7,8 +7,8 @@ use alliance_tests::needs::cannot_run;
 
 use crate::harness::Lab;
 
-/// A Python that has these modules: the one that `.ci/run` makes beside the programs under test, or the system's. `None` where
-/// there is none and a test may be skipped.
+/// Returns a Python with these modules: one in a `python` folder next to the programs under test, or that of the
+/// system. Returns `None` without one, if the test may be skipped.
 pub fn python(modules: &[&str]) -> Option<PathBuf> {
     let program = Path::new(env!("CARGO_BIN_EXE_alliance-under-test"));
     let made = program
@@ -32,7 +32,7 @@ pub fn python(modules: &[&str]) -> Option<PathBuf> {
     found
 }
 
-/// Runs a script of tests/python in the lab and gives what it prints.
+/// Runs a script of tests/python in the lab and returns its output.
 #[track_caller]
 pub fn run(lab: &Lab, python: &Path, script: &str, arguments: &[&str]) -> String {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("python");
@@ -44,7 +44,7 @@ pub fn run(lab: &Lab, python: &Path, script: &str, arguments: &[&str]) -> String
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .output()
         .unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{script}: {said}");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{script}: {stderr}");
     String::from_utf8(output.stdout).unwrap()
 }

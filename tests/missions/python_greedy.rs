@@ -1,5 +1,5 @@
-//! The first example of a mind in Python, docs/examples/python/greedy.py, written in Rust once more: both have the same hashes, for
-//! the engine is the same. The hashes lie with the tests in Python, which run the other one of the two.
+//! The rule of the example docs/examples/python/greedy.py in Rust: both use the same engine and give the same hashes.
+//! The tests of the Python package contain the hashes.
 
 use std::collections::BTreeMap;
 
@@ -18,14 +18,14 @@ use serde::Deserialize;
 #[derive(Clone, Debug)]
 struct Greedy {
     me: Me,
-    /// Since when the active set has been active.
+    /// The activation time of the active behavior set.
     since: SimTime,
-    /// By task and teammate: since when it says to be at it, and when it was heard last.
+    /// By task and teammate: the start of its claim, and the time of its last received heartbeat.
     claims: BTreeMap<TaskId, BTreeMap<RobotId, (SimTime, SimTime)>>,
 }
 
 impl Greedy {
-    /// Those who are at a task and not silent for too long, by the age of their claim.
+    /// Returns the teammates with a fresh claim on the task, earliest claim first.
     fn rivals(&self, task: TaskId, now: SimTime) -> Vec<(SimTime, RobotId)> {
         let seconds = SimTime::as_secs_f64;
         let claims = self.claims.get(&task).into_iter().flatten();
@@ -38,19 +38,20 @@ impl Greedy {
 
     fn chosen<'i>(&self, input: &'i Input<'_>, decision: &Decision) -> Option<&'i Choice> {
         let mut choices = input.choices.iter();
-        let mine = choices.find(|it| Some(it.behavior) == decision.active);
-        if let Some(mine) = mine.filter(|it| it.applicable) {
-            let own = (self.since, self.me.robot);
+        let mine = choices.find(|choice| Some(choice.behavior) == decision.active);
+        if let Some(mine) = mine.filter(|choice| choice.applicable) {
+            let own_claim = (self.since, self.me.robot);
             let rivals = self.rivals(mine.task, input.now);
-            let earlier = rivals.iter().filter(|rival| **rival < own);
+            let earlier = rivals.iter().filter(|rival| **rival < own_claim);
             if earlier.count() < mine.max_robots {
                 return Some(mine);
             }
         }
-        let is_free =
-            |it: &&Choice| it.applicable && self.rivals(it.task, input.now).len() < it.max_robots;
+        let is_free = |choice: &&Choice| {
+            choice.applicable && self.rivals(choice.task, input.now).len() < choice.max_robots
+        };
         let order = |a: &&Choice, b: &&Choice| {
-            let cost = |it: &Choice| it.cost_s.unwrap_or(f64::INFINITY);
+            let cost = |choice: &Choice| choice.cost_s.unwrap_or(f64::INFINITY);
             let by_cost = cost(a).total_cmp(&cost(b));
             let by_priority = b.priority.cmp(&a.priority);
             by_priority.then(by_cost).then(a.behavior.cmp(&b.behavior))
@@ -72,18 +73,18 @@ impl Allocator for Greedy {
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         for broadcast in input.heard {
-            let Content::Heartbeat(word) = &broadcast.body else {
+            let Content::Heartbeat(heartbeat) = &broadcast.body else {
                 continue;
             };
             for claims in self.claims.values_mut() {
                 claims.remove(&broadcast.sender);
             }
-            if let (TaskState::Executing, Some(task)) = (word.state, word.task) {
+            if let (TaskState::Executing, Some(task)) = (heartbeat.state, heartbeat.task) {
                 let claims = self.claims.entry(task).or_default();
-                claims.insert(broadcast.sender, (word.since, input.now));
+                claims.insert(broadcast.sender, (heartbeat.since, input.now));
             }
         }
-        let chosen = self.chosen(input, decision).map(|it| it.behavior);
+        let chosen = self.chosen(input, decision).map(|choice| choice.behavior);
         if chosen != decision.active {
             self.since = input.now;
         }
@@ -105,7 +106,7 @@ impl Allocator for Greedy {
     }
 }
 
-/// What both are run in, and what comes of it: by `MISSION SEED`.
+/// The settings of both runs, and the hashes by `MISSION SEED`.
 #[derive(Deserialize)]
 struct Expected {
     faults: Vec<serde_json::Value>,
@@ -125,7 +126,9 @@ fn greedy_in_rust_has_the_hashes_of_greedy_in_python() {
     for (run, hash) in &expected.hashes {
         let (mission, seed) = run.split_once(' ').unwrap();
         let mut missions = vocabulary.missions.iter();
-        let mission = missions.find(|it| it.name() == mission).unwrap();
+        let mission = missions
+            .find(|candidate| candidate.name() == mission)
+            .unwrap();
         let mut scenario = mission.family(expected.robots, expected.size).unwrap();
         scenario.limit_s = expected.limit_s;
         scenario.allocator = Some("greedy".to_owned());

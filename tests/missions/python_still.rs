@@ -1,9 +1,11 @@
-//! `Still` stands and says that it is idle: as a whole mind in Rust here, as one in Python by the package alliance-agent (whose tests
-//! have these hashes, too), and in Python alone, tests/python/agent.py. All have the same hash. So has `Listener`, which turns by what
-//! it hears, where links do all that they can do to messages.
+//! The controllers `Still` and `Listener` in Rust, with the package alliance-agent, and in plain Python
+//! (tests/python/agent.py): all have the same hashes.
 //!
-//! And that program speaks the language of the bus as it is: it reads and writes every message of the fuzzers' corpus, and the fields
-//! that it lists are those of serde.
+//! `Still` stands still and reports that it is idle. `Listener` turns by the messages that it receives under link
+//! faults.
+//!
+//! The Python program also reads and writes every message of the fuzz corpora, and its lists of fields equal those of
+//! serde.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -38,13 +40,13 @@ use crate::harness::Lab;
 use crate::python::python;
 use crate::shapes::Shapes;
 
-/// What a Python needs for the program.
+/// The Python modules that the program needs.
 const MODULES: [&str; 2] = ["zenoh", "xxhash"];
 
 #[derive(Clone, Debug)]
 struct Still {
-    own: Vec<OwnBehavior>,
-    /// `None`: it does not listen.
+    behaviors: Vec<OwnBehavior>,
+    /// The turn rate, or `None` for a controller that ignores messages.
     turn_rad_s: Option<f32>,
     position: Option<Vec2>,
     is_laden: bool,
@@ -65,28 +67,28 @@ impl AgentMission for Still {
     ) {
         self.position = moment.readings.pose.map(|pose| pose.position);
         self.is_laden = moment.readings.mission.items().holding == Some(true);
-        perception.applicable.resize(self.own.len(), false);
+        perception.applicable.resize(self.behaviors.len(), false);
         if let Some(turn_rad_s) = &mut self.turn_rad_s {
             let heartbeats = heard
                 .iter()
-                .filter(|it| matches!(it.body, Content::Heartbeat(_)));
-            let shares = (1..)
-                .zip(heartbeats)
-                .map(|(place, it)| place * (u64::from(it.sender.0) + 1) * (it.sent.0 / 50 + 1));
+                .filter(|broadcast| matches!(broadcast.body, Content::Heartbeat(_)));
+            let shares = (1..).zip(heartbeats).map(|(place, broadcast)| {
+                place * (u64::from(broadcast.sender.0) + 1) * (broadcast.sent.0 / 50 + 1)
+            });
             *turn_rad_s = (shares.sum::<u64>() % 128) as f32 / 128.0;
         }
     }
 
     fn choices(&self, _: &Moment<'_>, _: &[bool], choices: &mut Vec<Choice>) {
-        choices.extend(self.own.iter().map(|own| Choice {
-            behavior: own.id,
-            task: own.task,
+        choices.extend(self.behaviors.iter().map(|behavior| Choice {
+            behavior: behavior.id,
+            task: behavior.task,
             round: SimTime::ZERO,
             applicable: false,
             cost_s: None,
             reward: 1.0,
-            priority: own.priority,
-            max_robots: own.max_robots,
+            priority: behavior.priority,
+            max_robots: behavior.max_robots,
         }));
     }
 
@@ -124,7 +126,6 @@ impl Allocator for Idle {
     fn step(&mut self, _: &Input<'_>, _: &mut Decision) {}
 }
 
-/// The minds by their names.
 #[derive(Clone, Copy, Debug)]
 enum Stills {
     Still,
@@ -155,7 +156,7 @@ impl Prepared for Stills {
 
     fn mission(&self, robot: RobotId, setup: &Setup) -> Option<Box<dyn AgentMission>> {
         Some(Box::new(Still {
-            own: OwnBehavior::all_of(robot, setup),
+            behaviors: OwnBehavior::all_of(robot, setup),
             turn_rad_s: matches!(self, Self::Listener).then_some(0.0),
             position: None,
             is_laden: false,
@@ -163,7 +164,7 @@ impl Prepared for Stills {
     }
 }
 
-/// What they are run in, and the hashes by seed.
+/// The settings of the runs, and the hashes by seed.
 #[derive(Deserialize)]
 struct Expected {
     scenario: String,
@@ -172,13 +173,13 @@ struct Expected {
     hashes: BTreeMap<u64, String>,
 }
 
-/// By the name of the mind.
+/// Returns the expected results by the name of the controller.
 fn expected() -> BTreeMap<String, Expected> {
     serde_json::from_str(include_str!("../../bindings/python/tests/still.json")).unwrap()
 }
 
 #[test]
-fn still_and_listener_in_rust_have_the_hashes_of_those_in_python() {
+fn still_and_listener_in_rust_have_the_hashes_of_the_python_versions() {
     let minds = [Stills::Still, Stills::Listener].map(|mind| Arc::new(mind) as _);
     let registry = minds.into_iter().fold(Registry::built_in(), Registry::mind);
     for (mind, expected) in expected() {
@@ -205,8 +206,8 @@ fn still_and_listener_in_rust_have_the_hashes_of_those_in_python() {
     }
 }
 
-/// Runs that mind without any of our code, each seed; the command that starts it. Killed, it is dead; asked again by the log of
-/// `run-1`, it answers the same.
+/// Runs a controller by the plain Python program with each seed, and compares the hashes. Its answers to the log of
+/// `run-1` must be the same.
 #[track_caller]
 fn run_by_program(lab: &Lab, python: &Path, mind: &str) {
     let expected = &expected()[mind];
@@ -229,22 +230,26 @@ fn run_by_program(lab: &Lab, python: &Path, mind: &str) {
         lab.mission(&out, &["mine.toml", "--seed", &seed, &command])
             .expect(1);
         let log = lab.log(&out);
-        let said = std::fs::read_to_string(lab.path(&out).join("logs/gold.log")).unwrap();
-        assert_eq!(log.run.hash.as_ref(), Some(hash), "seed {seed}: {said}");
+        let agent_log = std::fs::read_to_string(lab.path(&out).join("logs/gold.log")).unwrap();
+        assert_eq!(
+            log.run.hash.as_ref(),
+            Some(hash),
+            "seed {seed}: {agent_log}"
+        );
         assert!(log.run.faults.iter().all(|fault| fault.hits > 0));
     }
     lab.run(&["replay", "run-1", &command]).expect(0);
 }
 
 #[test]
-fn still_without_any_of_our_code_has_the_same_hash() {
+fn still_in_plain_python_has_the_same_hash() {
     if let Some(python) = python(&MODULES) {
         run_by_program(&Lab::new(), &python, "still");
     }
 }
 
 #[test]
-fn without_any_of_our_code_links_do_the_same_to_its_messages() {
+fn listener_in_plain_python_has_the_same_hash_under_link_faults() {
     let Some(python) = python(&MODULES) else {
         return;
     };
@@ -256,9 +261,12 @@ fn without_any_of_our_code_links_do_the_same_to_its_messages() {
             .unwrap()
             .into_iter()
             .filter(|row| row.receiver == "gold");
-        let fates: BTreeSet<String> = rows.map(|row| row.fate).collect();
-        for fate in ["cut", "delayed", "dropped", "duplicate", "heard"] {
-            assert!(fates.contains(fate), "{fate} happened to no message");
+        let deliveries: BTreeSet<String> = rows.map(|row| row.fate).collect();
+        for delivery in ["cut", "delayed", "dropped", "duplicate", "heard"] {
+            assert!(
+                deliveries.contains(delivery),
+                "{delivery} applies to no message"
+            );
         }
     }
 }
@@ -273,7 +281,7 @@ fn informed() -> ToAgent {
     ToAgent::Informed(Box::default(), vec![offer])
 }
 
-/// A report of a robot at which everything happens at once.
+/// Returns a report with a value in each of its lists.
 fn busy() -> Report {
     let deed = ItemsDeed {
         gripper: Gripper::Pick,
@@ -305,7 +313,7 @@ fn busy() -> Report {
     }
 }
 
-/// A heartbeat that tells of an item somewhere on the floor.
+/// Returns a heartbeat with the position of a loose item.
 fn knowing() -> Broadcast {
     let item = LooseItem {
         at: Vec2::ONE,
@@ -344,7 +352,7 @@ fn script() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("python/agent.py")
 }
 
-/// Every message of the corpus, by its type in the program's words.
+/// Returns every message of the corpus, by the program's type names.
 fn corpus() -> BTreeMap<&'static str, Vec<std::path::PathBuf>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus");
     let types = [
@@ -376,7 +384,7 @@ fn corpus() -> BTreeMap<&'static str, Vec<std::path::PathBuf>> {
 }
 
 #[test]
-fn it_reads_and_writes_every_message_of_the_corpus() {
+fn the_python_agent_reads_and_writes_every_message_of_the_corpus() {
     let Some(python) = python(&MODULES) else {
         return;
     };
@@ -387,13 +395,13 @@ fn it_reads_and_writes_every_message_of_the_corpus() {
             .args(files)
             .output();
         let checked = checked.unwrap();
-        let said = String::from_utf8_lossy(&checked.stderr);
-        assert!(checked.status.success(), "{of}: {said}");
+        let stderr = String::from_utf8_lossy(&checked.stderr);
+        assert!(checked.status.success(), "{of}: {stderr}");
     }
 }
 
 #[test]
-fn its_lists_of_fields_are_those_of_serde() {
+fn the_field_lists_of_the_python_agent_equal_those_of_serde() {
     let Some(python) = python(&MODULES) else {
         return;
     };
@@ -402,8 +410,8 @@ fn its_lists_of_fields_are_those_of_serde() {
         .arg("--types")
         .output()
         .unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
     let listed: BTreeMap<String, Vec<String>> = serde_json::from_slice(&output.stdout).unwrap();
 
     let mut shapes = Shapes::default();
@@ -419,22 +427,22 @@ fn its_lists_of_fields_are_those_of_serde() {
             }
         }
     }
-    // What no mission of the corpus had.
+    // These parts occur in no message of the corpus.
     shapes.see::<ToAgent>(&encode(&informed()).unwrap());
     shapes.see::<Report>(&encode(&busy()).unwrap());
     shapes.see::<Broadcast>(&encode(&knowing()).unwrap());
     let seen = shapes.lists();
     for (name, parts) in &seen {
-        // A fact is generic, and the program has one for each value.
+        // A fact is generic. The program has one type for each value.
         let of_program: Vec<_> = match name.as_str() {
             "Fact" => listed
                 .iter()
                 .filter(|(name, _)| name.starts_with("Fact"))
-                .map(|it| it.1)
+                .map(|(_, parts)| parts)
                 .collect(),
             _ => listed.get(name).into_iter().collect(),
         };
-        assert!(!of_program.is_empty(), "the program does not know {name}");
+        assert!(!of_program.is_empty(), "the program has no type {name}");
         for listed in of_program {
             assert_eq!(listed, parts, "{name}");
         }
@@ -445,6 +453,6 @@ fn its_lists_of_fields_are_those_of_serde() {
     assert_eq!(
         unseen.collect::<Vec<_>>(),
         Vec::<&String>::new(),
-        "no such type crosses the bus"
+        "no message contains this type"
     );
 }

@@ -1,4 +1,4 @@
-//! Recipes for a team on several machines: each keeps the schema of what reads it, and what it starts is started, on loopback.
+//! Recipes for a team on several machines: each file is valid for its tool, and its commands run on loopback.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,23 +16,23 @@ fn recipe(name: &str) -> PathBuf {
     root.join("docs/examples/machines").join(name)
 }
 
-/// The commands of the containers of a file that keeps its schema.
+/// Returns the commands of the containers in a file, after a check of the file's schema.
 fn containers(lab: &Lab, kind: &str) -> Option<BTreeMap<String, Vec<String>>> {
     let python = python(&["kubernetes_validate", "check_jsonschema", "yaml"])?;
     let file = recipe(&format!("{kind}.yaml"));
     let file = file.to_str().unwrap();
-    let said = run(lab, &python, "recipes.py", &[kind, file]);
-    Some(serde_json::from_str(&said).unwrap())
+    let output = run(lab, &python, "recipes.py", &[kind, file]);
+    Some(serde_json::from_str(&output).unwrap())
 }
 
-/// Where the recipe's team finds itself on this machine.
+/// A test setup for a recipe's team on this machine.
 struct Place {
     lab: Lab,
     port: u16,
 }
 
 impl Place {
-    /// With the keys that the recipe makes, as it copies them.
+    /// Creates the setup with keys as the recipe makes and copies them.
     fn new() -> Self {
         let lab = Lab::new();
         let free = TcpListener::bind("127.0.0.1:0").unwrap();
@@ -47,7 +47,7 @@ impl Place {
         place
     }
 
-    /// The same text with places of this machine.
+    /// Returns the text with local addresses and paths.
     fn here(&self, text: &str) -> String {
         let at = format!("127.0.0.1:{}", self.port);
         text.replace("alliance-world:7447", &at)
@@ -57,15 +57,15 @@ impl Place {
             .replace("--keys=/keys", "--keys=team/keys")
     }
 
-    /// Runs both commands, each with a runtime folder of its own as machines have, to their ends; gives what the world says.
+    /// Runs both commands to their ends, each with its own runtime folder. Returns the stderr of the world.
     fn run(&self, world: &[String], host: &[String]) -> String {
         let start = |command: &[String], runtime: &str, more: &str| {
-            let command: Vec<String> = command.iter().map(|word| self.here(word)).collect();
-            let mut words: Vec<&str> = command.iter().map(String::as_str).collect();
-            words.push(more);
+            let command: Vec<String> = command.iter().map(|argument| self.here(argument)).collect();
+            let mut arguments: Vec<&str> = command.iter().map(String::as_str).collect();
+            arguments.push(more);
             let runtime = self.lab.path(runtime).display().to_string();
             self.lab
-                .start_with(&words, &[("XDG_RUNTIME_DIR", &runtime)])
+                .start_with(&arguments, &[("XDG_RUNTIME_DIR", &runtime)])
         };
         let host = start(host, "there", "--out=printed");
         let world = start(world, "here", "--out=run").wait().expect(0);
@@ -75,13 +75,13 @@ impl Place {
 }
 
 #[track_caller]
-fn assert_it_runs(world: &str, host: &str, kind: &str) {
+fn assert_recipe_runs(world: &str, host: &str, kind: &str) {
     let place = Place::new();
     let Some(containers) = containers(&place.lab, kind) else {
         return;
     };
     place.run(&containers[world], &containers[host]);
-    // The same bytes as on one machine.
+    // The bytes must be those of a run on one machine.
     let seed = "--seed=1";
     place
         .lab
@@ -91,16 +91,16 @@ fn assert_it_runs(world: &str, host: &str, kind: &str) {
 }
 
 #[test]
-fn the_compose_file_keeps_its_schema_and_its_team_runs() {
-    assert_it_runs("alliance-world", "h2", "compose");
+fn the_compose_file_is_valid_and_its_team_runs() {
+    assert_recipe_runs("alliance-world", "h2", "compose");
 }
 
 #[test]
-fn the_manifests_for_kubernetes_keep_their_schemas_and_their_team_runs() {
-    assert_it_runs("world", "host", "kubernetes");
+fn the_kubernetes_manifests_are_valid_and_their_team_runs() {
+    assert_recipe_runs("world", "host", "kubernetes");
 }
 
-/// What `systemd-analyze` finds wrong with a unit whose program is that under test.
+/// Returns the errors of `systemd-analyze` for a unit that starts the program under test.
 fn verify(lab: &Lab, name: &str, text: &str) -> String {
     let program = env!("CARGO_BIN_EXE_alliance-under-test");
     let file = lab.path(name);
@@ -111,7 +111,7 @@ fn verify(lab: &Lab, name: &str, text: &str) -> String {
 }
 
 #[test]
-fn the_units_for_systemd_hold_and_start_commands_that_are_there() {
+fn the_systemd_units_are_valid_and_start_existing_commands() {
     if Command::new("systemd-analyze")
         .arg("--version")
         .output()
@@ -126,20 +126,23 @@ fn the_units_for_systemd_hold_and_start_commands_that_are_there() {
         ("alliance-team@.service", "KilMode=mixed"),
     ] {
         let text = fs::read_to_string(recipe(name)).unwrap();
-        // This machine may have no systemd running; a line of a unit is told with the unit's name.
-        let said = verify(&lab, name, &text);
-        assert!(!said.contains("alliance-"), "{said}");
+        // Systemd may not run on this machine. An error in a unit contains the unit's name.
+        let output = verify(&lab, name, &text);
+        assert!(!output.contains("alliance-"), "{output}");
         let wrong = format!("{text}\n[Service]\n{broken}\n");
-        let said = verify(&lab, name, &wrong);
-        assert!(said.contains("alliance-"), "{broken} is not found: {said}");
+        let output = verify(&lab, name, &wrong);
+        assert!(
+            output.contains("alliance-"),
+            "{broken} is not found: {output}"
+        );
         let command = text
             .lines()
-            .find_map(|it| it.strip_prefix("ExecStart=/usr/local/bin/alliance "));
+            .find_map(|line| line.strip_prefix("ExecStart=/usr/local/bin/alliance "));
         let command = command.unwrap().replace("${HOST}", "h2");
         let command = command.replace("${WORLD}", "tls/10.0.0.1:7447");
-        let words: Vec<&str> = command.split(' ').collect();
-        // It gets as far as the files that are not there.
-        let said = lab.run(&words).expect(2).stderr;
-        assert!(said.contains("/etc/alliance/"), "{said}");
+        let arguments: Vec<&str> = command.split(' ').collect();
+        // The command stops only at the missing files.
+        let output = lab.run(&arguments).expect(2).stderr;
+        assert!(output.contains("/etc/alliance/"), "{output}");
     }
 }

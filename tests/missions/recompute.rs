@@ -1,5 +1,5 @@
-//! Every row of motivations.csv is what the formulas give for what the run's log says was heard: the independent calculation
-//! of `alliance_tests::recompute` against the robots' own.
+//! Compares every row of motivations.csv with the independent calculation of `alliance_tests::recompute` from the
+//! received messages in the log.
 
 use alliance_proto::log::RunFile;
 use missions::Registry;
@@ -21,7 +21,8 @@ use crate::team::Team;
 const PRESETS: [Preset; 3] = [Preset::Thesis, Preset::Par98, Preset::Team];
 const ORDERS: [StepOrder; 2] = [StepOrder::Simultaneous, StepOrder::InOrder];
 
-/// All built-in scenarios by ALLIANCE, with every preset in every order of steps; large teams for a shorter time.
+/// Returns all built-in scenarios with ALLIANCE, every preset and every step order. Large teams run for a shorter
+/// time.
 fn all_setups(limit_s: f64, seed: u64) -> Vec<Setup> {
     let mut setups = Vec::new();
     for builtin in Registry::built_in().vocabulary().builtins() {
@@ -45,7 +46,6 @@ fn all_setups(limit_s: f64, seed: u64) -> Vec<Setup> {
     setups
 }
 
-/// The log of a run in memory.
 pub fn log_of(recorder: Recorder<Memory>) -> RunLog {
     let memory = recorder.into_sink();
     let run = RunFile::parse(
@@ -80,7 +80,7 @@ fn name_of(setup: &Setup) -> String {
 }
 
 #[test]
-fn every_row_of_every_scenario_preset_and_order() {
+fn every_motivation_row_of_every_scenario_preset_and_step_order_agrees() {
     for setup in all_setups(400.0, 1) {
         let name = name_of(&setup);
         let team = InProcess::new(setup, LogLevel::Full, Memory::default()).unwrap();
@@ -90,7 +90,7 @@ fn every_row_of_every_scenario_preset_and_order() {
 }
 
 #[test]
-fn every_row_when_robots_die_return_and_stall_and_broadcasts_get_lost() {
+fn every_motivation_row_agrees_under_crashes_stalls_and_message_loss() {
     let rates = Rates {
         loss: 0.2,
         death: 0.002,
@@ -103,20 +103,20 @@ fn every_row_when_robots_die_return_and_stall_and_broadcasts_get_lost() {
         let log = log_of(mishaps::run(&setup, rates, seed).unwrap());
         assert_no_mismatch(&recompute(&log).unwrap(), &name);
 
-        // All that was to happen did happen.
+        // The run must contain all these events.
         let events: Vec<EventRow> = log.rows().unwrap();
         let kinds: BTreeSet<&str> = events.iter().map(|row| row.kind.as_str()).collect();
         for kind in ["gone", "joined", "stalled", "back", "lost"] {
             assert!(kinds.contains(kind), "no '{kind}' in {name}");
         }
-        let lives = events.iter().filter(|row| row.kind == "joined").count();
-        assert!(lives > setup.scenario.robots.len(), "{name}");
+        let joins = events.iter().filter(|row| row.kind == "joined").count();
+        assert!(joins > setup.scenario.robots.len(), "{name}");
     }
 }
 
-/// A calculation that called everything right would prove nothing.
+/// The comparison must detect errors, otherwise it proves nothing.
 #[test]
-fn a_wrong_row_and_an_unheard_message_are_noticed() {
+fn a_wrong_row_and_a_missing_message_are_detected() {
     let setup = all_setups(100.0, 1).swap_remove(0);
     let alliance = setup.alliance.clone();
     let team = InProcess::new(setup, LogLevel::Full, Memory::default()).unwrap();
@@ -140,7 +140,7 @@ fn a_wrong_row_and_an_unheard_message_are_noticed() {
         assert_eq!(
             mismatches.len(),
             1,
-            "the calculation goes on from its own values"
+            "the calculation continues with its own values"
         );
         assert_eq!(mismatches[0].calculated, motivations[1234]);
     }
@@ -155,9 +155,8 @@ fn a_wrong_row_and_an_unheard_message_are_noticed() {
     );
 }
 
-/// The same of processes, one of which is killed and comes back.
 #[test]
-fn every_row_of_a_run_by_processes_with_a_real_kill() {
+fn every_motivation_row_of_a_run_by_processes_with_a_real_kill_agrees() {
     let lab = Lab::new();
     let mut team = Team::start(&lab, &["--speed", "60x", "--limit", "10000"]);
     team.wait_for_row("events.csv", &[",picked,"]);

@@ -1,33 +1,37 @@
-//! Mistakes in arguments, scenario and parameters: one line that says what is wrong and what would be right, exit status 2,
-//! and nothing started.
+//! Mistakes in arguments, scenarios and parameters: one line with the problem and the remedy, exit status 2, and no
+//! started process.
 
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 
 use crate::harness::Lab;
 
-/// Refused in one line that begins with `alliance` and holds these texts; no process, no folder.
+/// Checks that a command is refused in one line with these texts, and creates no process and no folder.
 #[track_caller]
 fn assert_refused(lab: &Lab, arguments: &[&str], texts: &[&str]) {
     let finished = lab.run(arguments).expect(2);
-    let said = &finished.stderr;
+    let stderr = &finished.stderr;
     let name = &finished.name;
-    assert_eq!(said.lines().count(), 1, "not one line for {name}:\n{said}");
+    assert_eq!(
+        stderr.lines().count(),
+        1,
+        "not one line for {name}:\n{stderr}"
+    );
     assert!(
         ["alliance", "world: ", "robot-agent: "]
             .iter()
-            .any(|part| said.starts_with(part)),
-        "{name}: {said}"
+            .any(|part| stderr.starts_with(part)),
+        "{name}: {stderr}"
     );
     for text in texts {
-        assert!(said.contains(text), "no '{text}' for {name}: {said}");
+        assert!(stderr.contains(text), "no '{text}' for {name}: {stderr}");
     }
     assert_eq!(finished.stdout, "");
     assert!(
         !lab.path("runs").exists() && !lab.path("out").exists(),
-        "{name}: a folder was made"
+        "{name}: a folder was created"
     );
-    // The first thing that a world or an agent does is to look for others here.
+    // A started world or agent would create this folder first.
     assert!(
         !lab.path("runtime/alliance").exists(),
         "{name}: a process was started"
@@ -35,7 +39,7 @@ fn assert_refused(lab: &Lab, arguments: &[&str], texts: &[&str]) {
 }
 
 #[test]
-fn arguments() {
+fn wrong_arguments_are_refused_in_one_line() {
     let lab = Lab::new();
     let cases: &[(&[&str], &[&str])] = &[
         (&["rum"], &["unrecognized subcommand 'rum'", "'run'"]),
@@ -56,13 +60,13 @@ fn arguments() {
         (
             &["run", "thesis-trapped-robot", "--spills", "5"],
             &[
-                "'thesis-trapped-robot' has its own",
-                "they go with 'waste-cleanup' and ",
+                "'thesis-trapped-robot' has a fixed size",
+                "use them with 'waste-cleanup' and ",
             ],
         ),
         (
             &["run", "service", "--spills", "5"],
-            &["--spills: 'service' goes by --points"],
+            &["--spills: 'service' has another size option; use --points"],
         ),
         (
             &["run", "--spills", "5", "--points", "5"],
@@ -102,7 +106,7 @@ fn arguments() {
 }
 
 #[test]
-fn scenarios_and_parameter_files() {
+fn wrong_scenarios_and_parameter_files_are_refused_in_one_line() {
     let lab = Lab::new();
     let write = |name: &str, text: &str| std::fs::write(lab.path(name), text).unwrap();
     write("key.toml", "name = 'mine'\n\nstepms = 5\n");
@@ -172,9 +176,9 @@ fn scenarios_and_parameter_files() {
     }
 }
 
-/// Points of work: sizes that do not fit, skills of unknown kinds, tasks that nobody can do, devices that the mission lacks.
+/// Checks wrong sizes, unknown skills, impossible tasks and missing devices.
 #[test]
-fn scenarios_of_service_and_of_foraging() {
+fn wrong_service_and_foraging_scenarios_are_refused_in_one_line() {
     const SERVICE: &str = "[service]\nkinds = [{ name = 'dust', work_s = { min = 6, max = 10 } }, \
         { name = 'floor', work_s = { min = 6, max = 10 } }]\nrandom = [{ n = 4 }]\n";
     let gold = |skills: &str| format!("{SERVICE}[[robots]]\nname = 'gold'\nskills = {skills}\n");
@@ -195,7 +199,7 @@ fn scenarios_of_service_and_of_foraging() {
         ),
         (
             gold("{ dust = 1 }"),
-            "nobody has serve(p1) among its tasks and the skill floor, and 1 more tasks that nobody can do",
+            "no robot has serve(p1) among its tasks and the skill floor, and 1 more task that no robot can do",
         ),
         (
             gold("{ dust = 1, floor = 1 }\ndevices = ['gripper']"),
@@ -211,7 +215,7 @@ fn scenarios_of_service_and_of_foraging() {
         ),
         (
             "[waste]\nduration_s = 5\n".to_owned(),
-            "waste.duration_s: the clean-up ends when all is delivered",
+            "waste.duration_s: the clean-up ends when all items are delivered",
         ),
     ];
     let lab = Lab::new();
@@ -222,7 +226,7 @@ fn scenarios_of_service_and_of_foraging() {
 }
 
 #[test]
-fn a_folder_that_holds_a_run() {
+fn a_folder_with_a_run_is_not_overwritten() {
     let lab = Lab::new();
     lab.mission("run", &["--limit", "1"]).expect(1);
     let before = std::fs::read(lab.path("run/run.json")).unwrap();
@@ -234,32 +238,33 @@ fn a_folder_that_holds_a_run() {
     assert_eq!(std::fs::read(lab.path("run/run.json")).unwrap(), before);
 }
 
-/// Too few for the bus, then too few for so many robots.
+/// The first limit is too low for the bus, the second for the number of robots.
 #[test]
-fn too_few_open_files_are_told_before_anything_begins() {
+fn too_few_open_files_are_reported_before_the_run_begins() {
     for (limit, robots, status, needed) in [(16, "3", 3, 64), (80, "30", 2, 124)] {
         let lab = Lab::new();
-        let asked = std::process::Command::new("sh")
+        let run = std::process::Command::new("sh")
             .args(["-c", &format!("ulimit -n {limit}; exec \"$0\" \"$@\"")])
             .arg(env!("CARGO_BIN_EXE_alliance-under-test"))
             .args(["run", "--robots", robots, "--no-page", "--out", "run"])
             .current_dir(lab.path(""))
             .output()
             .unwrap();
-        let said = String::from_utf8(asked.stderr).unwrap();
-        assert_eq!(asked.status.code(), Some(status), "{said}");
-        let expected = format!("{needed} open files are needed and {limit} allowed");
+        let stderr = String::from_utf8(run.stderr).unwrap();
+        assert_eq!(run.status.code(), Some(status), "{stderr}");
+        let expected =
+            format!("{needed} open files are required, but the system allows only {limit}");
         assert!(
-            said.contains(&expected) && said.lines().count() == 1,
-            "{said}"
+            stderr.contains(&expected) && stderr.lines().count() == 1,
+            "{stderr}"
         );
         assert!(!lab.path("run").exists());
     }
 }
 
-/// As for a user who may have no further process. The limit does not hold for root, who tries as nobody.
+/// The process limit of a user. It does not apply to root, so root runs the command as another user.
 #[test]
-fn too_few_threads_are_told_before_anything_begins() {
+fn too_few_threads_are_reported_before_the_run_begins() {
     let lab = Lab::new();
     let mut limited = std::process::Command::new("prlimit");
     if nix::unistd::Uid::effective().is_root() {
@@ -267,25 +272,25 @@ fn too_few_threads_are_told_before_anything_begins() {
         let open = std::fs::Permissions::from_mode(0o777);
         std::fs::set_permissions(lab.path(""), open).unwrap();
     }
-    let asked = limited
+    let run = limited
         .arg("--nproc=1")
         .arg(env!("CARGO_BIN_EXE_alliance-under-test"))
         .args(["run", "--no-page", "--out", "run"])
         .current_dir(lab.path(""))
         .output()
         .unwrap();
-    let said = String::from_utf8(asked.stderr).unwrap();
-    assert_eq!(asked.status.code(), Some(3), "{said}");
+    let stderr = String::from_utf8(run.stderr).unwrap();
+    assert_eq!(run.status.code(), Some(3), "{stderr}");
     assert!(
-        said.starts_with("alliance: 5 threads are needed and 0 can be had")
-            && said.lines().count() == 1,
-        "{said}"
+        stderr.starts_with("alliance: 5 threads are required, but the system allows only 0")
+            && stderr.lines().count() == 1,
+        "{stderr}"
     );
     assert!(!lab.path("run").exists());
 }
 
 #[test]
-fn profiles() {
+fn wrong_profiles_are_refused_in_one_line() {
     let lab = Lab::new();
     let known = "{ trials = 1, latest_s = [20.0] }";
     let files = [
@@ -337,12 +342,12 @@ fn profiles() {
         ),
     ];
     for (file, texts) in cases {
-        for way in [&["run"][..], &["run", "--in-process"]] {
-            let given = ["--allocator", "l-alliance", "--profile", file];
-            assert_refused(&lab, &[way, &given].concat(), texts);
+        for command in [&["run"][..], &["run", "--in-process"]] {
+            let options = ["--allocator", "l-alliance", "--profile", file];
+            assert_refused(&lab, &[command, &options].concat(), texts);
         }
     }
-    // Of one that learns nothing there is nothing to be kept, whether there is a file or not.
+    // An allocator that learns nothing refuses a profile, whether the file exists or not.
     let texts = [
         "--profile new.toml",
         "alliance, which learns nothing",

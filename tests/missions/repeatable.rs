@@ -1,4 +1,4 @@
-//! The same scenario and seed give the same bytes, whatever the machine does meanwhile; and what may change them does.
+//! The same scenario and seed give the same bytes on a busy machine, and other settings change them.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,10 +6,10 @@ use std::thread::JoinHandle;
 
 use crate::harness::Lab;
 
-/// Simulated seconds after which the whole team works.
+/// The simulated time in s after which the whole team works.
 const LIMIT: &str = "100";
 
-/// Keeps every core busy with other work for as long as it lives.
+/// Load on every core until the value is dropped.
 struct BusyMachine {
     idle: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
@@ -42,7 +42,7 @@ impl Drop for BusyMachine {
     }
 }
 
-/// Hash of a run that ends at its time limit.
+/// Returns the hash of a run that ends at its time limit.
 #[track_caller]
 fn hash(lab: &Lab, out: &str, arguments: &[&str]) -> String {
     let mut all = vec!["--json"];
@@ -92,7 +92,7 @@ fn neither_speed_nor_log_level_changes_the_hash() {
 }
 
 #[test]
-fn in_order_steps_repeat_too_and_are_another_run() {
+fn in_order_steps_are_repeatable_and_give_another_run() {
     let lab = Lab::new();
     let limit = ["--limit", LIMIT, "--step-order"];
     let [name, seconds, order] = limit;
@@ -113,9 +113,9 @@ fn in_order_steps_repeat_too_and_are_another_run() {
 }
 
 #[test]
-fn another_seed_is_another_run() {
+fn another_seed_gives_another_run() {
     let lab = Lab::new();
-    // Long enough for robots to sense the items, whose places are what the seed decides.
+    // The robots must sense items, whose positions depend on the seed.
     let first = hash(&lab, "seed-1", &["--limit", LIMIT, "--seed", "1"]);
     let second = hash(&lab, "seed-2", &["--limit", LIMIT, "--seed", "2"]);
     assert_ne!(first, second);

@@ -1,5 +1,4 @@
-//! Hard rooms, by real processes (issue "It holds", item 6). The survey of 200 random ones is `--example rooms`; here a fixed
-//! few of them, and the rooms that are extreme in one way.
+//! Hard rooms by real processes: some of the 200 random rooms of `--example rooms`, and extreme rooms.
 
 use alliance_proto::scenario::{Obstacle, Robot, Room, Scenario};
 use alliance_tests::rooms::random_room;
@@ -7,10 +6,10 @@ use missions::waste::data::{WasteSection, default_scenario};
 
 use crate::harness::Lab;
 
-/// Three times the median time of 200 random rooms, 408 s.
+/// Three times the median duration of 200 random rooms, in s.
 const RANDOM_LIMIT_S: &str = "1224";
 
-/// Runs the scenario to its end; every item must be in the deposit then.
+/// Checks that the mission delivers every item.
 #[track_caller]
 fn assert_completes(name: &str, scenario: Scenario, limit_s: &str) {
     let items: u32 = WasteSection::of(&scenario)
@@ -55,7 +54,7 @@ fn random_rooms_with_obstacles_complete() {
 }
 
 #[test]
-fn a_room_of_4_by_3_meters() {
+fn a_room_of_4_by_3_meters_completes() {
     let room = Room {
         width_m: 4.0,
         height_m: 3.0,
@@ -64,7 +63,7 @@ fn a_room_of_4_by_3_meters() {
 }
 
 #[test]
-fn a_room_of_60_by_40_meters() {
+fn a_room_of_60_by_40_meters_completes() {
     let room = Room {
         width_m: 60.0,
         height_m: 40.0,
@@ -73,7 +72,7 @@ fn a_room_of_60_by_40_meters() {
 }
 
 #[test]
-fn one_robot_alone_with_and_without_a_side_sensor() {
+fn one_robot_completes_with_and_without_a_side_sensor() {
     assert_completes(
         "alone",
         with(|scenario| scenario.robots = robots(1)),
@@ -87,7 +86,7 @@ fn one_robot_alone_with_and_without_a_side_sensor() {
 }
 
 #[test]
-fn eight_robots() {
+fn eight_robots_complete() {
     assert_completes(
         "eight",
         with(|scenario| scenario.robots = robots(8)),
@@ -96,7 +95,7 @@ fn eight_robots() {
 }
 
 #[test]
-fn a_spill_that_touches_an_obstacle() {
+fn a_spill_that_touches_an_obstacle_completes() {
     let spill = with(|scenario| {
         scenario.obstacles = vec![Obstacle {
             x_m: 4.3,
@@ -110,7 +109,7 @@ fn a_spill_that_touches_an_obstacle() {
 }
 
 #[test]
-fn no_items_at_all_and_all_items_in_one_spill() {
+fn missions_without_items_and_with_all_items_in_one_spill_complete() {
     let none = with(|scenario| {
         for spill in &mut WasteSection::of_mut(scenario).spills {
             spill.items = 0;

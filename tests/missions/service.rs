@@ -1,4 +1,4 @@
-//! What service promises, from the logs of whole runs (docs/missions/service.md).
+//! The service mission as in docs/missions/service.md, from the logs of whole runs.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,7 +12,7 @@ use missions::service::data::ServiceSection;
 use crate::in_process::run;
 use crate::recompute::log_of;
 
-/// Who can do what in `janitorial`, by kind.
+/// The robots with the skill for each kind of work in `janitorial`.
 const ABLE: [(&str, [&str; 2]); 3] = [
     ("garbage", ["gold", "green"]),
     ("dust", ["gold", "blue"]),
@@ -25,7 +25,6 @@ fn janitorial() -> Scenario {
     Scenario::parse(builtin.name, builtin.text, &vocabulary).unwrap()
 }
 
-/// The kind of a point, by its name.
 fn kind_of(scenario: &Scenario, point: &str) -> String {
     let section = ServiceSection::of(scenario);
     let number: usize = point.trim_start_matches('p').parse().unwrap();
@@ -40,7 +39,7 @@ fn events(scenario: &Scenario, expected: Outcome) -> Vec<EventRow> {
     log_of(recorder).rows().unwrap()
 }
 
-/// Every point that arrived is done before it comes back, by a robot that can, and nobody begins what it cannot do.
+/// Checks that each point is done in its period by a robot with the skill, and that no robot begins other work.
 fn check(scenario: &Scenario, events: &[EventRow]) {
     let mut open = BTreeSet::new();
     let mut done = BTreeMap::new();
@@ -53,16 +52,16 @@ fn check(scenario: &Scenario, events: &[EventRow]) {
                 let able = ABLE.iter().find(|(name, _)| *name == kind).unwrap().1;
                 assert!(able.contains(&event.robot.as_str()), "{event:?}");
                 if event.kind == "done" {
-                    assert!(open.remove(point), "{event:?}: it was open");
+                    assert!(open.remove(point), "{event:?}: the point must be open");
                     *done.entry(kind).or_insert(0) += 1;
                 }
             }
-            "expired" => panic!("{event:?}: it was to be done in its period"),
+            "expired" => panic!("{event:?}: the point must be done in its period"),
             _ => {}
         }
     }
-    assert!(open.is_empty(), "{open:?} are left");
-    // In 1,200 s: 3 points each 150 s, 4 each 200 s, 2 each 300 s.
+    assert!(open.is_empty(), "{open:?} are not done");
+    // 1,200 s contain 3 points each 150 s, 4 each 200 s, and 2 each 300 s.
     let expected = [("dust", 24), ("floor", 8), ("garbage", 24)];
     let expected = expected.map(|(kind, count)| (kind.to_owned(), count));
     assert_eq!(done, BTreeMap::from(expected));
@@ -74,14 +73,13 @@ fn each_kind_of_work_is_done_in_every_period() {
     check(&scenario, &events(&scenario, Outcome::Complete));
 }
 
-/// Whoever is killed, others are able, and go on with all of its work.
 #[test]
-fn whoever_is_able_takes_over_from_the_dead() {
-    for dead in ["gold", "blue", "green"] {
+fn robots_with_the_skill_take_over_the_work_of_a_crashed_robot() {
+    for victim in ["gold", "blue", "green"] {
         let mut scenario = janitorial();
         scenario.faults.timeline.push(Order {
             at_s: Some(300.0),
-            ..Order::now(Fault::Kill(dead.to_owned()))
+            ..Order::now(Fault::Kill(victim.to_owned()))
         });
         let events = events(&scenario, Outcome::Complete);
         check(&scenario, &events);
@@ -92,12 +90,12 @@ fn whoever_is_able_takes_over_from_the_dead() {
             .filter(|event| event.kind == "begun")
             .map(|event| event.robot.as_str())
             .collect();
-        assert_eq!(late.len(), 2, "{late:?} work after {dead}'s death");
-        assert!(!late.contains(dead));
+        assert_eq!(late.len(), 2, "{late:?} work after the crash of {victim}");
+        assert!(!late.contains(victim));
     }
 }
 
-/// Work of a point by its rounds, s, from what its arrivals tell.
+/// Returns the work of each point in s, from its arrival events.
 fn works_s(events: &[EventRow]) -> BTreeMap<&str, f64> {
     let arrived = events.iter().filter(|event| event.kind == "arrived");
     let work = arrived.map(|event| {
@@ -107,15 +105,15 @@ fn works_s(events: &[EventRow]) -> BTreeMap<&str, f64> {
     work.collect()
 }
 
-/// A robot that gets worse at a kind of work takes longer for it, as long as that lasts, and for nothing else.
+/// A robot with a degraded skill takes longer for that kind of work only, while the fault lasts.
 #[test]
-fn a_worse_skill_takes_longer_until_it_heals() {
-    let (from, lasts) = (300.0, 450.0);
+fn a_degraded_skill_takes_longer_until_it_heals() {
+    let (from, duration) = (300.0, 450.0);
     let share = 0.3;
     let mut scenario = janitorial();
     scenario.faults.timeline.push(Order {
         at_s: Some(from),
-        for_s: Some(lasts),
+        for_s: Some(duration),
         ..Order::now(Fault::Skill(SkillFault {
             robot: "gold".to_owned(),
             skill: "dust".to_owned(),
@@ -133,7 +131,7 @@ fn a_worse_skill_takes_longer_until_it_heals() {
         if begun.kind != "begun" || begun.robot != "gold" {
             continue;
         }
-        // What others have begun it only ends.
+        // Work that other robots have begun is shorter and does not count.
         let mut before = events[..place].iter();
         let of_point = before.rfind(|event| event.subject == begun.subject);
         if of_point.is_none_or(|event| event.kind != "arrived") {
@@ -144,47 +142,47 @@ fn a_worse_skill_takes_longer_until_it_heals() {
         let done = next.filter(|event| event.kind == "done");
         let Some(done) = done else { continue };
         let (from_s, to_s) = (begun.t_ms.as_secs_f64(), done.t_ms.as_secs_f64());
-        let is_worse = from_s >= from && to_s < from + lasts;
-        let is_well = to_s < from || from_s >= from + lasts;
+        let is_worse = from_s >= from && to_s < from + duration;
+        let is_well = to_s < from || from_s >= from + duration;
         if is_worse == is_well {
             continue;
         }
         let kind = kind_of(&scenario, &begun.subject);
         let robot = &scenario.robots[0];
-        let hampered = is_worse && kind == "dust";
-        let skill = robot.skill(&kind).unwrap() * if hampered { share } else { 1.0 };
+        let is_degraded = is_worse && kind == "dust";
+        let skill = robot.skill(&kind).unwrap() * if is_degraded { share } else { 1.0 };
         let expected_s = work_s[begun.subject.as_str()] / skill;
         let step_s = scenario.step_ms as f64 / 1000.0;
         let took_s = to_s - from_s + step_s;
         assert!(
             (took_s - expected_s).abs() <= step_s + 1e-6,
-            "{} took {took_s} s, {expected_s} s would be right",
+            "{} took {took_s} s, expected {expected_s} s",
             begun.subject
         );
-        seen.insert((kind, hampered));
+        seen.insert((kind, is_degraded));
     }
     let garbage = ("garbage".to_owned(), false);
-    let dust = |hampered| ("dust".to_owned(), hampered);
+    let dust = |is_degraded| ("dust".to_owned(), is_degraded);
     assert_eq!(seen, BTreeSet::from([garbage, dust(false), dust(true)]));
 }
 
-/// Who takes over when, from the log alone: ALLIANCE.md §4 from the last that was heard of the dead, or from when the successor is done with
-/// what it had to do, to the step.
+/// The takeover time to the step, from the log alone: ALLIANCE.md §4 from the last received message of the crashed
+/// robot, or from the end of the successor's work.
 #[test]
-fn the_able_take_over_when_the_closed_form_says() {
-    // Killed in the middle of a task. The successor waits for the task, is about to be done with another one, and has another one
-    // for long.
+fn takeovers_occur_at_the_time_of_the_closed_form() {
+    // Each victim is killed during a task. The three successors wait for the task, almost finish another task, or
+    // have another long task.
     let cases = [
         ("gold", 160.0, "serve(garbage)", "green"),
         ("blue", 210.0, "serve(dust)", "gold"),
         ("green", 460.0, "serve(garbage)", "gold"),
     ];
-    for (dead, at_s, task, successor) in cases {
+    for (victim, at_s, task, successor) in cases {
         let mut scenario = janitorial();
         scenario.limit_s = 560.0;
         scenario.faults.timeline.push(Order {
             at_s: Some(at_s),
-            ..Order::now(Fault::Kill(dead.to_owned()))
+            ..Order::now(Fault::Kill(victim.to_owned()))
         });
         let step_s = scenario.step_ms as f64 / 1000.0;
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
@@ -196,49 +194,53 @@ fn the_able_take_over_when_the_closed_form_says() {
 
         let messages: Vec<MessageRow> = log.rows().unwrap();
         let last = messages.iter().rfind(|row| {
-            (row.receiver.as_str(), row.sender.as_str()) == (successor, dead) && row.fate == "heard"
+            (row.receiver.as_str(), row.sender.as_str()) == (successor, victim)
+                && row.fate == "heard"
         });
         let last = last.unwrap();
         assert_eq!(
             (last.state.as_str(), last.task.as_str()),
             ("executing", task)
         );
-        let heard_s = last.t_ms.as_secs_f64();
-        assert!((at_s - 1.1..=at_s + 0.1).contains(&heard_s), "{heard_s}");
+        let received_s = last.t_ms.as_secs_f64();
+        assert!(
+            (at_s - 1.1..=at_s + 0.1).contains(&received_s),
+            "{received_s}"
+        );
 
         let rows: Vec<MotivationRow> = log.rows().unwrap();
-        let own = rows
+        let of_task = rows
             .iter()
             .filter(|row| row.robot == successor && row.behavior_set == task);
-        let own: Vec<(f64, f64, &str)> = own
+        let of_task: Vec<(f64, f64, &str)> = of_task
             .map(|row| (row.t_ms.as_secs_f64(), row.motivation, row.state.as_str()))
             .collect();
-        let after = own.iter().filter(|(t_s, ..)| *t_s > heard_s);
+        let after = of_task.iter().filter(|(t_s, ..)| *t_s > received_s);
         let taken_s = after
             .clone()
             .find(|(.., state)| *state == "active")
             .unwrap()
             .0;
-        let before = own.iter().filter(|(t_s, ..)| *t_s < taken_s);
+        let before = of_task.iter().filter(|(t_s, ..)| *t_s < taken_s);
         let at_rest = before
             .clone()
             .rfind(|(_, motivation, _)| *motivation == 0.0);
-        let at_last = before.clone().rfind(|(t_s, ..)| *t_s <= heard_s);
+        let at_last = before.clone().rfind(|(t_s, ..)| *t_s <= received_s);
         let begins = [at_rest, at_last].into_iter().flatten();
         let (from_s, motivation, _) = *begins.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
 
-        let ceased_s = heard_s + params.ceased_after_s;
+        let ceased_s = received_s + params.ceased_after_s;
         let slowly_s = (ceased_s - from_s).max(0.0);
-        let left = threshold - motivation - slowly_s * params.slow_impatience[dead];
+        let left = threshold - motivation - slowly_s * params.slow_impatience[victim];
         let expected_s = ceased_s.max(from_s) + left.max(0.0) / params.fast_impatience;
         assert!(
             (taken_s - expected_s).abs() <= step_s + 1e-9,
-            "{successor} takes {task} over from {dead} at {taken_s} s instead of {expected_s} s"
+            "{successor} takes {task} over from {victim} at {taken_s} s instead of {expected_s} s"
         );
     }
 }
 
-/// Two robots that are as good at one of two kinds each; both kinds come back each minute.
+/// Two robots, each with a better skill for one of two kinds. Both kinds return each minute.
 const TWO_AND_TWO: &str = "allocator = 'l-alliance'\nlimit_s = 2000\n\
     [service]\ntasks = 'kinds'\nreach_m = 1000\nduration_s = 1800\n\
     kinds = [{ name = 'dust', work_s = { min = 10, max = 10 }, period_s = 60 }, \
@@ -248,10 +250,10 @@ const TWO_AND_TWO: &str = "allocator = 'l-alliance'\nlimit_s = 2000\n\
     [[robots]]\nname = 'blue'\nskills = { dust = 0.7, floor = 1.0 }\n\
     [faults]\ntimeline = [{ fault.skill = { robot = 'gold', skill = 'floor', share = 0.4 }, at_s = 600, for_s = 900 }]\n";
 
-/// L-ALLIANCE: who has got worse at a task gives it up after the time that it used to take, and the other one ends it, until that heals.
-/// That it stops beginning with it was not seen (docs/missions/service.md).
+/// L-ALLIANCE: a robot with a degraded skill gives up the task after its former duration, and the other robot
+/// finishes it, until the fault ends. The robot does not stop to begin the task (docs/missions/service.md).
 #[test]
-fn by_l_alliance_whoever_gets_worse_yields_to_the_other() {
+fn with_l_alliance_a_degraded_robot_yields_to_the_other_robot() {
     let vocabulary = Registry::built_in().vocabulary();
     let scenario = Scenario::parse("s.toml", TWO_AND_TWO, &vocabulary).unwrap();
     let events = events(&scenario, Outcome::Complete);
@@ -260,7 +262,7 @@ fn by_l_alliance_whoever_gets_worse_yields_to_the_other() {
     let done: Vec<(u64, &str)> = done
         .map(|event| (event.t_ms.0 / 1000, event.robot.as_str()))
         .collect();
-    // From the fifth minute on everybody knows how long everything takes.
+    // From the fifth minute on all robots have learned all durations.
     let by = |from_s: u64, to_s: u64| {
         let within = done
             .iter()
@@ -272,8 +274,8 @@ fn by_l_alliance_whoever_gets_worse_yields_to_the_other() {
     assert_eq!(by(600, 1500), ["blue"; 15]);
     assert_eq!(by(1500, 1860), ["gold"; 5]);
     let yields = events.iter().filter(|event| {
-        let is_its = event.robot == "gold" && event.subject == "serve(floor)";
-        is_its && event.kind == "hibernated" && event.reason == "acquiesced-psi"
+        let is_floor = event.robot == "gold" && event.subject == "serve(floor)";
+        is_floor && event.kind == "hibernated" && event.reason == "acquiesced-psi"
     });
     let yields: Vec<u64> = yields.map(|event| event.t_ms.0 / 1000).collect();
     assert!(
@@ -283,10 +285,10 @@ fn by_l_alliance_whoever_gets_worse_yields_to_the_other() {
     assert_eq!(yields.len(), 15);
 }
 
-/// Gold has done its work and has nothing left to do, at the very place where blue has to work, in the open or in a corner. It makes way:
-/// whoever neither says nor hears anything, too.
+/// Gold is idle at the very place where blue has to work, in the open or in a corner. It moves away, even without a
+/// radio.
 #[test]
-fn who_has_nothing_to_do_is_in_nobodys_way() {
+fn an_idle_robot_makes_way() {
     let vocabulary = Registry::built_in().vocabulary();
     for (x_m, y_m) in [(6.0, 4.5), (0.25, 0.25)] {
         for allocator in ["nearest", "nearest-silent", "alliance"] {
@@ -303,7 +305,7 @@ fn who_has_nothing_to_do_is_in_nobodys_way() {
             );
             let scenario = Scenario::parse("way.toml", &text, &vocabulary).unwrap();
             let events = events(&scenario, Outcome::Complete);
-            let done: Vec<_> = events.iter().filter(|it| it.kind == "done").collect();
+            let done: Vec<_> = events.iter().filter(|event| event.kind == "done").collect();
             assert_eq!(done.len(), 2, "{allocator} at {x_m}, {y_m}");
         }
     }

@@ -1,5 +1,5 @@
-//! The names of fields and variants that serde has, of every type that some messages consist of: while the messages are read, whatever
-//! asks for a struct or an enum says what these have.
+//! The names of fields and variants that serde uses for the types of some messages, recorded while the messages are
+//! read.
 
 use std::collections::BTreeMap;
 
@@ -9,15 +9,15 @@ use serde::de::{
     SeqAccess, VariantAccess, Visitor,
 };
 
-/// What has been seen so far.
+/// The field and variant names that were recorded so far.
 #[derive(Default)]
 pub struct Shapes(BTreeMap<String, Vec<String>>);
 
 impl Shapes {
-    /// Looks at a message.
+    /// Reads a message and records its types.
     ///
     /// # Panics
-    /// If it is none.
+    /// Panics if the bytes are not such a message.
     pub fn see<T: DeserializeOwned>(&mut self, message: &[u8]) {
         let mut reader = Reader {
             bytes: message,
@@ -27,7 +27,7 @@ impl Shapes {
         assert!(reader.bytes.is_empty());
     }
 
-    /// Fields or variants in order, by the name of their type.
+    /// Returns the fields or variants in order, by the name of their type.
     pub fn lists(self) -> BTreeMap<String, Vec<String>> {
         self.0
     }
@@ -48,7 +48,7 @@ impl Reader<'_, '_> {
         let (taken, rest) = self
             .bytes
             .split_at_checked(length)
-            .ok_or_else(|| Error::custom("it ends too early"))?;
+            .ok_or_else(|| Error::custom("the message ends too early"))?;
         self.bytes = rest;
         Ok(taken)
     }
@@ -72,7 +72,7 @@ impl Reader<'_, '_> {
     }
 }
 
-/// The rest of a list.
+/// The rest of a list with the number of its items.
 struct Rest<'r, 's, 'b>(&'r mut Reader<'s, 'b>, usize);
 
 impl<'de> SeqAccess<'de> for Rest<'_, '_, '_> {
@@ -140,7 +140,7 @@ macro_rules! numbers {
 macro_rules! never {
     ($($method:ident),*) => {$(
         fn $method<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Error> {
-            Err(Error::custom(concat!("nothing on the bus asks for ", stringify!($method))))
+            Err(Error::custom(concat!("no message needs ", stringify!($method))))
         }
     )*};
 }

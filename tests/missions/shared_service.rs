@@ -1,4 +1,4 @@
-//! Every allocator on a mission of service: as `study/sweeps/allocators-service.toml` plays it with many seeds and faults.
+//! Every allocator in the service mission of `study/sweeps/allocators-service.toml`, which sweeps seeds and faults.
 
 use alliance_proto::scenario::Scenario;
 use alliance_proto::tick::Outcome;
@@ -11,20 +11,19 @@ const PLAN: &str = include_str!("../../study/sweeps/allocators-service.toml");
 
 const KILL: &str = "faults.timeline = [{ fault.kill = \"gold\", when = \"gold finishes\" }]\n";
 
-/// The mission of the plan as a scenario file, with a line on top.
+/// Returns the mission of the plan as a scenario file with an allocator and faults.
 fn text(allocator: &str, faults: &str) -> String {
     let plan: toml::Table = toml::from_str(PLAN).unwrap();
     let mission = toml::to_string(&plan["scenario"]).unwrap();
     format!("allocator = \"{allocator}\"\n{faults}{mission}")
 }
 
-/// The same, read.
 pub fn scenario(allocator: &str, faults: &str) -> Scenario {
     let known = Registry::built_in().vocabulary();
     Scenario::parse("s.toml", &text(allocator, faults), &known).unwrap()
 }
 
-/// Of each pattern of talking one allocator, with a real SIGKILL.
+/// Compares one allocator of each communication pattern, with a real SIGKILL.
 #[test]
 fn processes_and_one_process_write_the_same_bytes() {
     for allocator in ["l-alliance", "murdoch", "acbba", "oracle"] {
@@ -38,22 +37,21 @@ fn processes_and_one_process_write_the_same_bytes() {
     }
 }
 
-/// Whoever does not wait for the dead does their work, too, and what must hold in every run holds.
 #[test]
-fn the_work_of_the_dead_is_done() {
+fn the_work_of_a_crashed_robot_is_done() {
     for allocator in Registry::built_in().vocabulary().allocators {
         let name = allocator.name;
         if name == "threshold" {
-            // It leaves its work so often that this would take long.
+            // This allocator leaves its tasks so often that the test would take long.
             continue;
         }
         let (outcome, log, violation) = checked(scenario(name, KILL));
         assert_eq!(violation, None, "{name}");
-        let wanted = match name {
+        let expected = match name {
             "static" => Outcome::TimeLimit,
             _ => Outcome::Complete,
         };
-        assert_eq!(outcome, wanted, "{name}");
+        assert_eq!(outcome, expected, "{name}");
         let done = log.run.result.mission.get("done").count();
         assert_eq!(done == 24, name != "static", "{name}: {done}");
     }

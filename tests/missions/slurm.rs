@@ -1,4 +1,5 @@
-//! Shards of a sweep, and a team on several nodes, under a real Slurm, whose daemons run as processes of these tests on loopback.
+//! Shards of a sweep, and a team on several nodes, under a real Slurm whose daemons are children of the tests on
+//! loopback.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -23,10 +24,9 @@ allocator = ['alliance', 'cbba']
 
 const SHARDS: usize = 8;
 
-/// Runs of a shard.
 const RUNS: usize = 320 / SHARDS;
 
-/// Slurm's daemons, ended in the order in which they depend on each other.
+/// The daemons of Slurm, which end in reverse order of their start.
 struct Cluster<'l> {
     lab: &'l Lab,
     daemons: Vec<Child>,
@@ -42,7 +42,6 @@ impl Drop for Cluster<'_> {
 }
 
 impl<'l> Cluster<'l> {
-    /// So many nodes, each with so many processors.
     fn start(lab: &'l Lab, nodes: usize, processors: usize) -> Self {
         let folder = lab.path("slurm");
         for name in ["state", "spool"] {
@@ -51,14 +50,15 @@ impl<'l> Cluster<'l> {
         let key = folder.join("munge.key");
         fs::write(&key, [7; 1024]).unwrap();
         fs::set_permissions(&key, fs::Permissions::from_mode(0o600)).unwrap();
-        let host = said("uname", &["-n"]);
+        let host = output_of("uname", &["-n"]);
         let host = host.split('.').next().unwrap();
-        let user = said("id", &["-un"]);
+        let user = output_of("id", &["-un"]);
         let ports = free_ports(1 + nodes);
         let control = ports[0];
         let names: Vec<String> = (1..=nodes).map(|number| format!("node{number}")).collect();
         let at = folder.display();
-        // A job that is requeued waits until no credential of its old life is good any more: less than 5 s is taken for the default, 120 s.
+        // A requeued job waits until its old credentials expire. Slurm replaces values below 5 s by the default of
+        // 120 s.
         let conf = format!(
             "ClusterName=lab\nSlurmctldHost={host}(127.0.0.1)\nSlurmctldPort={control}\n\
              SlurmUser={user}\nSlurmdUser={user}\nAuthType=auth/munge\nAuthInfo=socket={at}/munge.socket,cred_expire=6\n\
@@ -101,8 +101,8 @@ impl<'l> Cluster<'l> {
             cluster.daemon("slurmd", &["-D".to_owned(), "-N".to_owned(), name.clone()]);
         }
         wait_until("the nodes", || {
-            let said = cluster.ask("sinfo", &["-h", "-o", "%D %t"]);
-            String::from_utf8_lossy(&said.stdout).trim() == format!("{nodes} idle")
+            let states = cluster.query("sinfo", &["-h", "-o", "%D %t"]);
+            String::from_utf8_lossy(&states.stdout).trim() == format!("{nodes} idle")
         });
         cluster
     }
@@ -125,20 +125,20 @@ impl<'l> Cluster<'l> {
         command
     }
 
-    fn ask(&self, name: &str, arguments: &[&str]) -> Output {
+    fn query(&self, name: &str, arguments: &[&str]) -> Output {
         self.command(name).args(arguments).output().unwrap()
     }
 
     #[track_caller]
-    fn done(&self, name: &str, arguments: &[&str]) -> String {
-        let output = self.ask(name, arguments);
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{name} {arguments:?}: {said}");
+    fn run(&self, name: &str, arguments: &[&str]) -> String {
+        let output = self.query(name, arguments);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{name} {arguments:?}: {stderr}");
         String::from_utf8(output.stdout).unwrap().trim().to_owned()
     }
 }
 
-/// Daemons are where users do not look for programs.
+/// Returns the path of a daemon, which may not be in `PATH`.
 fn program(name: &str) -> String {
     let there = Path::new("/usr/sbin").join(name);
     if there.exists() {
@@ -148,13 +148,13 @@ fn program(name: &str) -> String {
     }
 }
 
-/// What a program says in a word.
-fn said(name: &str, arguments: &[&str]) -> String {
+/// Returns the trimmed output of a program.
+fn output_of(name: &str, arguments: &[&str]) -> String {
     let output = Command::new(name).args(arguments).output().unwrap();
     String::from_utf8(output.stdout).unwrap().trim().to_owned()
 }
 
-/// So many that nobody listens at.
+/// Returns `count` unused ports.
 fn free_ports(count: usize) -> Vec<u16> {
     let listeners = (0..count).map(|_| TcpListener::bind("127.0.0.1:0").unwrap());
     let listeners: Vec<TcpListener> = listeners.collect();
@@ -162,30 +162,29 @@ fn free_ports(count: usize) -> Vec<u16> {
     listeners.iter().map(port).collect()
 }
 
-/// Whether Slurm is on this machine; says how to get it if it is not.
-fn is_there() -> bool {
-    let there = ["slurmctld", "slurmd", "munged", "sbatch"]
+/// Returns whether Slurm is installed. Prints how to install it otherwise.
+fn is_installed() -> bool {
+    let is_installed = ["slurmctld", "slurmd", "munged", "sbatch"]
         .iter()
         .all(|name| {
-            // Its status says nothing: without a configuration sbatch fails even here.
+            // The exit status does not matter: sbatch fails without a configuration.
             let tried = Command::new(program(name)).arg("--version").output();
             tried.is_ok()
         });
-    if !there {
+    if !is_installed {
         let how =
             "no Slurm: install Debian's packages `slurmctld`, `slurmd`, `slurm-client` and `munge`";
         cannot_run(how);
     }
-    there
+    is_installed
 }
 
-/// A recipe of the documentation.
 fn recipe(name: &str) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
     root.join("docs/examples").join(name).display().to_string()
 }
 
-/// Where jobs find the command.
+/// Puts the command into the jobs' `PATH`.
 fn install(lab: &Lab) {
     fs::create_dir(lab.path("bin")).unwrap();
     let program = env!("CARGO_BIN_EXE_alliance-under-test");
@@ -200,7 +199,7 @@ fn rows(lab: &Lab, shard: usize) -> usize {
 
 #[test]
 fn slurm_runs_shards_and_requeues_one_that_is_killed() {
-    if !is_there() {
+    if !is_installed() {
         return;
     }
     let lab = Lab::new();
@@ -210,30 +209,33 @@ fn slurm_runs_shards_and_requeues_one_that_is_killed() {
 
     let cluster = Cluster::start(&lab, 1, SHARDS);
     let script = recipe("slurm.sbatch");
-    let job = cluster.done(
+    let job = cluster.run(
         "sbatch",
         &["--parsable", &script, "sweep", "plan.toml", "shards"],
     );
     wait_until("some runs of shard 3", || rows(&lab, 3) >= 2);
-    cluster.done("scontrol", &["requeue", &format!("{job}_3")]);
+    cluster.run("scontrol", &["requeue", &format!("{job}_3")]);
     wait_until("the end of all jobs", || {
-        cluster.done("squeue", &["-h", "-j", &job]).is_empty()
+        cluster.run("squeue", &["-h", "-j", &job]).is_empty()
     });
     let log = |shard: usize| {
         fs::read_to_string(lab.path(&format!("alliance-{job}_{shard}.log"))).unwrap()
     };
     let killed = log(3);
     assert!(killed.contains("DUE TO JOB REQUEUE"), "{killed}");
-    let before = format!("{RUNS} runs, ");
-    let (_, before) = killed
-        .split_once(&before)
+    let completed = format!("{RUNS} runs, ");
+    let (_, completed) = killed
+        .split_once(&completed)
         .unwrap_or_else(|| panic!("{killed}"));
-    let before: usize = before.split(' ').next().unwrap().parse().unwrap();
-    assert!((2..RUNS).contains(&before), "in the middle: {before}");
+    let completed: usize = completed.split(' ').next().unwrap().parse().unwrap();
+    assert!(
+        (2..RUNS).contains(&completed),
+        "killed in the middle: {completed}"
+    );
     for shard in 0..SHARDS {
-        let said = log(shard);
-        let line = format!("shard {shard}/{SHARDS}: all {RUNS} runs are done");
-        assert!(said.contains(&line), "{said}");
+        let text = log(shard);
+        let line = format!("shard {shard}/{SHARDS}: {RUNS} runs done");
+        assert!(text.contains(&line), "{text}");
     }
     drop(cluster);
 
@@ -241,7 +243,7 @@ fn slurm_runs_shards_and_requeues_one_that_is_killed() {
     super::sweep::assert_same_files(&lab, "whole", "shards");
 }
 
-/// Hosts as the script wants them.
+/// The hosts as the script expects them.
 const TEAM: &str = r#"
 scenario = "waste-cleanup"
 seed = 1
@@ -260,7 +262,7 @@ robots = ["green"]
 
 #[test]
 fn slurm_runs_a_team_on_three_nodes() {
-    if !is_there() {
+    if !is_installed() {
         return;
     }
     let lab = Lab::new();
@@ -269,27 +271,27 @@ fn slurm_runs_a_team_on_three_nodes() {
     let cluster = Cluster::start(&lab, 3, 1);
     let script = recipe("machines/slurm.sbatch");
     let arguments = ["--parsable", "--wait", "--nodes=3", &script, "team.toml"];
-    let submitted = cluster.ask("sbatch", &arguments);
+    let submitted = cluster.query("sbatch", &arguments);
     let job = String::from_utf8(submitted.stdout).unwrap();
     let job = job.trim();
     let log = fs::read_to_string(lab.path(&format!("alliance-team-{job}.log"))).unwrap();
     assert!(submitted.status.success(), "{log}");
     let folder = format!("alliance-team-{job}");
     for (host, robot) in [("h2", "gold"), ("h3", "green")] {
-        let said = lab.path(&format!("{folder}/run/logs/host-{host}.log"));
-        let said = fs::read_to_string(said).unwrap();
-        assert!(said.contains(&format!("robots {robot}\n")), "{said}");
+        let text = lab.path(&format!("{folder}/run/logs/host-{host}.log"));
+        let text = fs::read_to_string(text).unwrap();
+        assert!(text.contains(&format!("robots {robot}\n")), "{text}");
     }
     drop(cluster);
 
-    // The same bytes as on one machine, and no keys were in the folder that all nodes see.
+    // The bytes are those of one machine, and the shared folder contains no keys.
     lab.mission("alone", &["waste-cleanup", "--seed=1"])
         .expect(0);
     lab.assert_same_bytes(&format!("{folder}/run"), "alone");
-    let there = fs::read_dir(lab.path(&folder)).unwrap();
-    let there: BTreeSet<_> = there.map(|entry| entry.unwrap().file_name()).collect();
+    let names = fs::read_dir(lab.path(&folder)).unwrap();
+    let names: BTreeSet<_> = names.map(|entry| entry.unwrap().file_name()).collect();
     assert_eq!(
-        there,
+        names,
         BTreeSet::from(["run", "runs", "team.toml"].map(OsString::from))
     );
 }

@@ -1,7 +1,7 @@
-//! Missions in a row with random kills and restarts (issue "It holds", item 7): nothing grows, nothing is left.
+//! Missions in a row with random kills and restarts: memory and open files do not grow, and no process is left.
 //!
-//! Three missions as a normal test; `SOAK_MISSIONS=100 cargo test --release -p alliance-tests --test missions soak --
-//! --nocapture` for the whole thing.
+//! A normal test runs three missions. For a full check:
+//! `SOAK_MISSIONS=100 cargo test --release -p alliance-tests --test missions soak -- --nocapture`.
 
 use std::time::Duration;
 
@@ -12,20 +12,18 @@ use rand_chacha::rand_core::SeedableRng;
 use crate::harness::{Lab, command_line};
 use crate::team::Team;
 
-/// Kills and restarts in each mission.
 const KILLS: usize = 6;
 
-/// Enough work for all of them to fall into it.
+/// Enough items for all kills to occur during the work.
 const ITEMS: u32 = 60;
 
-/// Memory may differ by this much between early and late in a mission, and between missions: page cache of the allocator,
-/// another course of the mission. A leak of 100 bytes a tick would show after one mission.
+/// The allowed growth in KiB during a mission and between missions, because of the memory allocator's cache. A leak
+/// of 100 bytes per tick exceeds it in one mission.
 const LEVEL_KIB: u64 = 4096;
 
-/// What a process holds.
 #[derive(Clone, Copy, Debug)]
 struct Holdings {
-    /// Resident memory of its own (not shared with other processes), KiB.
+    /// The private resident memory, in KiB.
     memory_kib: u64,
     descriptors: usize,
 }
@@ -45,7 +43,7 @@ fn holdings(pid: u32) -> Option<Holdings> {
 }
 
 #[test]
-fn missions_in_a_row_with_kills_and_restarts_leave_nothing_and_grow_nothing() {
+fn missions_with_kills_and_restarts_leave_no_process_and_do_not_grow() {
     let missions: u64 = std::env::var("SOAK_MISSIONS").map_or(3, |text| text.parse().unwrap());
     let robots = ["blue", "gold", "green"];
     let mut rng = ChaCha8Rng::seed_from_u64(100);
@@ -68,21 +66,21 @@ fn missions_in_a_row_with_kills_and_restarts_leave_nothing_and_grow_nothing() {
             .map(|robot| holdings(team.pid(robot)))
             .collect();
         let mut restarted = Vec::new();
-        let mut lives = [1; 3];
+        let mut incarnations = [1; 3];
         let mut late = early;
         for _ in 0..KILLS {
-            team.go_on(Duration::from_millis(rng.random_range(20..200)));
+            team.run_for(Duration::from_millis(rng.random_range(20..200)));
             let victim = rng.random_range(0..robots.len());
             team.kill(robots[victim]);
             restarted.push(team.restart(robots[victim]));
-            lives[victim] += 1;
-            let joined = format!("incarnation {}", lives[victim]);
+            incarnations[victim] += 1;
+            let joined = format!("incarnation {}", incarnations[victim]);
             team.wait_for_row("events.csv", &[",joined,", robots[victim], &joined]);
             late = holdings(team.pid("world")).unwrap_or(late);
             young[victim] = holdings(team.pid(robots[victim]));
         }
-        // The agents that live now have done so for a while, or a little longer.
-        team.go_on(Duration::from_millis(200));
+        // The current agents have run for a while.
+        team.run_for(Duration::from_millis(200));
         for (robot, young) in robots.iter().zip(&young) {
             if let (Some(young), Some(old)) = (young, holdings(team.pid(robot))) {
                 assert!(
@@ -100,7 +98,7 @@ fn missions_in_a_row_with_kills_and_restarts_leave_nothing_and_grow_nothing() {
         assert_eq!(result["result"]["items"]["delivered"], ITEMS, "seed {seed}");
         for agent in restarted {
             let ended = agent.wait();
-            // Killed in its turn, or told that the run is over.
+            // The agent was killed or received the end of the run.
             assert!(matches!(ended.status.code(), Some(0) | None), "{ended:?}");
         }
         for pid in processes {

@@ -1,4 +1,4 @@
-//! The statistics of comparisons against SciPy, on random samples: small and large ones, with ties and without.
+//! The statistics of comparisons against SciPy, with small and large random samples, with and without ties.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -18,22 +18,21 @@ use study::sweep::wilson;
 use crate::harness::Lab;
 use crate::python::{python, run};
 
-/// Random samples of each test.
 const CASES: usize = 200;
 
-/// Of values of the order of 1.
+/// The allowed difference of values near 1.
 const CLOSE: f64 = 1e-9;
 
-/// Two draws of 10,000 resamples differ by so much of an interval's width.
+/// The allowed difference between two bootstraps of 10,000 resamples, as a share of the interval's width.
 const NEAR: f64 = 0.06;
 
 struct Case {
     test: &'static str,
-    asked: Value,
+    input: Value,
     found: Vec<f64>,
 }
 
-/// Values that lie on a coarse grid are tied.
+/// Returns a random value. Values on a coarse grid can be tied.
 fn value(rng: &mut ChaCha8Rng, coarse: bool) -> f64 {
     let value = rng.random_range(-3000..=5000_i32);
     if coarse {
@@ -49,7 +48,7 @@ fn case(test: &'static str, number: usize, rng: &mut ChaCha8Rng) -> Case {
     let mut values = |count: usize, coarse: bool| -> Vec<f64> {
         (0..count).map(|_| value(rng, coarse)).collect()
     };
-    let (asked, found) = match test {
+    let (input, found) = match test {
         "wilcoxon" => {
             let differences = values(length, coarse);
             let found = wilcoxon(&differences);
@@ -73,7 +72,7 @@ fn case(test: &'static str, number: usize, rng: &mut ChaCha8Rng) -> Case {
         "holm" => {
             let p: Vec<f64> = values(length, coarse)
                 .iter()
-                .map(|it| (it.abs() / 800.0).min(1.0))
+                .map(|value| (value.abs() / 800.0).min(1.0))
                 .collect();
             (json!({ "p": p }), holm(&p))
         }
@@ -103,9 +102,9 @@ fn case(test: &'static str, number: usize, rng: &mut ChaCha8Rng) -> Case {
             (json!({ "values": values }), vec![from, to])
         }
     };
-    let mut asked = asked;
-    asked["test"] = test.into();
-    Case { test, asked, found }
+    let mut input = input;
+    input["test"] = test.into();
+    Case { test, input, found }
 }
 
 #[test]
@@ -124,7 +123,7 @@ fn each_statistic_agrees_with_scipy() {
         "nemenyi",
         "bootstrap",
     ] {
-        // SciPy needs a tenth of a second for each of these.
+        // SciPy needs a tenth of a second for each of these cases.
         let count = if matches!(test, "nemenyi" | "bootstrap") {
             CASES / 10
         } else {
@@ -133,34 +132,34 @@ fn each_statistic_agrees_with_scipy() {
         cases.extend((0..count).map(|number| case(test, number, &mut rng)));
     }
     let lab = Lab::new();
-    let lines: Vec<String> = cases.iter().map(|case| case.asked.to_string()).collect();
+    let lines: Vec<String> = cases.iter().map(|case| case.input.to_string()).collect();
     fs::write(lab.path("cases.jsonl"), lines.join("\n")).unwrap();
-    let said = run(&lab, &python, "scipy_statistics.py", &["cases.jsonl"]);
-    let theirs: Vec<Vec<f64>> = said
+    let output = run(&lab, &python, "scipy_statistics.py", &["cases.jsonl"]);
+    let reference: Vec<Vec<f64>> = output
         .lines()
         .map(|line| serde_json::from_str(line).unwrap())
         .collect();
-    assert_eq!(theirs.len(), cases.len());
+    assert_eq!(reference.len(), cases.len());
 
     let mut agreed: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
     let mut first = None;
-    for (case, theirs) in cases.iter().zip(&theirs) {
-        let allowed = |it: f64| match case.test {
-            "bootstrap" => NEAR * (theirs[1] - theirs[0]),
-            // SciPy itself integrates to about seven digits.
+    for (case, reference) in cases.iter().zip(&reference) {
+        let allowed = |value: f64| match case.test {
+            "bootstrap" => NEAR * (reference[1] - reference[0]),
+            // SciPy integrates to about seven digits.
             "nemenyi" => 1e-6,
-            _ => CLOSE * it.abs().max(1.0),
+            _ => CLOSE * value.abs().max(1.0),
         };
-        let mut both = case.found.iter().zip(theirs);
-        let agrees = case.found.len() == theirs.len()
-            && both.all(|(own, it)| (own - it).abs() <= allowed(*it));
+        let mut both = case.found.iter().zip(reference);
+        let agrees = case.found.len() == reference.len()
+            && both.all(|(found, expected)| (found - expected).abs() <= allowed(*expected));
         let (count, of) = agreed.entry(case.test).or_default();
         *count += usize::from(agrees);
         *of += 1;
         if !agrees && first.is_none() {
             first = Some(format!(
-                "{}: {:?}, SciPy {theirs:?}",
-                case.asked, case.found
+                "{}: {:?}, SciPy {reference:?}",
+                case.input, case.found
             ));
         }
     }

@@ -1,5 +1,4 @@
-//! A tick in which robots just go on with their work does not allocate (issue "One process, thousands of runs", item 4):
-//! what a step needs is there from the step before.
+//! The allocation of memory in steady state: a tick without events reuses the memory of earlier ticks.
 
 use missions::observe::data::{OBSERVE, ObserveSection};
 use missions::service::data::SERVICE;
@@ -14,9 +13,8 @@ use in_process::Team;
 use crate::negotiation::NEGOTIATORS;
 use crate::recompute::log_of;
 
-/// Ticks before the first that counts: by then everybody has said and heard everything once.
+/// The number of ticks before the measurement. By then all robots have sent and received each kind of message.
 const WARM: u64 = 1_200;
-/// The last.
 const END: u64 = 4_000;
 
 fn setup(robots: usize, spills: usize, allocator: &str) -> Setup {
@@ -27,8 +25,8 @@ fn setup(robots: usize, spills: usize, allocator: &str) -> Setup {
     Setup::resolve(scenario, 1, None).unwrap().setup
 }
 
-/// The ticks in which something happens that has a row in events.csv.
-fn eventful(setup: &Setup) -> BTreeSet<u64> {
+/// Returns the ticks that have a row in events.csv.
+fn ticks_with_events(setup: &Setup) -> BTreeSet<u64> {
     let team = Team::new(setup.clone(), LogLevel::Full, Memory::default()).unwrap();
     let rows: Vec<EventRow> = log_of(team.run().unwrap().1).rows().unwrap();
     let step_ms = setup.scenario.step_ms;
@@ -36,75 +34,74 @@ fn eventful(setup: &Setup) -> BTreeSet<u64> {
 }
 
 #[test]
-fn a_tick_without_events_asks_for_no_memory() {
-    // Of the larger team everybody hears some and nobody all.
+fn a_tick_without_events_allocates_no_memory() {
+    // In the larger team each robot has some teammates in radio range.
     for (robots, spills) in [(3, 2), (30, 20)] {
         for allocator in ["alliance", "l-alliance"].into_iter().chain(NEGOTIATORS) {
-            steady(robots, setup(robots, spills, allocator));
+            assert_steady(robots, setup(robots, spills, allocator));
         }
     }
 }
 
-/// Service, with work for longer than is looked at.
+/// The service missions have more work than the test needs.
 #[test]
-fn a_tick_of_service_without_events_asks_for_no_memory() {
+fn a_service_tick_without_events_allocates_no_memory() {
     for (robots, points) in [(3, 20), (30, 200)] {
         for allocator in ["alliance", "l-alliance", "nearest"] {
             let mut scenario = SERVICE.family(robots, points).unwrap();
             scenario.allocator = Some(allocator.to_owned());
             scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
-            steady(robots, Setup::resolve(scenario, 1, None).unwrap().setup);
+            assert_steady(robots, Setup::resolve(scenario, 1, None).unwrap().setup);
         }
     }
 }
 
-/// Targets come into sight and go all the time: it is for ticks in which none does.
+/// Targets appear and disappear often, so only ticks without such a change count.
 #[test]
-fn a_tick_of_observe_in_which_nothing_comes_into_sight_asks_for_no_memory() {
+fn an_observe_tick_without_events_allocates_no_memory() {
     for (robots, targets) in [(3, 3), (30, 10)] {
         let mut scenario = OBSERVE.family(robots, targets).unwrap();
         let section: &mut ObserveSection = scenario.mission.values_mut().unwrap();
         section.duration_s = (SimTime((END + 1) * scenario.step_ms)).as_secs_f64();
         scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
-        steady(robots, Setup::resolve(scenario, 1, None).unwrap().setup);
+        assert_steady(robots, Setup::resolve(scenario, 1, None).unwrap().setup);
     }
 }
 
-/// Robots at their ends of bars, in turns.
 #[test]
-fn pushing_asks_for_no_memory() {
+fn a_push_tick_without_events_allocates_no_memory() {
     let mut scenario = missions::push::data::family(12, 6);
     scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-    steady(12, setup);
+    assert_steady(12, setup);
 }
 
-fn steady(robots: usize, setup: Setup) {
+fn assert_steady(robots: usize, setup: Setup) {
     let allocator = setup.scenario.allocator.clone();
-    let eventful = eventful(&setup);
+    let event_ticks = ticks_with_events(&setup);
     let mut team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
-    let (mut quiet, mut asking) = (0_u64, Vec::new());
+    let (mut quiet, mut allocating) = (0_u64, Vec::new());
     for tick in 0..END {
-        let asked = allocation_counter::measure(|| {
+        let measured = allocation_counter::measure(|| {
             team.tick().unwrap();
         });
-        if tick < WARM || eventful.contains(&tick) {
+        if tick < WARM || event_ticks.contains(&tick) {
             continue;
         }
         quiet += 1;
-        if asked.count_total > 0 {
-            asking.push((tick, asked.count_total));
+        if measured.count_total > 0 {
+            allocating.push((tick, measured.count_total));
         }
     }
     assert!(
         quiet > 500,
         "{allocator:?}, {robots} robots: {quiet} ticks without events"
     );
-    // Messages are written into the memory of old ones, which has to grow where somebody knows of more places than before.
+    // New messages reuse the memory of old ones, which must grow when a robot learns of more places.
     assert!(
-        asking.len() as u64 * 20 <= quiet,
-        "{allocator:?}, {robots} robots: of {quiet} ticks without events {} ask for memory: {:?}",
-        asking.len(),
-        &asking[..asking.len().min(20)]
+        allocating.len() as u64 * 20 <= quiet,
+        "{allocator:?}, {robots} robots: of {quiet} ticks without events {} allocate memory: {:?}",
+        allocating.len(),
+        &allocating[..allocating.len().min(20)]
     );
 }

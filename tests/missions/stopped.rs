@@ -1,4 +1,4 @@
-//! Stopped and continued agents (issue "It holds", item 2).
+//! Stopped and continued agents.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use nix::sys::signal::Signal;
 use crate::harness::{Lab, wait_until};
 use crate::team::Team;
 
-/// Simulated times of a robot's events of that kind, ms.
+/// Returns the simulated times of a robot's events of a kind, in ms.
 fn times(log: &RunLog, kind: &str, robot: &str) -> Vec<u64> {
     let rows = log.rows::<EventRow>().unwrap().into_iter();
     rows.filter(|row| row.kind == kind && row.robot == robot)
@@ -17,16 +17,16 @@ fn times(log: &RunLog, kind: &str, robot: &str) -> Vec<u64> {
 }
 
 #[test]
-fn the_team_goes_on_at_once_without_a_stopped_agent_which_comes_back_and_works() {
+fn the_team_continues_without_a_stopped_agent_which_later_returns_and_works() {
     let lab = Lab::new();
-    // A deadline that never passes: only the launcher, which sees the process stop, can tell the world in time.
+    // The deadline never passes, so only the launcher can report the stop.
     let mut team = Team::start(&lab, &["--speed", "50x", "--stall-after", "3600"]);
     team.wait_for_row("events.csv", &[",delivered,"]);
     team.signal("gold", Signal::SIGSTOP);
     let stalled = team.wait_for_row("events.csv", &[",stalled,gold,"]);
     let stalled: u64 = stalled.split(',').next().unwrap().parse().unwrap();
-    // Ten more seconds of simulated time pass without it.
-    wait_until("the others to go on", || {
+    // Ten more seconds of simulated time pass without the stopped agent.
+    wait_until("the others to continue", || {
         let mission = std::fs::read_to_string(lab.path("run/poses.csv")).unwrap();
         let last = mission.trim_end().lines().last().unwrap_or_default();
         let now = last.split(',').next().unwrap().parse().unwrap_or(0);
@@ -37,7 +37,10 @@ fn the_team_goes_on_at_once_without_a_stopped_agent_which_comes_back_and_works()
     let finished = team.wait().expect(0);
     let result: serde_json::Value = serde_json::from_str(&finished.stdout).unwrap();
     assert_eq!(result["result"]["items"]["delivered"], 24);
-    assert_eq!(result["unscripted"], true, "nobody's scenario asked for it");
+    assert_eq!(
+        result["unscripted"], true,
+        "the scenario does not contain the stop"
+    );
 
     let log = lab.log("run");
     let (away, back) = (
@@ -45,7 +48,7 @@ fn the_team_goes_on_at_once_without_a_stopped_agent_which_comes_back_and_works()
         times(&log, "back", "gold")[0],
     );
     assert!(back > away + 10_000);
-    // A robot has rows of motivations for exactly the ticks in which it counts.
+    // A robot has motivation rows for exactly the ticks in which it takes part.
     let counted: Vec<u64> = log
         .rows::<MotivationRow>()
         .unwrap()
@@ -53,23 +56,26 @@ fn the_team_goes_on_at_once_without_a_stopped_agent_which_comes_back_and_works()
         .filter(|row| row.robot == "gold")
         .map(|row| row.t_ms.0)
         .collect();
-    assert!(!counted.iter().any(|t| (away..back).contains(t)), "stopped");
-    assert!(counted.contains(&back), "and back at that very tick");
+    assert!(
+        !counted.iter().any(|t| (away..back).contains(t)),
+        "no rows while the agent is stopped"
+    );
+    assert!(counted.contains(&back), "a row in the tick of the return");
     assert_eq!(
         counted.last(),
         log.last.as_ref().map(|last| last.now.0).as_ref(),
-        "to the end"
+        "rows to the end of the run"
     );
     assert_eq!(
         result["result"]["robots"]["gold"]["lives"], 1,
-        "still the same incarnation"
+        "the incarnation must be the same"
     );
 }
 
 #[test]
-fn an_agent_stopped_and_continued_fifty_times_stays_one_life_and_the_mission_completes() {
+fn an_agent_stopped_and_continued_fifty_times_keeps_its_incarnation() {
     let lab = Lab::new();
-    // Enough work for all fifty times to fall into it.
+    // Enough items for all fifty stops to occur during the work.
     let long = lab.mission_of(100);
     let mut team = Team::start(
         &lab,
@@ -96,7 +102,7 @@ fn an_agent_stopped_and_continued_fifty_times_stays_one_life_and_the_mission_com
         wait_until("the stall", || stalls(&lab, "stalled") == round);
         team.signal("green", Signal::SIGCONT);
         wait_until("the return", || stalls(&lab, "back") == round);
-        team.go_on(Duration::from_millis(20));
+        team.run_for(Duration::from_millis(20));
     }
     let finished = team.wait().expect(0);
     let result: serde_json::Value = serde_json::from_str(&finished.stdout).unwrap();
@@ -108,7 +114,7 @@ fn an_agent_stopped_and_continued_fifty_times_stays_one_life_and_the_mission_com
 }
 
 #[test]
-fn by_hand_the_stall_deadline_finds_a_stopped_agent() {
+fn in_a_separate_world_the_stall_deadline_detects_a_stopped_agent() {
     let lab = Lab::new();
     let world = lab.start(&[
         "world",

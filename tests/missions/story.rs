@@ -1,5 +1,5 @@
-//! What a log tells about a mission: who did what, in which order and why. For the tests of scenarios, which assert orders and
-//! causes, not times.
+//! The events of a mission from its log: robot, order and reason. The tests of scenarios assert orders and causes,
+//! not times.
 
 use missions::Registry;
 use missions::waste::data::WasteSection;
@@ -20,7 +20,6 @@ pub const BOTTOM: &str = "move-spill(bottom)";
 pub const REPORT: &str = "report-progress";
 pub const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
 
-/// A mission, as its log tells it.
 pub struct Story {
     pub events: Vec<EventRow>,
     pub poses: Vec<PoseRow>,
@@ -29,10 +28,9 @@ pub struct Story {
     run: RunFile,
 }
 
-/// A change of state: robot, behavior set, event, reason.
+/// A state change: robot, behavior set, event, reason.
 pub type Change<'a> = (&'a str, &'a str, &'a str, &'a str);
 
-/// A progress report.
 #[derive(Clone, Copy, Debug)]
 pub struct Report<'a> {
     pub by: &'a str,
@@ -40,7 +38,6 @@ pub struct Report<'a> {
     pub made: SimTime,
 }
 
-/// The run of a built-in scenario.
 pub fn setup(name: &str, seed: u64) -> Setup {
     let vocabulary = Registry::built_in().vocabulary();
     let file = vocabulary.builtin(name).unwrap();
@@ -49,7 +46,7 @@ pub fn setup(name: &str, seed: u64) -> Setup {
 }
 
 impl Story {
-    /// Plays a mission within this process.
+    /// Runs a mission in this process and reads its log.
     pub fn play(setup: Setup) -> Self {
         let (_, recorder) = run(setup, LogLevel::Full);
         let memory = recorder.into_sink();
@@ -65,7 +62,6 @@ impl Story {
         ))
     }
 
-    /// Reads a log.
     pub fn read(log: RunLog) -> Self {
         Self {
             events: log.rows().unwrap(),
@@ -76,37 +72,32 @@ impl Story {
         }
     }
 
-    /// Length of a step.
     pub fn step(&self) -> SimTime {
         SimTime(self.run.setup.scenario.step_ms)
     }
 
-    /// θ.
     pub fn threshold(&self) -> f64 {
         self.run.setup.alliance.threshold
     }
 
-    /// The parameters in force.
+    /// Returns the parameters of a behavior set after all defaults.
     pub fn params(&self, robot: &str, set: &str) -> &BehaviorParams {
         &self.run.setup.alliance.robots[robot].sets[set]
     }
 
-    /// The period of the progress reports.
     pub fn report_period(&self) -> SimTime {
         SimTime::from_secs_f64(WasteSection::of(&self.run.setup.scenario).report_period_s)
     }
 
-    /// The events of a kind.
     pub fn all(&self, kind: &str) -> impl Iterator<Item = &EventRow> {
         self.events.iter().filter(move |row| row.kind == kind)
     }
 
-    /// The number of a robot's events of a kind.
     pub fn count(&self, kind: &str, robot: &str) -> usize {
         self.all(kind).filter(|row| row.robot == robot).count()
     }
 
-    /// The only event of a kind.
+    /// Returns the only event of a kind.
     #[track_caller]
     pub fn only(&self, kind: &str) -> &EventRow {
         let rows: Vec<_> = self.all(kind).collect();
@@ -114,7 +105,7 @@ impl Story {
         rows[0]
     }
 
-    /// When a robot's behavior set became active for the first time.
+    /// Returns the time at which a robot's behavior set first became active.
     #[track_caller]
     pub fn first_activation(&self, robot: &str, set: &str) -> SimTime {
         let mut rows = self.all("activated");
@@ -122,14 +113,14 @@ impl Story {
         first.unwrap().t_ms
     }
 
-    /// The changes of state of the behavior sets of a task, those of all robots.
+    /// Returns the state changes of the behavior sets of a task, of all robots.
     pub fn changes(&self, task: &str) -> Vec<&EventRow> {
         let rows = self.events.iter();
         rows.filter(|row| is_change(row) && row.detail == task)
             .collect()
     }
 
-    /// The behavior set that a robot executes at the end of that step.
+    /// Returns the active behavior set of a robot at the end of a step.
     pub fn active(&self, robot: &str, at: SimTime) -> Option<&str> {
         let mut active = None;
         for row in &self.events {
@@ -144,14 +135,14 @@ impl Story {
         active
     }
 
-    /// The motivations of a behavior set, step by step.
+    /// Returns the motivation rows of a behavior set, step by step.
     pub fn motivations(&self, robot: &str, set: &str) -> Vec<&MotivationRow> {
         let rows = self.motivations.iter();
         rows.filter(|row| row.robot == robot && row.behavior_set == set)
             .collect()
     }
 
-    /// The motivation of a behavior set in a step.
+    /// Returns the motivation of a behavior set in a step.
     #[track_caller]
     pub fn motivation(&self, robot: &str, set: &str, at: SimTime) -> f64 {
         let mut rows = self.motivations.iter();
@@ -159,16 +150,15 @@ impl Story {
         row.unwrap().motivation
     }
 
-    /// When a robot first heard another one speak about a task.
+    /// Returns the time at which a robot first received a message of another robot about a task.
     #[track_caller]
-    pub fn first_heard(&self, receiver: &str, sender: &str, task: &str) -> SimTime {
+    pub fn first_received(&self, receiver: &str, sender: &str, task: &str) -> SimTime {
         let mut rows = self.messages.iter();
-        let heard = |row: &&MessageRow| row.receiver == receiver && row.fate == "heard";
-        let row = rows.find(|row| heard(row) && row.sender == sender && row.task == task);
+        let received = |row: &&MessageRow| row.receiver == receiver && row.fate == "heard";
+        let row = rows.find(|row| received(row) && row.sender == sender && row.task == task);
         row.unwrap().t_ms
     }
 
-    /// The progress reports.
     pub fn reports(&self) -> Vec<Report<'_>> {
         let mut last = SimTime::ZERO;
         self.all("reported")
@@ -182,13 +172,12 @@ impl Story {
 }
 
 impl Report<'_> {
-    /// By how much it came too late.
     pub fn lateness(&self) -> SimTime {
         self.made.since(self.due)
     }
 }
 
-/// What a change of state says, without its time.
+/// Returns the state change of an event row, without its time.
 pub fn change(row: &EventRow) -> Change<'_> {
     (&row.robot, &row.subject, &row.kind, &row.reason)
 }

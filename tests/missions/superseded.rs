@@ -1,7 +1,7 @@
-//! A superseded incarnation is told to end (issue "It holds", item 3).
+//! A superseded incarnation receives a dismissal.
 //!
-//! On one machine a link breaks only with its process, so the former incarnation is played by this test: it joins, loses its token as
-//! if its link had broken, and speaks again when another agent has the robot.
+//! On one machine a link breaks only with its process. Therefore this test acts as the former incarnation: it joins,
+//! removes its token as after a broken link, and sends a report when another agent has the robot.
 
 use std::sync::{Arc, Mutex};
 
@@ -18,7 +18,7 @@ use crate::harness::{Lab, wait_until};
 const RUN: &str = "run";
 
 #[test]
-fn a_former_life_that_speaks_is_dismissed_and_an_agent_that_is_dismissed_ends() {
+fn a_superseded_incarnation_is_dismissed_and_a_dismissed_agent_ends() {
     let lab = Lab::new();
     let mut world = lab.start(&[
         "world",
@@ -42,13 +42,13 @@ fn a_former_life_that_speaks_is_dismissed_and_an_agent_that_is_dismissed_ends() 
         .wait()
         .unwrap();
 
-    let told = Arc::new(Mutex::new(Vec::new()));
-    let (ear, opener, key) = (Arc::clone(&told), secret.clone(), keys.tick("gold"));
+    let received = Arc::new(Mutex::new(Vec::new()));
+    let (sink, opener, key) = (Arc::clone(&received), secret.clone(), keys.tick("gold"));
     session
         .declare_subscriber(keys.tick("gold"))
         .callback(move |sample| {
             let message: ToAgent = opener.open(&key, &sample.payload().to_bytes()).unwrap();
-            ear.lock().unwrap().push(message);
+            sink.lock().unwrap().push(message);
         })
         .background()
         .wait()
@@ -77,26 +77,26 @@ fn a_former_life_that_speaks_is_dismissed_and_an_agent_that_is_dismissed_ends() 
     let token = session.liveliness().declare_token(token).wait().unwrap();
     let teammates =
         ["blue", "green"].map(|robot| lab.start(&["agent", "--robot", robot, "--run", RUN]));
-    let happened = |text: &str| {
+    let has_event = |text: &str| {
         std::fs::read_to_string(lab.path("out/events.csv"))
             .is_ok_and(|events| events.contains(text))
     };
     wait_until("the first incarnation's ticks", || {
-        !told.lock().unwrap().is_empty()
+        !received.lock().unwrap().is_empty()
     });
     token.undeclare().wait().unwrap();
     wait_until("the end of the first incarnation", || {
-        happened(",gone,gold,,,incarnation 1")
+        has_event(",gone,gold,,,incarnation 1")
     });
 
     let mut successor = lab.start(&["agent", "--robot", "gold", "--run", RUN]);
     wait_until("the second incarnation", || {
-        happened(",joined,gold,,,incarnation 2")
+        has_event(",joined,gold,,,incarnation 2")
     });
     let dismissed = |message: &ToAgent| *message == ToAgent::Dismissed(1);
     assert!(
-        !told.lock().unwrap().iter().any(dismissed),
-        "it has not spoken yet"
+        !received.lock().unwrap().iter().any(dismissed),
+        "the former incarnation has sent nothing yet"
     );
     let late = Report {
         robot: welcome.robot,
@@ -115,18 +115,21 @@ fn a_former_life_that_speaks_is_dismissed_and_an_agent_that_is_dismissed_ends() 
     let late = secret.seal(&keys.report("gold"), &late).unwrap();
     session.put(keys.report("gold"), late).wait().unwrap();
     wait_until("its dismissal", || {
-        told.lock().unwrap().iter().any(dismissed)
+        received.lock().unwrap().iter().any(dismissed)
     });
-    assert!(successor.is_running(), "the successor is not meant");
+    assert!(
+        successor.is_running(),
+        "the dismissal must not affect the successor"
+    );
 
-    // A real agent that is told so ends, and says why.
+    // A real agent ends after a dismissal and reports the reason.
     let dismissal = secret
         .seal(&keys.tick("gold"), &<ToAgent>::Dismissed(2))
         .unwrap();
     session.put(keys.tick("gold"), dismissal).wait().unwrap();
     let ended = successor.wait().expect(3);
     assert!(
-        ended.stderr.contains("a newer agent has the robot"),
+        ended.stderr.contains("a newer agent controls this robot"),
         "{}",
         ended.stderr
     );

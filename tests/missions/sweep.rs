@@ -1,4 +1,4 @@
-//! `alliance sweep`, as people run it: killed, interrupted, in shards, with mistakes in its plan and runs that fail.
+//! `alliance sweep`: killed, interrupted, in shards, with mistakes in the plan, and with runs that fail.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use crate::harness::{Lab, wait_until};
 
-/// A mission that takes little, in 24 variants, some of them complete.
+/// A short mission in 24 variants, some of which complete.
 const PLAN: &str = "
 limit_s = 150.0
 seeds = { from = 3, to = 5 }
@@ -42,7 +42,7 @@ fn lab() -> Lab {
     lab
 }
 
-/// Every file of a sweep but its journals, by name.
+/// Returns all files of a sweep except journals, by name.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -71,7 +71,7 @@ pub fn assert_same_files(lab: &Lab, a: &str, b: &str) {
     }
 }
 
-/// The table, by column.
+/// Parses results.csv into rows by column name.
 fn rows(lab: &Lab, folder: &str) -> Vec<BTreeMap<String, String>> {
     let text = fs::read_to_string(lab.path(folder).join("results.csv")).unwrap();
     let mut lines = text.lines().map(|line| line.split(','));
@@ -86,29 +86,29 @@ fn rows(lab: &Lab, folder: &str) -> Vec<BTreeMap<String, String>> {
         .collect()
 }
 
-/// Whole rows in a journal.
+/// Returns the number of complete rows in a journal.
 fn journal_rows(lab: &Lab, folder: &str) -> usize {
     let text = fs::read(lab.path(folder).join("journal.jsonl")).unwrap_or_default();
     let lines = text.iter().filter(|byte| **byte == b'\n').count();
     lines.saturating_sub(1)
 }
 
-/// The arguments of the command that a line of `said` ends in.
-fn printed_command<'s>(said: &'s str, mark: &str) -> Vec<&'s str> {
-    let mut lines = said.lines().filter_map(|line| line.split_once(mark));
+/// Returns the arguments of the command at the end of the line that contains `mark`.
+fn printed_command<'s>(output: &'s str, mark: &str) -> Vec<&'s str> {
+    let mut lines = output.lines().filter_map(|line| line.split_once(mark));
     let (_, command) = lines
         .next()
-        .unwrap_or_else(|| panic!("no '{mark}' in:\n{said}"));
+        .unwrap_or_else(|| panic!("no '{mark}' in:\n{output}"));
     command.split_whitespace().collect()
 }
 
 #[test]
-fn a_sweep_has_a_row_for_each_run_and_each_can_be_run_again() {
+fn a_sweep_has_a_row_for_each_run_and_each_run_can_be_repeated() {
     let lab = lab();
     let finished = lab.run(&["sweep", "plan.toml"]).expect(0);
-    let said = &finished.stderr;
-    assert!(said.contains("24 runs: "), "{said}");
-    assert!(said.contains("gold-dies"), "{said}");
+    let stderr = &finished.stderr;
+    assert!(stderr.contains("24 runs: "), "{stderr}");
+    assert!(stderr.contains("gold-dies"), "{stderr}");
     let rows = rows(&lab, "sweeps/plan");
     assert_eq!(rows.len(), RUNS);
     let settings: Vec<String> = rows
@@ -129,11 +129,15 @@ fn a_sweep_has_a_row_for_each_run_and_each_can_be_run_again() {
     assert_eq!(settings[23], "23 20 par98 none 5");
     assert!(rows.iter().any(|row| row["outcome"] == "complete"));
     for row in &rows {
-        let dies = row["faults"] == "gold-dies";
-        assert_eq!(row["faults_hit"], if dies { "1" } else { "0" }, "{row:?}");
+        let has_kill = row["faults"] == "gold-dies";
+        assert_eq!(
+            row["faults_hit"],
+            if has_kill { "1" } else { "0" },
+            "{row:?}"
+        );
     }
-    let made = files(&lab.path("sweeps/plan"));
-    let names: Vec<&str> = made.keys().map(String::as_str).collect();
+    let created = files(&lab.path("sweeps/plan"));
+    let names: Vec<&str> = created.keys().map(String::as_str).collect();
     assert_eq!(
         names,
         [
@@ -149,16 +153,16 @@ fn a_sweep_has_a_row_for_each_run_and_each_can_be_run_again() {
             "summary.html",
         ]
     );
-    let conditions = String::from_utf8(made["summary.csv"].clone()).unwrap();
+    let conditions = String::from_utf8(created["summary.csv"].clone()).unwrap();
     assert_eq!(conditions.lines().count(), 1 + RUNS / 3);
-    let faults = String::from_utf8(made["faults.csv"].clone()).unwrap();
+    let faults = String::from_utf8(created["faults.csv"].clone()).unwrap();
     let half = RUNS / 2;
     assert_eq!(
         faults,
         format!("kind,armed,hit,hits\nkill,{half},{half},{half}\n")
     );
 
-    // As the command says.
+    // The printed command repeats the run.
     for run in [0, 14] {
         let number = run.to_string();
         let printed = lab
@@ -176,10 +180,10 @@ fn a_sweep_has_a_row_for_each_run_and_each_can_be_run_again() {
 }
 
 #[test]
-fn killed_or_interrupted_it_goes_on_and_ends_with_the_same_bytes() {
+fn a_killed_or_interrupted_sweep_continues_and_ends_with_the_same_bytes() {
     const RUNS: usize = 8 * 25;
     let lab = Lab::new();
-    // Enough of them that there is a middle to be killed in.
+    // The sweep is long enough to be killed in the middle.
     let plan = PLAN.replace("to = 5", "to = 27");
     fs::write(lab.path("plan.toml"), plan).unwrap();
     lab.run(&["sweep", "plan.toml", "--out", "whole"]).expect(0);
@@ -191,13 +195,13 @@ fn killed_or_interrupted_it_goes_on_and_ends_with_the_same_bytes() {
         let finished = sweep.wait();
         assert!(
             journal_rows(&lab, "torn") < RUNS,
-            "too late to interrupt it"
+            "the sweep was interrupted too late"
         );
         assert!(!lab.path("torn/results.csv").exists());
         if signal == Signal::SIGINT {
-            let said = &finished.expect(1).stderr;
-            assert!(said.contains("done before"), "{said}");
-            assert_eq!(printed_command(said, "  alliance "), arguments);
+            let stderr = &finished.expect(1).stderr;
+            assert!(stderr.contains("done before"), "{stderr}");
+            assert_eq!(printed_command(stderr, "  alliance "), arguments);
         }
         let mut journal = fs::OpenOptions::new()
             .append(true)
@@ -208,7 +212,7 @@ fn killed_or_interrupted_it_goes_on_and_ends_with_the_same_bytes() {
     lab.run(&arguments).expect(0);
     assert_same_files(&lab, "whole", "torn");
 
-    // Once more there is nothing to do, and nothing changes.
+    // Another start has nothing to do and changes nothing.
     let before = journal_rows(&lab, "torn");
     lab.run(&arguments).expect(0);
     assert_eq!((before, journal_rows(&lab, "torn")), (RUNS, RUNS));
@@ -216,7 +220,7 @@ fn killed_or_interrupted_it_goes_on_and_ends_with_the_same_bytes() {
 }
 
 #[test]
-fn shards_put_together_are_the_whole() {
+fn merged_shards_equal_the_whole_sweep() {
     let lab = lab();
     lab.run(&["sweep", "plan.toml", "--out", "whole"]).expect(0);
     let shard = |number: &str, out: &str| {
@@ -224,36 +228,37 @@ fn shards_put_together_are_the_whole() {
         lab.run(&["sweep", "plan.toml", "--out", out, "--shard", &shard])
             .expect(0)
     };
-    // Two in one folder, and one from another machine.
+    // Two shards are in one folder, the third is from another machine.
     shard("0", "here");
-    let said = shard("2", "here").stderr;
+    let stderr = shard("2", "here").stderr;
     assert_eq!(
-        printed_command(&said, "  alliance "),
+        printed_command(&stderr, "  alliance "),
         ["sweep", "--merge", "here"]
     );
-    let said = lab.run(&["sweep", "--merge", "here"]).expect(2).stderr;
-    assert_eq!(said.lines().count(), 1, "{said}");
+    let stderr = lab.run(&["sweep", "--merge", "here"]).expect(2).stderr;
+    assert_eq!(stderr.lines().count(), 1, "{stderr}");
     assert!(
-        said.starts_with("alliance sweep: 8 of 24 runs are missing: 1, 4, 7, 10, 13, 16, 19, 22;"),
-        "{said}"
+        stderr
+            .starts_with("alliance sweep: 8 of 24 runs are missing: 1, 4, 7, 10, 13, 16, 19, 22;"),
+        "{stderr}"
     );
     assert!(!lab.path("here/results.csv").exists());
     shard("1", "there");
     lab.run(&["sweep", "--merge", "here", "there", "--out", "together"])
         .expect(0);
     assert_same_files(&lab, "whole", "together");
-    // The whole sweep takes up what its shards did.
-    let said = lab.run(&["sweep", "plan.toml", "--out", "here"]).expect(0);
-    assert!(said.stderr.contains("16 of them done before"));
+    // The whole sweep reuses the runs of its shards.
+    let finished = lab.run(&["sweep", "plan.toml", "--out", "here"]).expect(0);
+    assert!(finished.stderr.contains("16 of them done before"));
     assert_same_files(&lab, "whole", "here");
 }
 
-/// Jobs of an array, as GNU parallel starts them; Slurm and Kubernetes number theirs in the same way.
+/// Runs the jobs of an array with GNU parallel. Slurm and Kubernetes number jobs in the same way.
 #[test]
 fn gnu_parallel_runs_shards() {
     let version = Command::new("parallel").arg("--version").output();
-    let there = version.is_ok_and(|said| said.stdout.starts_with(b"GNU parallel"));
-    if !there {
+    let is_installed = version.is_ok_and(|output| output.stdout.starts_with(b"GNU parallel"));
+    if !is_installed {
         let how = "no GNU parallel: install Debian's package `parallel`";
         cannot_run(how);
         return;
@@ -266,24 +271,24 @@ fn gnu_parallel_runs_shards() {
         .args(["sweep", "plan.toml", "--out", "shards", "--jobs", "1"])
         .args(["--shard", "{}/3", ":::", "0", "1", "2"])
         .current_dir(lab.path(""))
-        // It keeps notes there.
+        // GNU parallel writes files to the home folder.
         .env("HOME", lab.path(""))
         .output()
         .unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
     for shard in 0..3 {
-        let line = format!("shard {shard}/3: all 8 runs are done");
-        assert!(said.contains(&line), "{said}");
+        let line = format!("shard {shard}/3: 8 runs done");
+        assert!(stderr.contains(&line), "{stderr}");
     }
     lab.run(&["sweep", "--merge", "shards"]).expect(0);
     assert_same_files(&lab, "whole", "shards");
 }
 
 #[test]
-fn a_run_that_fails_is_kept_and_the_others_go_on() {
+fn a_failing_run_is_kept_and_the_other_runs_continue() {
     let lab = Lab::new();
-    // Large robots have room, and so have small ones beside the obstacle.
+    // Large robots have space, and so have small robots next to the obstacle.
     let plan = "
 limit_s = 2.0
 seeds = [8]
@@ -295,10 +300,10 @@ body.radius_m = [0.2, 0.5]
 obstacles.0.x_m = [8.0, 5.0]
 ";
     fs::write(lab.path("big robots.toml"), plan).unwrap();
-    let said = lab.run(&["sweep", "big robots.toml"]).expect(1).stderr;
+    let stderr = lab.run(&["sweep", "big robots.toml"]).expect(1).stderr;
     assert!(
-        said.contains("4 runs: 0 complete, 3 not complete, 1 failed"),
-        "{said}"
+        stderr.contains("4 runs: 0 complete, 3 not complete, 1 failed"),
+        "{stderr}"
     );
     let rows = rows(&lab, "sweeps/big robots");
     let failed = &rows[3];
@@ -306,7 +311,7 @@ obstacles.0.x_m = [8.0, 5.0]
         (failed["outcome"].as_str(), failed["hash"].as_str()),
         ("failed", "")
     );
-    let reason = said
+    let reason = stderr
         .lines()
         .find_map(|line| line.strip_prefix("run 3 failed: "))
         .unwrap();
@@ -320,11 +325,11 @@ obstacles.0.x_m = [8.0, 5.0]
         ]
     );
 
-    let again = said
+    let again = stderr
         .lines()
-        .find(|line| line.contains("; again: "))
+        .find(|line| line.contains("; repeat it with: "))
         .unwrap();
-    let (_, again) = again.split_once("; again: alliance ").unwrap();
+    let (_, again) = again.split_once("; repeat it with: alliance ").unwrap();
     assert_eq!(
         again,
         "run 'sweeps/big robots/failures/3.toml' --seed 8 --in-process"
@@ -340,18 +345,18 @@ obstacles.0.x_m = [8.0, 5.0]
         .expect(2)
         .stderr;
     assert!(again.trim_end().ends_with(reason), "{again}\n{reason}");
-    // Only the others.
+    // There is no other failure.
     let failures = fs::read_dir(lab.path("sweeps/big robots/failures")).unwrap();
     assert_eq!(failures.count(), 1);
 }
 
 #[test]
-fn mistakes_are_answered_in_one_line_and_nothing_is_begun() {
+fn mistakes_give_one_line_and_create_no_files() {
     let lab = lab();
     let refused = |arguments: &[&str], text: &str| {
-        let said = lab.run(arguments).expect(2).stderr;
-        assert_eq!(said.lines().count(), 1, "{said}");
-        assert!(said.contains(text), "no '{text}': {said}");
+        let stderr = lab.run(arguments).expect(2).stderr;
+        assert_eq!(stderr.lines().count(), 1, "{stderr}");
+        assert!(stderr.contains(text), "no '{text}': {stderr}");
     };
     for (plan, text) in [
         (
@@ -382,12 +387,12 @@ fn mistakes_are_answered_in_one_line_and_nothing_is_begun() {
     refused(&["sweep", "plan.toml", "--jobs", "0"], "from 1 on");
     refused(
         &["sweep", "plan.toml", "--scenario", "24"],
-        "there is no run 24: they are numbered from 0 to 23",
+        "there is no run 24; runs are numbered from 0 to 23",
     );
     refused(&["sweep", "--merge", "."], "no journal of a sweep in .");
     assert!(!lab.path("sweeps").exists());
 
-    // A folder holds one sweep.
+    // A folder can contain only one sweep.
     fs::write(lab.path("little.toml"), "limit_s = 1.0\n").unwrap();
     lab.run(&["sweep", "little.toml"]).expect(0);
     fs::write(lab.path("little.toml"), "limit_s = 2.0\n").unwrap();

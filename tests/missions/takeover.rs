@@ -1,6 +1,7 @@
-//! The takeover times of ALLIANCE.md §4 once more, by real processes: to one step, at steps of 10, 50 and 200 ms.
+//! The takeover times of ALLIANCE.md §4 by real processes, to one step, with steps of 10, 50 and 200 ms.
 //!
-//! The robots are too slow to get anywhere: find-locations is all that is ever applicable, and whoever works on it fails.
+//! The robots are too slow to make progress: find-locations is always the only applicable task, and a robot that
+//! works on it fails.
 
 use missions::waste::data::default_scenario;
 use std::time::Duration;
@@ -13,7 +14,7 @@ use crate::team::Team;
 
 const STEPS_MS: [u64; 3] = [10, 50, 200];
 
-/// θ=100, δ_slow=1, τ=5, heartbeats every second; ψ and λ out of the way. δ_fast by robot.
+/// Returns a scenario with θ=100, δ_slow=1, τ=5, a heartbeat per second, large ψ and λ, and δ_fast per robot.
 fn scenario(step_ms: u64, phi_s: f64, robots: &[(&str, f64)]) -> Scenario {
     let mut scenario = Scenario {
         step_ms,
@@ -42,14 +43,14 @@ fn scenario(step_ms: u64, phi_s: f64, robots: &[(&str, f64)]) -> Scenario {
     scenario
 }
 
-/// The scenario as a file of the lab.
+/// Writes the scenario to a file of the lab, and returns the file name.
 fn write(lab: &Lab, scenario: &Scenario) -> String {
     let file = format!("step-{}.toml", scenario.step_ms);
     std::fs::write(lab.path(&file), scenario.to_toml().unwrap()).unwrap();
     file
 }
 
-/// Runs it for so long.
+/// Runs the scenario up to the limit and returns the log.
 fn run(scenario: &Scenario, limit_s: &str) -> RunLog {
     let lab = Lab::new();
     let file = write(&lab, scenario);
@@ -57,7 +58,7 @@ fn run(scenario: &Scenario, limit_s: &str) -> RunLog {
     lab.log("run")
 }
 
-/// Time and reason of the n-th row of that kind of a robot in events.csv.
+/// Returns time and reason of the `number`-th event of a kind and robot.
 #[track_caller]
 fn event(log: &RunLog, kind: &str, robot: &str, number: usize) -> (u64, String) {
     let rows: Vec<EventRow> = log.rows().unwrap();
@@ -70,8 +71,8 @@ fn event(log: &RunLog, kind: &str, robot: &str, number: usize) -> (u64, String) 
     (row.t_ms.0, row.reason)
 }
 
-/// When gold heard blue's first and last heartbeat about its work, ms.
-fn heard(log: &RunLog) -> (u64, u64) {
+/// Returns the times at which gold received blue's first and last heartbeat with the task, in ms.
+fn received(log: &RunLog) -> (u64, u64) {
     let rows: Vec<MessageRow> = log.rows().unwrap();
     let times: Vec<u64> = rows
         .iter()
@@ -91,7 +92,7 @@ fn assert_within_a_step(actual_ms: u64, expected_s: f64, step_ms: u64) {
 }
 
 #[test]
-fn nobody_on_the_task() {
+fn a_task_without_a_robot_is_taken_at_the_threshold() {
     for step_ms in STEPS_MS {
         let log = run(&scenario(step_ms, 30.0, &[("gold", 5.0)]), "21");
         let (activated, reason) = event(&log, "activated", "gold", 0);
@@ -101,18 +102,18 @@ fn nobody_on_the_task() {
 }
 
 #[test]
-fn incumbent_talks_but_fails() {
+fn a_robot_without_progress_is_taken_over_after_phi() {
     for (phi_s, takeover_s, limit_s) in [(30.0, 44.0, "56"), (300.0, 100.0, "112")] {
         for step_ms in STEPS_MS {
             let log = run(
                 &scenario(step_ms, phi_s, &[("blue", 10.0), ("gold", 5.0)]),
                 limit_s,
             );
-            let (first, _) = heard(&log);
+            let (first, _) = received(&log);
             let (activated, _) = event(&log, "activated", "gold", 0);
             assert_within_a_step(activated - first, takeover_s, step_ms);
 
-            // The first heartbeat resets gold, once, and gold rises slowly from then on.
+            // The first heartbeat resets gold once. Then gold's motivation rises slowly.
             let rows: Vec<MotivationRow> = log.rows().unwrap();
             let gold: Vec<&MotivationRow> = rows.iter().filter(|row| row.robot == "gold").collect();
             let find = |row: &&&MotivationRow| row.behavior_set == "find-locations-wander";
@@ -135,34 +136,35 @@ fn incumbent_talks_but_fails() {
     }
 }
 
-/// Blue is killed by a real signal, at a moment that the log tells.
+/// Blue is killed by a real signal, at a time that the log contains.
 #[test]
-fn incumbent_falls_silent() {
+fn a_silent_robot_is_taken_over_after_tau() {
     for step_ms in STEPS_MS {
         let lab = Lab::new();
         let robots = [("blue", 10.0), ("gold", 5.0)];
         let file = write(&lab, &scenario(step_ms, 300.0, &robots));
         let mut team = Team::start(&lab, &[&file, "--speed", "20x", "--limit", "115"]);
         team.wait_for_row("events.csv", &[",activated,blue,"]);
-        team.go_on(Duration::from_millis(100));
+        team.run_for(Duration::from_millis(100));
         team.kill("blue");
         team.wait().expect(1);
         let log = lab.log("run");
-        let (first, last) = heard(&log);
+        let (first, last) = received(&log);
         let slow_s = (last - first) as f64 / 1000.0 + 5.0;
-        // θ/δ_slow = 100 s, were it to be killed as late as that.
+        // θ/δ_slow = 100 s is the limit if blue is killed very late.
         let takeover_s = f64::min(slow_s + (100.0 - slow_s) / 5.0, 100.0);
         let (activated, _) = event(&log, "activated", "gold", 0);
         assert_within_a_step(activated - first, takeover_s, step_ms);
     }
 }
 
-/// When and why the incumbent leaves, as if it had come to θ at 20 s exactly; see the engine's own test of the same.
+/// The time and reason of the incumbent's yielding, as if it had reached θ at exactly 20 s. The engine has the same
+/// test.
 #[test]
-fn incumbent_yields_to_a_newcomer_after_psi_or_at_its_first_word() {
+fn an_incumbent_yields_after_psi_or_at_the_first_message_of_a_newcomer() {
     for step_ms in STEPS_MS {
         let step_s = step_ms as f64 / 1000.0;
-        for (stops, left_s, why) in [
+        for (stops, left_s, expected_reason) in [
             (false, 100.0, "acquiesced-psi"),
             (true, 90.0 + 2.0 * step_s, "reset-by gold"),
         ] {
@@ -177,7 +179,7 @@ fn incumbent_yields_to_a_newcomer_after_psi_or_at_its_first_word() {
             let (activated, _) = event(&log, "activated", "blue", 0);
             assert_within_a_step(activated, 20.0, step_ms);
             let (left, reason) = event(&log, "hibernated", "blue", 0);
-            assert_eq!(reason, why);
+            assert_eq!(reason, expected_reason);
             assert_within_a_step(20_000 + left - activated, left_s, step_ms);
         }
     }

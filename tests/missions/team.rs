@@ -1,4 +1,4 @@
-//! A live mission whose processes can be killed, stopped, continued and started again.
+//! A live mission whose processes can be killed, stopped, continued and restarted.
 
 use std::time::Duration;
 
@@ -16,25 +16,24 @@ pub struct Team<'l> {
 }
 
 impl<'l> Team<'l> {
-    /// Starts the mission, without a page, and waits until every process has its id.
+    /// Starts the mission without a page, and waits for all process ids.
     pub fn start(lab: &'l Lab, arguments: &[&str]) -> Self {
         Self::start_with_page(lab, &[arguments, &["--no-page"]].concat())
     }
 
-    /// The same with its page, whose link is on the launcher's stderr, unless the arguments say otherwise.
+    /// Starts the mission with its page, unless the arguments disable it. The launcher's stderr contains the link.
     pub fn start_with_page(lab: &'l Lab, arguments: &[&str]) -> Self {
         Self::start_with(lab, arguments, &[])
     }
 
-    /// The same, with these environment variables.
     pub fn start_with(lab: &'l Lab, arguments: &[&str], variables: &[(&str, &str)]) -> Self {
         let mut all = vec!["run", "--out", "run", "--json"];
         all.extend(arguments);
         let mut launcher = lab.start_with(&all, variables);
         launcher.wait_for_stderr("process ids: ");
-        let said = launcher.stderr();
+        let stderr = launcher.stderr();
         let after = |label: &str| {
-            let line = said.lines().find_map(|line| line.strip_prefix(label));
+            let line = stderr.lines().find_map(|line| line.strip_prefix(label));
             line.unwrap().to_owned()
         };
         let pids = after("process ids: ")
@@ -52,31 +51,28 @@ impl<'l> Team<'l> {
         }
     }
 
-    /// Waits for the page's link; its process id.
+    /// Waits for the link to the page and returns the process id of its server.
     pub fn wait_for_page(&mut self) -> u32 {
         self.launcher.wait_for_stderr("(process ");
-        let said = self.launcher.stderr();
-        let after = said.split("(process ").nth(1).unwrap();
+        let stderr = self.launcher.stderr();
+        let after = stderr.split("(process ").nth(1).unwrap();
         after.split(')').next().unwrap().parse().unwrap()
     }
 
-    /// Names of the robots.
     pub fn robots(&self) -> Vec<String> {
         let names = self.pids.iter().map(|(name, _)| name.clone());
         names.filter(|name| name != "world").collect()
     }
 
-    /// The launcher's process.
     pub fn launcher(&self) -> &Process {
         &self.launcher
     }
 
-    /// Process id of a robot, or of the "world".
+    /// Returns the process id of a robot or of "world".
     pub fn pid(&self, name: &str) -> u32 {
         self.pids.iter().find(|(known, _)| known == name).unwrap().1
     }
 
-    /// Sends a signal to a robot or the world.
     pub fn signal(&self, name: &str, signal: Signal) {
         kill(Pid::from_raw(self.pid(name) as i32), signal).unwrap();
     }
@@ -86,30 +82,29 @@ impl<'l> Team<'l> {
         let _ = kill(Pid::from_raw(self.pid(name) as i32), signal);
     }
 
-    /// Sends a signal to whatever process is that robot now, if any is.
+    /// Sends a signal to the current process of a robot, if there is one.
     pub fn try_signal_latest(&self, name: &str, signal: Signal) {
         let option = format!("--robot {name} ");
-        let is_it = |pid: &u32| command_line(*pid).is_some_and(|line| line.contains(&option));
-        for pid in self.launcher.children().into_iter().filter(is_it) {
+        let is_agent = |pid: &u32| command_line(*pid).is_some_and(|line| line.contains(&option));
+        for pid in self.launcher.children().into_iter().filter(is_agent) {
             let _ = kill(Pid::from_raw(pid as i32), signal);
         }
     }
 
-    /// Whether the run has not ended yet.
     pub fn is_running(&mut self) -> bool {
         self.launcher.is_running()
     }
 
-    /// Kills a robot and waits until its process is gone.
+    /// Kills a robot and waits for the end of its process.
     pub fn kill(&self, name: &str) {
         self.signal(name, Signal::SIGKILL);
         let pid = self.pid(name);
-        wait_until(&format!("the death of {name}"), || {
+        wait_until(&format!("the end of {name}"), || {
             command_line(pid).is_none()
         });
     }
 
-    /// Starts an agent by hand; from now on it is the robot's process.
+    /// Starts a separate agent, which becomes the robot's process.
     pub fn restart(&mut self, name: &str) -> Process {
         let agent = self
             .lab
@@ -123,24 +118,22 @@ impl<'l> Team<'l> {
         agent
     }
 
-    /// Waits until a line of a log table holds all these texts, and returns it.
+    /// Waits for a line in a log table that contains all texts, and returns it.
     #[track_caller]
     pub fn wait_for_row(&mut self, table: &str, texts: &[&str]) -> String {
         self.lab.wait_for_row(&mut self.launcher, table, texts)
     }
 
-    /// Waits until the launcher has written this to stderr.
     #[track_caller]
     pub fn wait_for_stderr(&mut self, text: &str) {
         self.launcher.wait_for_stderr(text);
     }
 
-    /// Lets the mission go on for a while of wall-clock time.
-    pub fn go_on(&self, span: Duration) {
+    /// Waits for a wall-clock time while the mission runs.
+    pub fn run_for(&self, span: Duration) {
         std::thread::sleep(span);
     }
 
-    /// Waits for the end of the run.
     pub fn wait(self) -> Finished {
         self.launcher.wait()
     }

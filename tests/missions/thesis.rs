@@ -1,4 +1,4 @@
-//! The built-in scenario `thesis-no-interruption`: each observation of the thesis' §4.3.1, seen in the log.
+//! The built-in scenario `thesis-no-interruption`: the observations of the thesis, §4.3.1, in the log.
 
 use std::collections::BTreeSet;
 
@@ -10,8 +10,8 @@ use crate::story::{BOTTOM, Change, METHODICAL, REPORT, ROBOTS, Story, TOP, WANDE
 
 const NAME: &str = "thesis-no-interruption";
 
-/// The first four things that happen about the upper spill: green's wish stops gold, and then green does something else.
-const CURIOSITY: [Change<'_>; 4] = [
+/// The first four changes of the upper spill: green's request stops gold, and then green does another task.
+const EARLY_INTERRUPTION: [Change<'_>; 4] = [
     ("gold", TOP, "activated", "threshold"),
     ("green", TOP, "waiting", "threshold"),
     ("gold", TOP, "hibernated", "reset-by green"),
@@ -19,21 +19,24 @@ const CURIOSITY: [Change<'_>; 4] = [
 ];
 
 fn assert_observations(story: &Story) {
-    blue_searches_and_its_wander_stays_at_zero(story);
-    after_the_update_the_find_sets_are_at_zero_and_the_others_rise(story);
-    the_robots_take_turns(story);
-    blue_is_reset_three_times(story);
-    gold_is_interrupted_by_green_which_then_does_something_else(story);
-    of_two_at_the_threshold_the_later_waits_until_the_first_acquiesces(story);
+    assert_blue_searches_and_its_wander_stays_at_zero(story);
+    assert_find_sets_stay_at_zero_and_the_others_rise(story);
+    assert_the_robots_alternate(story);
+    assert_blue_is_reset_three_times(story);
+    assert_green_interrupts_gold_and_then_does_another_task(story);
+    assert_the_later_of_two_robots_waits_until_the_first_acquiesces(story);
 }
 
-fn blue_searches_and_its_wander_stays_at_zero(story: &Story) {
+fn assert_blue_searches_and_its_wander_stays_at_zero(story: &Story) {
     let first = story.all("activated").next().unwrap();
     assert_eq!((&*first.robot, &*first.subject), ("blue", METHODICAL));
     let wander = story.motivations("blue", WANDER);
     let (before, after): (Vec<_>, Vec<_>) =
         wander.into_iter().partition(|row| row.t_ms <= first.t_ms);
-    assert!(before.last().unwrap().motivation > 0.0, "it rises at first");
+    assert!(
+        before.last().unwrap().motivation > 0.0,
+        "the motivation must rise at first"
+    );
     assert!(after.iter().all(|row| row.motivation == 0.0));
 
     let update = story.only("position-update");
@@ -45,7 +48,7 @@ fn blue_searches_and_its_wander_stays_at_zero(story: &Story) {
     assert!(changes.iter().all(|row| row.subject == METHODICAL));
 }
 
-fn after_the_update_the_find_sets_are_at_zero_and_the_others_rise(story: &Story) {
+fn assert_find_sets_stay_at_zero_and_the_others_rise(story: &Story) {
     let update = story.only("position-update").t_ms;
     let after = |robot, set| {
         let rows = story.motivations(robot, set).into_iter();
@@ -67,7 +70,7 @@ fn after_the_update_the_find_sets_are_at_zero_and_the_others_rise(story: &Story)
     }
 }
 
-fn the_robots_take_turns(story: &Story) {
+fn assert_the_robots_alternate(story: &Story) {
     for robot in ROBOTS {
         assert!(story.count("delivered", robot) > 0, "{robot} moves waste");
         assert!(story.count("reported", robot) > 0, "{robot} reports");
@@ -82,7 +85,7 @@ fn the_robots_take_turns(story: &Story) {
     }
 }
 
-fn blue_is_reset_three_times(story: &Story) {
+fn assert_blue_is_reset_three_times(story: &Story) {
     let rows = story.motivations("blue", TOP);
     let falls: Vec<&MotivationRow> = rows
         .windows(2)
@@ -90,35 +93,42 @@ fn blue_is_reset_three_times(story: &Story) {
         .map(|pair| pair[1])
         .take(3)
         .collect();
-    // When, and by which factor. What a set suppresses falls in the step after the set's activation.
+    // The time and the factor of each reset. Suppression takes effect in the step after the activation.
     let seen = falls
         .iter()
         .map(|row| (row.t_ms, row.activity_suppression, row.impatience_reset));
-    let own = |set| story.first_activation("blue", set) + story.step();
+    let own_activation = |set| story.first_activation("blue", set) + story.step();
     let golds = story.first_activation("gold", TOP);
-    let heard = story.first_heard("blue", "gold", TOP);
-    assert_eq!(heard, golds + story.step(), "blue is the first in a step");
+    let received = story.first_received("blue", "gold", TOP);
+    assert_eq!(
+        received,
+        golds + story.step(),
+        "blue is the first in a step"
+    );
     let expected = [
-        (own(REPORT), false, true),
-        (heard, true, false),
-        (own(BOTTOM), false, true),
+        (own_activation(REPORT), false, true),
+        (received, true, false),
+        (own_activation(BOTTOM), false, true),
     ];
     assert_eq!(seen.collect::<Vec<_>>(), expected);
 }
 
-fn gold_is_interrupted_by_green_which_then_does_something_else(story: &Story) {
+fn assert_green_interrupts_gold_and_then_does_another_task(story: &Story) {
     let [begins, wishes, stops, leaves] = story.changes(TOP)[..4] else {
-        panic!("too little happens");
+        panic!("too few state changes");
     };
-    assert_eq!([begins, wishes, stops, leaves].map(change), CURIOSITY);
+    assert_eq!(
+        [begins, wishes, stops, leaves].map(change),
+        EARLY_INTERRUPTION
+    );
 
     let params = story.params("gold", TOP);
     let active_s = stops.t_ms.since(begins.t_ms).as_secs_f64();
     assert!(active_s < params.before_yielding_s && active_s < params.before_giving_up_s);
-    assert_eq!(story.first_heard("gold", "green", TOP), stops.t_ms);
+    assert_eq!(story.first_received("gold", "green", TOP), stops.t_ms);
     assert_eq!(stops.t_ms, wishes.t_ms + story.step());
 
-    // Green comes to the threshold with both, and in that very step does the other one.
+    // Green reaches the threshold with both behavior sets, and activates the other one in that step.
     assert_eq!(story.first_activation("green", REPORT), wishes.t_ms);
     for set in [TOP, REPORT] {
         let at = |time| story.motivation("green", set, time);
@@ -130,10 +140,10 @@ fn gold_is_interrupted_by_green_which_then_does_something_else(story: &Story) {
     assert_eq!(story.active("green", leaves.t_ms), Some(REPORT));
 }
 
-/// The next four things that happen there.
-fn of_two_at_the_threshold_the_later_waits_until_the_first_acquiesces(story: &Story) {
+/// Checks the next four changes of the upper spill.
+fn assert_the_later_of_two_robots_waits_until_the_first_acquiesces(story: &Story) {
     let [begins, waits, yields, follows] = story.changes(TOP)[4..8] else {
-        panic!("too little happens");
+        panic!("too few state changes");
     };
     let (first, later) = (&*begins.robot, &*waits.robot);
     assert_ne!(first, later);
@@ -150,34 +160,41 @@ fn of_two_at_the_threshold_the_later_waits_until_the_first_acquiesces(story: &St
 }
 
 #[test]
-fn without_interruption_on_many_seeds() {
+fn the_observations_hold_with_many_seeds() {
     for seed in 1..=8 {
         println!("seed {seed}");
         assert_observations(&Story::play(setup(NAME, seed)));
     }
 }
 
-/// It takes all four of the thesis' switches that concern it.
 #[test]
-fn the_curiosity_is_gone_without_any_one_of_its_switches() {
-    let curious = |turn_off: fn(&mut Switches)| {
+fn the_early_interruption_needs_each_of_its_switches() {
+    let interrupts_early = |turn_off: fn(&mut Switches)| {
         let mut setup = setup(NAME, 1);
         turn_off(&mut setup.alliance.switches);
         let stated = SwitchSection::stating(setup.alliance.switches, setup.step_order);
         setup.scenario.alliance.switches = stated;
         let story = Story::play(setup);
         let changes = story.changes(TOP);
-        changes.iter().take(4).map(|row| change(row)).eq(CURIOSITY)
+        changes
+            .iter()
+            .take(4)
+            .map(|row| change(row))
+            .eq(EARLY_INTERRUPTION)
     };
-    assert!(curious(|_| ()));
-    assert!(!curious(|switches| switches.waiting = false));
-    assert!(!curious(|switches| switches.waiting_counts = false));
-    assert!(!curious(|switches| switches.wish_when_suppressed = false));
-    assert!(!curious(|switches| switches.reset_stops_active = false));
+    assert!(interrupts_early(|_| ()));
+    assert!(!interrupts_early(|switches| switches.waiting = false));
+    assert!(!interrupts_early(|switches| switches.waiting_counts = false));
+    assert!(!interrupts_early(|switches| switches
+        .wish_when_suppressed =
+        false));
+    assert!(!interrupts_early(
+        |switches| switches.reset_stops_active = false
+    ));
 }
 
 #[test]
-fn without_interruption_by_processes() {
+fn the_observations_hold_by_processes() {
     let lab = Lab::new();
     lab.mission("run", &[NAME]).expect(0);
     assert_observations(&Story::read(lab.log("run")));

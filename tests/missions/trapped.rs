@@ -1,4 +1,4 @@
-//! The built-in scenario `thesis-trapped-robot`: each observation of the thesis' §4.3.2, seen in the log.
+//! The built-in scenario `thesis-trapped-robot`: the observations of the thesis, §4.3.2, in the log.
 
 use alliance_proto::log::{EventRow, MotivationRow};
 use alliance_proto::time::SimTime;
@@ -7,15 +7,15 @@ use crate::harness::Lab;
 use crate::story::{METHODICAL, REPORT, Report, Story, WANDER, change, setup};
 
 const NAME: &str = "thesis-trapped-robot";
-/// A boxed-in robot stays this near to where it ends, m.
+/// The largest distance between a boxed-in robot and its last position, in m.
 const BOX_M: f32 = 0.3;
 
 fn assert_observations(story: &Story) {
     blue_is_boxed_in_while_methodical(story);
     the_search_goes_from_blue_to_gold_to_green(story);
-    impatience_bends(story);
+    assert_impatience_rates_change(story);
     gold_and_green_share_the_rest(story);
-    reports_come_late_because_nobody_is_free(story);
+    assert_reports_are_late_because_no_robot_is_free(story);
 }
 
 fn blue_is_boxed_in_while_methodical(story: &Story) {
@@ -27,7 +27,7 @@ fn blue_is_boxed_in_while_methodical(story: &Story) {
     let takeover = story.changes("find-locations")[1];
     assert!(
         last_away.t_ms < takeover.t_ms,
-        "blue is stuck before gold acts"
+        "blue must be stuck before gold's takeover"
     );
 }
 
@@ -40,14 +40,14 @@ fn the_search_goes_from_blue_to_gold_to_green(story: &Story) {
         ("gold", WANDER, "waiting", "threshold"),
         ("blue", METHODICAL, "hibernated", "reset-by gold"),
         ("gold", WANDER, "activated", "wait-over"),
-        // Blue waits: it is not its first time.
+        // Blue waits, because it was active before.
         ("blue", METHODICAL, "waiting", "threshold"),
-        // Green takes over: it is its first time, and both others are reset.
+        // Green takes over. It was not active before, so both others are reset.
         ("green", WANDER, "waiting", "threshold"),
         ("blue", METHODICAL, "hibernated", "reset-by green"),
         ("gold", WANDER, "hibernated", "reset-by green"),
         ("green", WANDER, "activated", "wait-over"),
-        // Both end up waiting, and green finishes.
+        // The other two wait at the end, and green finishes.
         ("blue", METHODICAL, "waiting", "threshold"),
         ("gold", WANDER, "waiting", "threshold"),
         ("blue", METHODICAL, "hibernated", "not-applicable"),
@@ -56,7 +56,7 @@ fn the_search_goes_from_blue_to_gold_to_green(story: &Story) {
     ];
     assert_eq!(seen, expected);
 
-    // Gold had not been active for long enough to yield to blue.
+    // Gold was active for less than ψ, so it did not yield to blue.
     let (golds, greens) = (changes[3].t_ms, changes[8].t_ms);
     let active_s = greens.since(golds).as_secs_f64();
     assert!(active_s < story.params("gold", WANDER).before_yielding_s);
@@ -65,22 +65,22 @@ fn the_search_goes_from_blue_to_gold_to_green(story: &Story) {
     assert_eq!(story.all("locations-withdrawn").count(), 0);
 }
 
-/// After the first message of each new searcher the others rise slowly for phi, and then fast.
-fn impatience_bends(story: &Story) {
+/// Checks that impatience is slow for φ after the first message of each new searcher, and fast afterwards.
+fn assert_impatience_rates_change(story: &Story) {
     let changes = story.changes("find-locations");
     let at = |index: usize| changes[index].t_ms;
-    bends(story, "gold", WANDER, "blue", at(1));
-    bends(story, "green", WANDER, "blue", at(1).since(story.step()));
-    bends(story, "blue", METHODICAL, "gold", at(4));
-    bends(story, "green", WANDER, "gold", at(5));
-    bends(story, "blue", METHODICAL, "green", at(9));
-    bends(story, "gold", WANDER, "green", at(10));
+    assert_rate_change(story, "gold", WANDER, "blue", at(1));
+    assert_rate_change(story, "green", WANDER, "blue", at(1).since(story.step()));
+    assert_rate_change(story, "blue", METHODICAL, "gold", at(4));
+    assert_rate_change(story, "green", WANDER, "gold", at(5));
+    assert_rate_change(story, "blue", METHODICAL, "green", at(9));
+    assert_rate_change(story, "gold", WANDER, "green", at(10));
 }
 
-/// From the reset by that searcher's first message up to `end`.
+/// Checks the motivations from the reset by the searcher's first message up to `end`.
 #[track_caller]
-fn bends(story: &Story, robot: &str, set: &str, searcher: &str, end: SimTime) {
-    let reset = story.first_heard(robot, searcher, "find-locations");
+fn assert_rate_change(story: &Story, robot: &str, set: &str, searcher: &str, end: SimTime) {
+    let reset = story.first_received(robot, searcher, "find-locations");
     let params = story.params(robot, set);
     let slow = params.slow_impatience[searcher];
     let phi = SimTime::from_secs_f64(params.willing_to_affect_s[searcher]);
@@ -108,8 +108,8 @@ fn gold_and_green_share_the_rest(story: &Story) {
     let update = story.only("position-update").t_ms;
     assert_eq!(story.count("delivered", "blue"), 0);
     assert_eq!(story.count("reported", "blue"), 0);
-    let in_vain = |row: &&EventRow| row.robot == "blue" && row.t_ms > update;
-    assert!(story.all("activated").filter(in_vain).count() > 0);
+    let activations_of_blue = |row: &&EventRow| row.robot == "blue" && row.t_ms > update;
+    assert!(story.all("activated").filter(activations_of_blue).count() > 0);
     let items = story.all("delivered").count();
     for robot in ["gold", "green"] {
         assert!(story.count("delivered", robot) >= items / 4, "{robot}");
@@ -117,8 +117,8 @@ fn gold_and_green_share_the_rest(story: &Story) {
     }
 }
 
-fn reports_come_late_because_nobody_is_free(story: &Story) {
-    // The first one fell due before the locations were known.
+fn assert_reports_are_late_because_no_robot_is_free(story: &Story) {
+    // The first report is due before the locations are found.
     let reports = &story.reports()[1..];
     let period = story.report_period();
     assert!(reports.len() >= 3);
@@ -132,16 +132,16 @@ fn reports_come_late_because_nobody_is_free(story: &Story) {
     );
 }
 
-/// Whether gold and green both moved waste when the report fell due, and its robot came free by psi or lambda alone.
+/// Returns whether gold and green both moved items at the due time, and the reporter became free only by ψ or λ.
 fn waited_for_psi(story: &Story, report: &Report<'_>) -> bool {
     let moves = |robot| {
         let active = story.active(robot, report.due);
         active.is_some_and(|set| set.starts_with("move-spill"))
     };
-    let of_it = || story.events.iter().filter(|row| row.robot == report.by);
-    let begins = of_it()
+    let of_robot = || story.events.iter().filter(|row| row.robot == report.by);
+    let begins = of_robot()
         .rfind(|row| row.kind == "activated" && row.subject == REPORT && row.t_ms <= report.made);
-    let ends: Vec<_> = of_it()
+    let ends: Vec<_> = of_robot()
         .filter(|row| row.kind == "hibernated" && row.subject.starts_with("move-spill"))
         .filter(|row| report.due <= row.t_ms && row.t_ms <= begins.unwrap().t_ms)
         .map(|row| &*row.reason)
@@ -151,7 +151,7 @@ fn waited_for_psi(story: &Story, report: &Report<'_>) -> bool {
 }
 
 #[test]
-fn a_trapped_robot_on_many_seeds() {
+fn the_observations_hold_with_many_seeds() {
     for seed in 1..=8 {
         println!("seed {seed}");
         assert_observations(&Story::play(setup(NAME, seed)));
@@ -159,7 +159,7 @@ fn a_trapped_robot_on_many_seeds() {
 }
 
 #[test]
-fn a_trapped_robot_by_processes() {
+fn the_observations_hold_by_processes() {
     let lab = Lab::new();
     lab.mission("run", &[NAME]).expect(0);
     assert_observations(&Story::read(lab.log("run")));

@@ -1,4 +1,4 @@
-//! `alliance tune`, as people run it: what it finds, killed and going on, with mistakes in its plan.
+//! `alliance tune`: its results, continuation after a kill, and mistakes in the plan.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,7 +9,7 @@ use nix::sys::signal::Signal;
 use crate::harness::{Lab, wait_until};
 
 const PLAN: &str = "
-question = 'How eager should they be?'
+question = 'How impatient should the robots be?'
 limit_s = 120.0
 
 [missions.one]
@@ -51,7 +51,7 @@ fn lab() -> Lab {
     lab
 }
 
-/// Every file of a folder, its journal included.
+/// Returns all files of a folder, including the journal.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(folder).unwrap();
     let each = entries.map(|entry| {
@@ -62,7 +62,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     each.collect()
 }
 
-/// A CSV file of a folder, by column.
+/// Reads a CSV file of a folder into rows by column name.
 fn table(lab: &Lab, folder: &str, name: &str) -> Vec<BTreeMap<String, String>> {
     let mut reader = csv::Reader::from_path(lab.path(folder).join(name)).unwrap();
     let rows = reader.deserialize();
@@ -79,18 +79,18 @@ fn lines(lab: &Lab, folder: &str) -> usize {
 }
 
 #[test]
-fn what_is_found_is_a_scenario_that_does_as_the_table_says() {
+fn the_tuned_scenario_gives_the_figures_of_the_table() {
     let lab = lab();
-    let said = lab
+    let stderr = lab
         .run(&["tune", "plan.toml", "--out", "out"])
         .expect(0)
         .stderr;
-    assert!(said.contains("- alliance: "), "{said}");
+    assert!(stderr.contains("- alliance: "), "{stderr}");
     let rows = table(&lab, "out", "test.csv");
-    // Of both methods: all that the search had, all that it had not, and three conditions.
+    // For both methods: all seen conditions, all unseen conditions, and three single conditions.
     assert_eq!(rows.len(), 2 * 5);
-    let better = said.contains("better than the defaults");
-    let method = if said.contains("what CMA-ES found") {
+    let better = stderr.contains("better than the defaults");
+    let method = if stderr.contains("found by CMA-ES") {
         "CMA-ES"
     } else {
         "random search"
@@ -98,7 +98,7 @@ fn what_is_found_is_a_scenario_that_does_as_the_table_says() {
     let tuned = fs::read_to_string(lab.path("out/tuned.toml")).unwrap();
     assert!(tuned.starts_with("# one, none with parameters found by alliance tune plan.toml."));
 
-    // The same runs by a sweep, of the defaults and of the scenario that was written.
+    // A sweep of the defaults and of the written scenario has the same runs.
     let mean = |scenario: &str, allocator: &str| {
         let plan = format!(
             "scenario = '{scenario}'\nseeds = 4\nlimit_s = 120.0\n[grid]\nallocator = ['{allocator}']\n"
@@ -127,21 +127,21 @@ fn what_is_found_is_a_scenario_that_does_as_the_table_says() {
     let difference = number(row, "tuned") - number(row, "default");
     assert!((number(row, "difference") - difference).abs() < 1e-9);
 
-    // Every method had its budget, and no more than the end of a generation of 6 candidates with 2 conditions and 3 seeds.
+    // Each method uses its budget, plus at most one generation of 6 candidates with 2 conditions and 3 seeds.
     let candidates = table(&lab, "out", "candidates.csv");
     for method in ["CMA-ES", "random search"] {
-        let own = candidates.iter().filter(|row| row["method"] == method);
-        let runs: f64 = own.map(|row| number(row, "runs")).sum();
+        let of_method = candidates.iter().filter(|row| row["method"] == method);
+        let runs: f64 = of_method.map(|row| number(row, "runs")).sum();
         assert!((60.0..60.0 + 36.0).contains(&runs), "{runs}");
     }
     let page = fs::read_to_string(lab.path("out/tuning.html")).unwrap();
-    assert!(page.find("How eager should they be?") < page.find("<svg "));
+    assert!(page.find("How impatient should the robots be?") < page.find("<svg "));
     assert_eq!(page.matches("<svg ").count(), 4);
     assert!(!page.contains("<script") && !page.contains("<link"));
 }
 
 #[test]
-fn killed_or_interrupted_it_goes_on_and_ends_with_the_same_bytes() {
+fn a_killed_or_interrupted_tuning_continues_and_ends_with_the_same_bytes() {
     let lab = lab();
     lab.run(&["tune", "plan.toml", "--out", "whole", "--jobs", "2"])
         .expect(0);
@@ -152,20 +152,23 @@ fn killed_or_interrupted_it_goes_on_and_ends_with_the_same_bytes() {
         wait_until("batches", || lines(&lab, "torn") >= done);
         tuning.signal(signal);
         let finished = tuning.wait();
-        assert!(lines(&lab, "torn") < all, "too late to interrupt it");
+        assert!(
+            lines(&lab, "torn") < all,
+            "the tuning was interrupted too late"
+        );
         assert!(!lab.path("torn/tuned.toml").exists());
         if signal == Signal::SIGINT {
-            let said = &finished.expect(1).stderr;
-            assert!(said.contains("of them done before"), "{said}");
+            let stderr = &finished.expect(1).stderr;
+            assert!(stderr.contains("of them done before"), "{stderr}");
             assert!(
-                said.contains("alliance tune plan.toml --out torn --jobs 1"),
-                "{said}"
+                stderr.contains("alliance tune plan.toml --out torn --jobs 1"),
+                "{stderr}"
             );
         }
     }
     lab.run(&arguments).expect(0);
     assert_eq!(files(&lab.path("whole")), files(&lab.path("torn")));
-    // Nothing is run again, and a plan that has changed is refused.
+    // No run is repeated, and a changed plan is refused.
     lab.run(&arguments).expect(0);
     assert_eq!(files(&lab.path("whole")), files(&lab.path("torn")));
     fs::write(
@@ -173,15 +176,15 @@ fn killed_or_interrupted_it_goes_on_and_ends_with_the_same_bytes() {
         PLAN.replace("budget = 60", "budget = 61"),
     )
     .unwrap();
-    let said = lab.run(&arguments).expect(2).stderr;
+    let stderr = lab.run(&arguments).expect(2).stderr;
     assert!(
-        said.contains("torn holds another tuning, or this one before it was changed"),
-        "{said}"
+        stderr.contains("torn holds another tuning, or this one before it was changed"),
+        "{stderr}"
     );
 }
 
 #[test]
-fn mistakes_are_told_before_anything_runs() {
+fn mistakes_give_one_line_before_any_run() {
     let lab = lab();
     let changed = |from: &str, to: &str| {
         assert!(PLAN.contains(from), "{from}");
@@ -244,11 +247,11 @@ fn mistakes_are_told_before_anything_runs() {
         ),
         (
             changed("test = 4", "test = 12"),
-            "tune.test: seed 11 is one of training, too",
+            "tune.test: seed 11 also belongs to training",
         ),
         (
             changed("selection = [51", "selection = [40, 51"),
-            "tune.selection: seed 40 is one of training, too",
+            "tune.selection: seed 40 also belongs to training",
         ),
         (
             changed("unseen = ['deaf']", "unseen = ['deadly']"),
@@ -259,7 +262,7 @@ fn mistakes_are_told_before_anything_runs() {
                 "unseen = ['deaf']",
                 "unseen = ['deaf', 'none', 'gold-dies']",
             ),
-            "tune.unseen: no class of faults is left to search by",
+            "tune.unseen: no class of faults is left for the search",
         ),
         (
             changed("budget = 60", "budget = 0"),
@@ -271,40 +274,43 @@ fn mistakes_are_told_before_anything_runs() {
         ),
         (
             format!("seeds = 3\n{PLAN}"),
-            "seeds: they are stated by [tune]",
+            "seeds: [tune] states the seeds",
         ),
         (
             format!(
                 "{PLAN}[tune.parameters.cbba]\nalliance.defaults.fast_impatience = {{ from = 4.0, to = 9.0 }}\n"
             ),
-            "is tuned for alliance, too, and one scenario is to have both",
+            "is also tuned for alliance, but one scenario contains both",
         ),
         (
             PLAN.split("[tune]").next().unwrap().to_owned(),
-            "there is nothing to be tuned; write a table [tune]",
+            "the plan has no search; write a table [tune]",
         ),
     ] {
         fs::write(lab.path("bad.toml"), &plan).unwrap();
-        let said = lab.run(&["tune", "bad.toml"]).expect(2).stderr;
-        assert_eq!(said.lines().count(), 1, "{plan}: {said}");
-        assert!(said.contains(text), "no '{text}': {said}");
+        let stderr = lab.run(&["tune", "bad.toml"]).expect(2).stderr;
+        assert_eq!(stderr.lines().count(), 1, "{plan}: {stderr}");
+        assert!(stderr.contains(text), "no '{text}': {stderr}");
     }
-    // Nor is it a plan of a sweep.
-    let said = lab.run(&["sweep", "plan.toml"]).expect(2).stderr;
-    assert!(said.contains("it is a plan of alliance tune"), "{said}");
+    // The plan of a tuning is no plan of a sweep.
+    let stderr = lab.run(&["sweep", "plan.toml"]).expect(2).stderr;
+    assert!(
+        stderr.contains("this is a plan for alliance tune"),
+        "{stderr}"
+    );
     assert!(!lab.path("tunings").exists() && !lab.path("sweeps").exists());
 }
 
 #[test]
-fn the_campaign_is_a_plan() {
+fn the_campaign_is_a_valid_plan() {
     let lab = Lab::new();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
     let plan = root.join("campaigns/tune-alliance.toml");
-    // All has been read and checked when it comes to its folder, which is a file.
+    // The command reads and checks the plan, and fails only at the output folder, which is a file.
     fs::write(lab.path("no folder"), "").unwrap();
-    let said = lab
+    let stderr = lab
         .run(&["tune", plan.to_str().unwrap(), "--out", "no folder"])
         .expect(2)
         .stderr;
-    assert!(said.contains("cannot make no folder"), "{said}");
+    assert!(stderr.contains("cannot make no folder"), "{stderr}");
 }

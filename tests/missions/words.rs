@@ -1,10 +1,10 @@
-//! The frame knows no mission: words of the clean-up stand in its own folder alone.
+//! The general crates are independent of the missions: terms of the waste mission occur only in its own folder.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const WORDS: [&str; 6] = [
+const TERMS: [&str; 6] = [
     "waste",
     "spill",
     "deposit",
@@ -13,9 +13,9 @@ const WORDS: [&str; 6] = [
     "clean-up",
 ];
 
-/// Where they may stand, and why.
+/// The files that may contain these terms.
 const EXCEPTIONS: [&str; 2] = [
-    // The key `waste_range_m`, which files have had before there was a second mission.
+    // The key `waste_range_m` is older than the second mission.
     "proto/src/scenario/mod.rs",
     "proto/src/scenario/validate.rs",
 ];
@@ -34,7 +34,7 @@ fn files(folder: &Path, found: &mut Vec<PathBuf>) {
 }
 
 #[test]
-fn no_file_outside_its_folder_has_a_word_of_the_clean_up() {
+fn no_file_outside_the_missions_crate_uses_a_term_of_the_waste_mission() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut all = Vec::new();
     for folder in [
@@ -48,15 +48,15 @@ fn no_file_outside_its_folder_has_a_word_of_the_clean_up() {
         files(&root.join(folder), &mut all);
     }
     assert!(all.len() > 300, "{}", all.len());
-    let mut with_words = BTreeSet::new();
+    let mut with_terms = BTreeSet::new();
     for path in all {
         let text = fs::read_to_string(&path).unwrap_or_default().to_lowercase();
-        // Tests may be about anything.
+        // Tests may use any mission.
         let code = text.split("mod tests {").next().unwrap_or_default();
-        if WORDS.iter().any(|word| code.contains(word)) {
+        if TERMS.iter().any(|term| code.contains(term)) {
             let name = path.strip_prefix(&root).unwrap();
-            with_words.insert(name.to_string_lossy().into_owned());
+            with_terms.insert(name.to_string_lossy().into_owned());
         }
     }
-    assert_eq!(with_words, EXCEPTIONS.map(str::to_owned).into());
+    assert_eq!(with_terms, EXCEPTIONS.map(str::to_owned).into());
 }

@@ -1,10 +1,10 @@
-"""One robot's mind in Python alone, without the package alliance-agent: what docs/WIRE.md says, as a program. It stands still and says
-that it is idle.
+"""A robot's controller in plain Python, without the package alliance-agent: a program that follows docs/WIRE.md. The robot stands still and
+reports that it is idle.
 
-    agent.py [--robot NAME] [--run ID]       be that robot; or as `alliance run --mind still='python3 agent.py'` starts it
-             [--mind listener]               turns by what it hears, which so shows in the run's hash
-    agent.py --types                         print every type that crosses the bus between world and agents, as JSON
-    agent.py --check TYPE FILE…              decode messages and encode them again
+    agent.py [--robot NAME] [--run ID]       control the robot; or start it by `alliance run --mind still='python3 agent.py'`
+             [--mind listener]               turn by the received messages, so that they affect the run's hash
+    agent.py --types                         print all message types between world and agents as JSON
+    agent.py --check TYPE FILE…              decode and encode messages
 
 Needs the packages eclipse-zenoh and xxhash.
 """
@@ -27,7 +27,7 @@ import zenoh
 
 VERSION = 10
 
-# Every struct: its fields in order, "NAME TYPE". TYPE is a number, bool, str, bytes, another type, [T] a list of it, ?T one or none.
+# The structs with their fields in order, "NAME TYPE". TYPE is a number type, bool, str, bytes or another type; [T] is a list, ?T an option.
 STRUCTS = {
     "JoinRequest": "version u32, robot str, pid u32, nonce u128",
     "Welcome": "robot u16, incarnation u32, first_tick u64, setup str, pairs ?[u128]",
@@ -74,12 +74,12 @@ STRUCTS = {
     "Partition": "evolution u64, stamp f64, part u16, parts u16, members [Member]",
     "Member": "robot u16, task u16, seen u64",
 }
-# A fact is a value, who saw it and when; these have no name of their own.
+# A fact is a value with its observer and time. The wire format has no names for these types.
 FACTS = {"FactLocations": "Locations", "FactLooseItem": "LooseItem", "FactFlag": "bool", "FactNothing": "nothing"}
 STRUCTS |= {name: f"value {of}, seen_by u16, seen u64" for name, of in FACTS.items()}
 TUPLES = {"Vec2": "x f32, y f32", "Empty": "source u16, fact FactFlag"}
 
-# Every enum: its variants in order, each with what it has, a type or fields in brackets.
+# The enums with their variants in order, each with its content: a type, or fields in brackets.
 ENUMS = {
     "JoinReply": "Welcome Welcome, Refused Refusal",
     "Refusal": "UnknownRobot (robot str; known [str]), Taken (robot str; incarnation u32), Version (agent u32; world u32),"
@@ -112,7 +112,7 @@ def parsed(lists):
 
 
 def pairs(text, separator):
-    """Names with their types, the latter "" where there is none."""
+    """Splits a list into names and types. A missing type is ""."""
     each = (part.partition(" ") for part in text.split(separator))
     return [(name, of) for name, _, of in each]
 
@@ -121,7 +121,7 @@ STRUCTS, TUPLES, ENUMS = parsed(STRUCTS), parsed(TUPLES), parsed(ENUMS)
 
 
 class Reader:
-    """Takes a message apart. Lists are lists, structs dicts, variants a pair of name and contents, tuples tuples."""
+    """Decodes a message. A struct becomes a dict, a variant a pair of name and content."""
 
     def __init__(self, data):
         self.data, self.at = data, 0
@@ -175,7 +175,7 @@ def number(value):
 
 
 def encode(of, value):
-    """Puts a message together."""
+    """Encodes a message."""
     if of in STRUCTS:
         return b"".join(encode(kind, value[name]) for name, kind in STRUCTS[of])
     if of in TUPLES:
@@ -212,12 +212,12 @@ def decode(of, data):
 
 
 def rotated(word, bits, width):
-    """To the left."""
+    """Rotates a word to the left."""
     return (word << bits | word >> (width - bits)) & (1 << width) - 1
 
 
 def siphash(key, data):
-    """SipHash-2-4, 64 bits."""
+    """Returns SipHash-2-4 with 64 bits."""
     mask, k0, k1 = 2**64 - 1, *struct.unpack("<QQ", key)
     v = [k0 ^ 0x736F6D6570736575, k1 ^ 0x646F72616E646F6D, k0 ^ 0x6C7967656E657261, k1 ^ 0x7465646279746573]
 
@@ -240,7 +240,7 @@ def siphash(key, data):
 
 
 def chacha8(seed, stream, block):
-    """The 16 words of a block of ChaCha with 8 rounds, whose key is made of a seed of 64 bits by the generator PCG32."""
+    """Returns the 16 words of a ChaCha8 block. The generator PCG32 expands the 64-bit seed to the key."""
     key, state = [], seed
     for _ in range(8):
         state = (state * 6364136223846793005 + 11634580027462260723) % 2**64
@@ -257,42 +257,42 @@ def chacha8(seed, stream, block):
 
 
 def key_of(secret):
-    """The key of the seals of a secret."""
+    """Returns the seal key of a secret."""
     return xxhash.xxh3_128_intdigest(secret.encode()).to_bytes(16, "little")
 
 
 class Bus:
-    """A session as a member of the team, and what it takes to speak there."""
+    """The session of a team member, with its keys for sealed messages."""
 
     def __init__(self, run, robot):
-        self.know(run, robot)
+        self.derive_keys(run, robot)
         config = zenoh.Config()
         settings = {"mode": "client", "connect/endpoints": [run["team"]["endpoint"]], "listen/endpoints": []}
         settings |= {"transport/auth/usrpwd/user": "team", "transport/auth/usrpwd/password": run["team"]["password"]}
         settings |= dict.fromkeys(("scouting/multicast/enabled", "scouting/gossip/enabled", "timestamping/enabled"), False)
-        # A token that goes means a closed socket, and nothing else.
+        # A liveliness token must disappear only when the socket is closed.
         settings |= {"transport/link/tx/lease": 86_400_000}
         for key, value in settings.items():
             config.insert_json5(key, json.dumps(value))
         self.session = zenoh.open(config)
 
-    def know(self, run, robot):
-        """Keys and secrets alone."""
+    def derive_keys(self, run, robot):
+        """Derives the keys without a session."""
         self.prefix = f"alliance/{run['run']}"
         own = hmac.new(run["token"].encode(), f"robot-{robot}".encode(), "sha256").hexdigest()[:32]
-        # Broadcasts are for everybody, and all else is between this robot and the world.
-        self.everybodys, self.own = key_of(run["token"]), key_of(own)
+        # Broadcasts use the key of the team. Other messages between this robot and the world use the robot's key.
+        self.team_key, self.own = key_of(run["token"]), key_of(own)
 
     def mark(self, key, data=b""):
         is_broadcast = key.startswith(f"{self.prefix}/team/")
-        return siphash(self.everybodys if is_broadcast else self.own, key.encode() + b"\0" + data)
+        return siphash(self.team_key if is_broadcast else self.own, key.encode() + b"\0" + data)
 
     def seal(self, key, of, value):
         data = encode(of, value)
         return data + self.mark(key, data).to_bytes(8, "little")
 
     def open(self, key, of, sealed):
-        """The message; `None` for what no member of the run has made for this key."""
+        """Returns the message, or `None` without a valid seal for this key."""
         data, seal = sealed[:-8], sealed[-8:]
         if self.mark(key, data).to_bytes(8, "little") != seal:
             return None
@@ -303,7 +303,7 @@ class Bus:
 
 
 def find_run(wanted, patience_s=10.0):
-    """The announcement of a live run: the one of that id, which may be about to begin, or the newest."""
+    """Returns the announcement of a live run: of the wanted id, for which it waits, or of the newest run."""
     base = os.environ.get("XDG_RUNTIME_DIR", "")
     folder = pathlib.Path(base, "alliance")
     if not os.path.isdir(base):
@@ -319,14 +319,14 @@ def find_run(wanted, patience_s=10.0):
 
 
 def join(bus, robot):
-    """Asks to be that robot; the world's welcome. A robot whose agent has just died may be taken for a moment."""
+    """Joins as a robot and returns the welcome. Retries if the robot is taken, because its former agent may have just ended."""
     key = f"{bus.prefix}/join/{robot}"
     until = time.monotonic() + 1.0
     while True:
         nonce = secrets.randbits(128)
         request = {"version": VERSION, "robot": robot, "pid": os.getpid(), "nonce": nonce}
-        all_of_them = {"target": zenoh.QueryTarget.ALL, "consolidation": zenoh.ConsolidationMode.NONE}
-        replies = bus.session.get(key, payload=bus.seal(key, "JoinRequest", request), **all_of_them)
+        query_options = {"target": zenoh.QueryTarget.ALL, "consolidation": zenoh.ConsolidationMode.NONE}
+        replies = bus.session.get(key, payload=bus.seal(key, "JoinRequest", request), **query_options)
         sealed = (reply.ok.payload.to_bytes() for reply in replies if reply.ok)
         answers = [bus.open(f"{key}/{nonce:032x}", "JoinReply", answer) for answer in sealed]
         name, contents = next((answer for answer in answers if answer), ("", "no answer"))
@@ -338,7 +338,7 @@ def join(bus, robot):
 
 
 class Still:
-    """A mind that does nothing, and says so as often as all robots speak. A copy of it is a checkpoint."""
+    """A controller that does nothing and sends heartbeats. A copy of it is a checkpoint."""
 
     def __init__(self, me, setup):
         sets = setup["alliance"]["robots"][me]["sets"].values()
@@ -346,14 +346,14 @@ class Still:
         self.since = self.sent = None
 
     def step(self, now, readings, heard):
-        """What the body does, and what is said."""
+        """Returns the actuation and the broadcasts."""
         if self.since is None:
             self.since = now
-        said = []
+        messages = []
         if self.sent is None or now - self.sent >= self.period:
             self.sent = now
-            said.append(("Heartbeat", self.heartbeat(readings)))
-        return {"speed_m_s": 0.0, "turn_rad_s": 0.0, "deed": ("nothing", None)}, said
+            messages.append(("Heartbeat", self.heartbeat(readings)))
+        return {"speed_m_s": 0.0, "turn_rad_s": 0.0, "deed": ("nothing", None)}, messages
 
     def heartbeat(self, readings):
         devices, items = readings["mission"]
@@ -363,34 +363,34 @@ class Still:
 
 
 class Listener(Still):
-    """Turns by who has said something and when, in the order in which it hears it."""
+    """A controller that turns by sender, time and order of the received heartbeats."""
 
     def step(self, now, readings, heard):
-        actuation, said = super().step(now, readings, heard)
-        words = (word for word in heard if word["body"][0] == "Heartbeat")
-        digest = sum((place + 1) * (word["sender"] + 1) * (word["sent"] // 50 + 1) for place, word in enumerate(words))
-        return actuation | {"turn_rad_s": digest % 128 / 128}, said
+        actuation, messages = super().step(now, readings, heard)
+        heartbeats = (message for message in heard if message["body"][0] == "Heartbeat")
+        digest = sum((place + 1) * (message["sender"] + 1) * (message["sent"] // 50 + 1) for place, message in enumerate(heartbeats))
+        return actuation | {"turn_rad_s": digest % 128 / 128}, messages
 
 
-MINDS = {"still": Still, "listener": Listener}
+CONTROLLERS = {"still": Still, "listener": Listener}
 
 
 class Links:
-    """What links do to the messages of a manifest on their way to a robot: proto/src/links.rs once more. A copy of it is a checkpoint."""
+    """The effects of the links on the messages of a manifest, as in proto/src/links.rs. A copy of it is a checkpoint."""
 
-    #: What comes while so many are kept is dropped.
+    #: The maximum number of messages in flight. Further messages are dropped.
     CAPACITY = 4096
 
     def __init__(self, rank, setup):
         self.rank, self.seed, self.step_ms = rank, setup["seed"], setup["scenario"]["step_ms"]
-        # Messages on their way in the order in which they came, each with what it waits for, until when, and whether it comes twice;
-        # and the receptions of second copies.
+        # The messages in flight in order of arrival, each with its wait condition, due time and duplicate flag;
+        # and the receptions of the duplicates.
         self.kept, self.copies = [], []
 
-    def hear(self, tick, arrived):
-        """What is heard in a tick, by sender and number, and what became of each message. `arrived` has the entries of the manifest, each
-        with its broadcasts, `None` for one that has not arrived."""
-        now, audible, receptions = tick["now"], [], []
+    def receive(self, tick, arrived):
+        """Returns the received broadcasts of a tick, by sender and number, and the receptions. `arrived` has the entries of the manifest, each
+        with its broadcasts, or `None` for a missing one."""
+        now, received, receptions = tick["now"], [], []
         copies, self.copies = [copy for copy in self.copies if copy["at"] == now], []
         late, ripe = self.ripen(now, tick["held"])
         for entry, broadcasts in arrived:
@@ -401,24 +401,24 @@ class Links:
                     continue
                 kind = kind_of(broadcast)
                 index = indices[kind] = indices.get(kind, -1) + 1
-                delivery, wait, due, twice = self.fate(entry["link"], broadcast, kind, index, now)
+                delivery, wait, due, twice = self.delivery(entry["link"], broadcast, kind, index, now)
                 at = due if wait == "due" else now
                 receptions.append(self.reception(broadcast, broadcast["tick"], delivery, at, broadcast))
                 if wait:
                     self.kept.append((broadcast, wait, due, twice))
                 if delivery == "Heard":
-                    audible.append(broadcast)
+                    received.append(broadcast)
                     self.copy(broadcast, now, twice)
-        heard = sorted(audible + late, key=order)
-        # One that is overtaken has a step left to wait.
+        heard = sorted(received + late, key=order)
+        # An overtaken message waits one more step.
         for place, (broadcast, wait, due, twice) in enumerate(self.kept):
-            if wait == "overtaken" and any(it["sender"] == broadcast["sender"] and order(it) > order(broadcast) for it in heard):
+            if wait == "overtaken" and any(other["sender"] == broadcast["sender"] and order(other) > order(broadcast) for other in heard):
                 self.kept[place] = (broadcast, "due", max(due, now + self.step_ms), twice)
         return heard, receptions + ripe + copies
 
     def ripen(self, now, held):
-        """The kept messages whose wait is over. What was due while the robot took no part has gone by."""
-        audible, receptions, kept = [], [], []
+        """Returns the messages that are due. A message that was due while the robot was absent is lost."""
+        received, receptions, kept = [], [], []
         for broadcast, wait, due, twice in self.kept:
             if wait == "held" and broadcast["sender"] not in held:
                 wait, due = "due", now
@@ -428,14 +428,13 @@ class Links:
             delivery = "Cut" if due < now else "Delayed"
             receptions.append(self.reception(broadcast, broadcast["tick"], delivery, due, broadcast))
             if delivery == "Delayed":
-                audible.append(broadcast)
+                received.append(broadcast)
                 self.copy(broadcast, due, twice)
         self.kept = kept
-        return audible, receptions
+        return received, receptions
 
-    def fate(self, link, broadcast, kind, index, now):
-        """What becomes of a message, the `index`-th of its kind in its tick: its delivery, what it waits for and until when, and whether it
-        comes twice."""
+    def delivery(self, link, broadcast, kind, index, now):
+        """Returns the delivery of the `index`-th message of its kind in its tick, with its wait condition, due time and duplicate flag."""
         if link is None:
             return "Heard", None, now, False
         stream = 3 << 32 | broadcast["sender"] << 16 | self.rank
@@ -443,7 +442,7 @@ class Links:
         drop, jitter, duplicate, reorder, *_ = chacha8(self.seed, stream, broadcast["tick"] << 19 | number << 16 | index)
         delay = link["delay"] + ((link["jitter"] + 1) * jitter >> 32)
         due = now + -(-delay // self.step_ms) * self.step_ms
-        overtakes = any(it["sender"] == broadcast["sender"] and wait == "overtaken" for it, wait, _, _ in self.kept)
+        overtakes = any(other["sender"] == broadcast["sender"] and wait == "overtaken" for other, wait, _, _ in self.kept)
         if link["cut"]:
             return "Cut", None, now, False
         if drop < link["drop"]:
@@ -466,7 +465,7 @@ class Links:
 
     def reception(self, of, tick, delivery, at, broadcast=None):
         sent = {"sender": of["sender"], "incarnation": of["incarnation"], "sent": tick * self.step_ms}
-        return sent | {"at": at, "delivery": (delivery, None), "said": broadcast and said_by(broadcast)}
+        return sent | {"at": at, "delivery": (delivery, None), "said": broadcast and logged_part(broadcast)}
 
 
 def order(broadcast):
@@ -479,13 +478,13 @@ def kind_of(broadcast):
 
 
 class Agent:
-    """One life of a robot: hears, steps, speaks and reports; and goes back where a step did not count."""
+    """One incarnation of a robot: receives, steps, broadcasts and reports. It returns to the previous state if a step did not count."""
 
     def __init__(self, bus, name, mind, welcome):
         setup = json.loads(welcome["setup"])
         self.bus, self.rank, self.incarnation = bus, welcome["robot"], welcome["incarnation"]
         self.names = [robot["name"] for robot in setup["scenario"]["robots"]]
-        # What a step changes: the mind, what is on its way, and the number of the next broadcast. Before the latest step, and now.
+        # The state that a step changes, before and after the latest step: controller, messages in flight, and next sequence number.
         self.before = self.state = (mind(name, setup), Links(self.rank, setup), 0)
         self.latest = self.pending = None
         self.arrived, self.published = {}, []
@@ -493,27 +492,27 @@ class Agent:
         self.report = declare(f"{bus.prefix}/robot/{name}/report")
         self.heartbeats = declare(f"{bus.prefix}/team/{name}/heartbeat")
 
-    def hear(self, key, broadcast):
-        """A teammate's broadcast, on its own key. Of two of the same number the first one is it."""
+    def receive(self, key, broadcast):
+        """Stores a teammate's broadcast if the key is the sender's. The first of two broadcasts with the same number counts."""
         sender = broadcast["sender"]
         if sender < len(self.names) and self.names[sender] == key.split("/")[3] and sender != self.rank:
             place = tuple(broadcast[field] for field in ("sender", "tick", "incarnation", "index"))
             self.arrived.setdefault(place, broadcast)
 
-    def ask(self, tick):
-        """A tick of the world; one that is asked again has got lost, or its answer has."""
+    def process_tick(self, tick):
+        """Processes a tick of the world. A repeated tick means that the tick or its report was lost."""
         if tick["incarnation"] > self.incarnation:
-            sys.exit("a newer agent has the robot")
+            sys.exit("a newer agent controls this robot")
         if tick["incarnation"] < self.incarnation or (self.latest is not None and tick["tick"] < self.latest):
             return
         if tick["tick"] == self.latest:
             self.publish() if self.pending is None else None
             return
-        # Nothing is heard but what the manifest lists, and that is waited for, 2 s at most.
+        # The step waits at most 2 s for the broadcasts in the manifest. Other broadcasts are not used.
         self.latest, self.pending, self.until = tick["tick"], (tick, self.latest), time.monotonic() + 2.0
-        self.go_on()
+        self.step_when_complete()
 
-    def go_on(self):
+    def step_when_complete(self):
         if self.pending is None:
             return
         tick, last = self.pending
@@ -524,26 +523,26 @@ class Agent:
         if all(place in self.arrived for _, places in listed for place in places) or time.monotonic() > self.until:
             self.pending = None
             self.step(tick, last, [(entry, [self.arrived.get(place) for place in places]) for entry, places in listed])
-            # What is older than all that is listed is listed no more.
+            # Older broadcasts are in no later manifest.
             oldest = min((entry["tick"] for entry in tick["manifest"]), default=0)
-            self.arrived = {place: it for place, it in self.arrived.items() if place[1] >= oldest}
+            self.arrived = {place: broadcast for place, broadcast in self.arrived.items() if place[1] >= oldest}
 
     def step(self, tick, last, arrived):
         if last is not None and (tick["last_counted"] is None or tick["last_counted"] < last):
-            # The step before never happened.
+            # The previous step did not count.
             self.state = self.before
         self.before = self.state
-        mind, links, seq = copy.deepcopy(self.state)
-        heard, receptions = links.hear(tick, arrived)
-        actuation, said = mind.step(tick["now"], tick["readings"], heard)
-        self.state = (mind, links, seq + len(said))
+        controller, links, seq = copy.deepcopy(self.state)
+        received, receptions = links.receive(tick, arrived)
+        actuation, messages = controller.step(tick["now"], tick["readings"], received)
+        self.state = (controller, links, seq + len(messages))
         sender = {"sender": self.rank, "incarnation": self.incarnation, "tick": tick["tick"], "sent": tick["now"]}
-        broadcasts = [sender | {"index": index, "seq": seq + index, "body": body} for index, body in enumerate(said)]
+        broadcasts = [sender | {"index": index, "seq": seq + index, "body": body} for index, body in enumerate(messages)]
         sealed = [self.bus.seal(str(self.heartbeats.key_expr), "Broadcast", broadcast) for broadcast in broadcasts]
         me = {"robot": self.rank, "incarnation": self.incarnation, "tick": tick["tick"]}
         did = {"actuation": actuation, "broadcasts": len(sealed), "broadcast_bytes": sum(map(len, sealed))}
         log = {"active": None, "motivations": [], "allocation": [], "changes": [], "notes": [], "receptions": receptions}
-        # Broadcasts first: whoever has the report has them.
+        # The broadcasts are sent before the report, so the world can list them.
         self.published = [(self.heartbeats, each) for each in sealed]
         self.published.append((self.report, self.bus.seal(str(self.report.key_expr), "Report", me | did | log)))
         self.publish()
@@ -553,8 +552,8 @@ class Agent:
             publisher.put(sealed)
 
 
-def said_by(broadcast):
-    """The part of a broadcast that goes into the log."""
+def logged_part(broadcast):
+    """Returns the part of a broadcast that is logged."""
     kind, body = broadcast["body"]
     said = dict.fromkeys(("state", "since", "set", "task", "progress")) | {"seq": broadcast["seq"], "kind": (kind_of(broadcast), None)}
     if kind == "Heartbeat":
@@ -565,7 +564,7 @@ def said_by(broadcast):
 
 
 def live(robot, run, mind):
-    """From joining to the end of the run; returns the exit status."""
+    """Runs the agent from joining to the end of the run, and returns the exit status."""
     bus = Bus(find_run(run), robot)
     news = queue.Queue()
 
@@ -579,8 +578,8 @@ def live(robot, run, mind):
         if sample.kind == zenoh.SampleKind.DELETE:
             news.put(("gone", "", b""))
 
-    # Ears first: whatever is sent after the welcome is heard. A robot does not hear itself.
-    ears = [
+    # The subscriptions exist before the welcome, so that no message is missed. A robot does not receive its own broadcasts.
+    subscriptions = [
         listen(f"{bus.prefix}/robot/{robot}/tick", "ToAgent"),
         listen(f"{bus.prefix}/team/*/*", "Broadcast", allowed_origin=zenoh.Locality.REMOTE),
         bus.session.liveliness().declare_subscriber(f"{bus.prefix}/alive/world", watch, history=True),
@@ -588,22 +587,22 @@ def live(robot, run, mind):
     welcome = join(bus, robot)
     agent = Agent(bus, robot, mind, welcome)
     alive = f"{bus.prefix}/alive/{robot}/{agent.incarnation}"
-    # The world counts on this agent for as long as the token is there, which goes with the socket.
+    # The agent takes part while its token exists. The token disappears with the socket.
     token = bus.session.liveliness().declare_token(f"{alive}/{bus.mark(alive):016x}")
     while True:
         try:
             what, key, sealed = news.get(timeout=0.5)
         except queue.Empty:
-            agent.go_on()
+            agent.step_when_complete()
             continue
         if what == "gone":
-            sys.exit("the world is gone")
+            sys.exit("the connection to the world is lost")
         message = bus.open(key, what, sealed)
         if message is None:
             continue
         if what == "Broadcast":
-            agent.hear(key, message)
-            agent.go_on()
+            agent.receive(key, message)
+            agent.step_when_complete()
             continue
         name, contents = message
         if name == "End":
@@ -611,7 +610,7 @@ def live(robot, run, mind):
         if name == "Dismissed" and contents == agent.incarnation:
             sys.exit("dismissed")
         if name in ("Tick", "Informed"):
-            agent.ask(contents if name == "Tick" else contents["0"])
+            agent.process_tick(contents if name == "Tick" else contents["0"])
 
 
 def main(words):
@@ -627,7 +626,7 @@ def main(words):
     robot = options.get("--robot") or os.environ["ALLIANCE_ROBOT"]
     run = options.get("--run") or (None if "--robot" in options else os.environ.get("ALLIANCE_RUN"))
     signal.signal(signal.SIGTERM, lambda *_: os._exit(0))
-    return live(robot, run, MINDS[options.get("--mind", "still")])
+    return live(robot, run, CONTROLLERS[options.get("--mind", "still")])
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Sends one command to a live run and prints the reply: control.py COMMAND [RUN]
 
-COMMAND is JSON, as docs/CONTROL.md has it: '"status"', '{"fault": {"fault": {"kill": "gold"}}}'. RUN is the id of a live run, by
-default the newest. Needs the package eclipse-zenoh and nothing else.
+COMMAND is JSON as in docs/CONTROL.md: '"status"', '{"fault": {"fault": {"kill": "gold"}}}'. RUN is the id of a live run, by
+default the newest. Needs only the package eclipse-zenoh.
 """
 
 import hmac
@@ -24,7 +24,7 @@ def is_alive(pid):
 
 
 def find_run(run=None):
-    """Announcement of a live run: its id, endpoint, pid and token."""
+    """Returns the announcement of a live run: its id, endpoint, pid and token."""
     base = os.environ.get("XDG_RUNTIME_DIR", "")
     folder = pathlib.Path(base, "alliance")
     if not os.path.isdir(base):
@@ -37,7 +37,7 @@ def find_run(run=None):
 
 
 def connect(run):
-    """A zenoh session as a client of the run."""
+    """Opens a zenoh session as a client of the run."""
     config = zenoh.Config()
     config.insert_json5("mode", '"client"')
     config.insert_json5("connect/endpoints", json.dumps([run["endpoint"]]))
@@ -48,16 +48,16 @@ def connect(run):
 
 
 def seal(run, key, text):
-    """What proves that a message for this key is from somebody who knows the run's token."""
+    """Returns the seal of a message for this key, which proves that the sender has the run's token."""
     return hmac.new(run["token"].encode(), key.encode() + b"\0" + text.encode(), "sha256").hexdigest()
 
 
-def ask(session, run, command, nonce=None):
-    """The world's reply to a command."""
+def send_command(session, run, command, nonce=None):
+    """Sends a command and returns the world's reply."""
     nonce = nonce or secrets.token_hex(16)
     key = f"alliance/{run['run']}/control"
     text = json.dumps({"nonce": nonce, "command": command})
-    complaint = "no answer"
+    error = "no answer"
     for reply in session.get(
         key,
         payload=text,
@@ -68,13 +68,13 @@ def ask(session, run, command, nonce=None):
         timeout=10.0,
     ):
         if reply.ok is None:
-            complaint = reply.err.payload.to_string()
+            error = reply.err.payload.to_string()
             continue
         text, mark = reply.ok.payload.to_string(), reply.ok.attachment
-        # Anybody may answer: only a reply that is sealed for this request counts.
+        # Other clients may reply, too. Only a reply that is sealed for this request counts.
         if mark and hmac.compare_digest(mark.to_string(), seal(run, f"{key}/{nonce}", text)):
             return json.loads(text)
-    raise RuntimeError(complaint)
+    raise RuntimeError(error)
 
 
 if __name__ == "__main__":
@@ -82,4 +82,4 @@ if __name__ == "__main__":
         sys.exit(__doc__.strip())
     found = find_run(*sys.argv[2:])
     with connect(found) as bus:
-        print(json.dumps(ask(bus, found, json.loads(sys.argv[1]))))
+        print(json.dumps(send_command(bus, found, json.loads(sys.argv[1]))))

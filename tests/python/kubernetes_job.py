@@ -1,4 +1,4 @@
-"""Whether a Kubernetes manifest keeps the published schema: kubernetes_job.py FILE, and what of it is wrong if not."""
+"""Checks a Kubernetes manifest against the published schema: kubernetes_job.py FILE"""
 
 import sys
 
@@ -14,6 +14,6 @@ try:
 except kubernetes_validate.ValidationError:
     pass
 else:
-    sys.exit("a key that does not exist is not found")
+    sys.exit("an unknown key is not detected")
 spec = job["spec"]
 print(job["kind"], spec["completionMode"], spec["completions"], kubernetes_validate.latest_version())

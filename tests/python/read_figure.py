@@ -1,4 +1,4 @@
-"""Runs the example that draws figure 4.9, and prints the curves that it has drawn as JSON: {ROBOT: [[s, motivation], …]}.
+"""Runs the example that draws figure 4.9, and prints its curves as JSON: {ROBOT: [[s, motivation], …]}.
 
     read_figure.py EXAMPLE RUN PICTURE
 """

@@ -1,4 +1,4 @@
-"""Asserts that whatever the layouts name is in an MCAP file, with messages. Prints the topics that each names as JSON.
+"""Checks that an MCAP file has messages for each topic of the layouts. Prints the topics of each layout as JSON.
 
     read_layouts.py FILE FOXGLOVE-LAYOUT PLOTJUGGLER-LAYOUT
 """
@@ -14,7 +14,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 
 def first_messages(path):
-    """Topic → schema name and first message."""
+    """Returns the schema name and the first message of each topic."""
     found = {}
     with open(path, "rb") as file:
         reader = make_reader(file, decoder_factories=[DecoderFactory()])
@@ -33,7 +33,7 @@ def check(messages, topic, field=None):
 
 
 def strings(value):
-    """Every text in a JSON document."""
+    """Yields every text in a JSON document."""
     if isinstance(value, dict):
         for key, part in value.items():
             yield key
@@ -46,7 +46,7 @@ def strings(value):
 
 
 def foxglove(layout, messages):
-    """Topics alone, and paths "TOPIC".FIELD; every panel has its place, and every place its panel."""
+    """Checks topics, paths "TOPIC".FIELD, and that the panels match the layout."""
     topics = set()
     for text in strings(layout["configById"]):
         path = re.fullmatch(r'(?:"(/[^"]+)"|(/[\w/-]+))(?:\.(\w+))?', text)
@@ -69,7 +69,7 @@ def plotjuggler(root, messages):
     for splitter in root.iter("DockSplitter"):
         parts = list(splitter)
         if {len(parts), int(splitter.get("count")), len(splitter.get("sizes").split(";"))} != {len(parts)}:
-            sys.exit("a splitter with other parts than it says")
+            sys.exit("a splitter has a wrong number of parts")
     return topics
 
 

@@ -1,4 +1,4 @@
-"""Compares an MCAP file with the log of its run, message by message, with what anybody would use to read it. Prints what was found as JSON.
+"""Compares an MCAP file with the log of its run, message by message, with the usual reader libraries. Prints the result as JSON.
 
     read_mcap.py FOLDER FILE
 """
@@ -17,7 +17,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from runlog import rows, single
 
-# The columns that tell the topic of a table's rows.
+# The columns that determine the topic of a row.
 TOPICS = {
     "motivations": ("robot", "behavior_set"),
     "allocation": ("robot", "behavior_set"),
@@ -39,18 +39,18 @@ VALUES = {
 }
 
 
-def equal(found, wanted, where):
-    if found != wanted:
-        sys.exit(f"{where}: {found!r} is not {wanted!r}")
+def equal(found, expected, where):
+    if found != expected:
+        sys.exit(f"{where}: {found!r} is not {expected!r}")
 
 
-def near(found, wanted, where, most=1e-6):
-    if not abs(found - wanted) <= most:
-        sys.exit(f"{where}: {found!r} is not about {wanted!r}")
+def near(found, expected, where, most=1e-6):
+    if not abs(found - expected) <= most:
+        sys.exit(f"{where}: {found!r} is not about {expected!r}")
 
 
 def read(path):
-    """Everything in the file: its metadata, and the messages of each topic as (ns, message), in the order of the file."""
+    """Returns the metadata, and the messages of each topic as (ns, message) in file order."""
     topics = defaultdict(list)
     latest = 0
     with open(path, "rb") as file:
@@ -61,7 +61,7 @@ def read(path):
         for _, channel, header, message in reader.iter_decoded_messages(log_time_order=False):
             equal(header.publish_time, header.log_time, channel.topic)
             equal(header.sequence, len(topics[channel.topic]) + 1, channel.topic)
-            # What became of a message may be known only later.
+            # The delivery of a message may be recorded later.
             if channel.topic != "/messages":
                 equal(header.log_time >= latest, True, f"the order of {channel.topic} at {header.log_time}")
                 latest = max(latest, header.log_time)
@@ -72,7 +72,7 @@ def read(path):
 
 
 def compare_table(folder, table, topics):
-    """Every row is a message with the same values at the same time, in the same order. Gives the number of rows."""
+    """Checks that each row has a message with the same values and time, in order. Returns the number of rows."""
     header, lines = rows(folder, table)
     of_topic = defaultdict(list)
     for line in lines:
@@ -96,7 +96,7 @@ def compare_table(folder, table, topics):
 
 
 def places(topics):
-    """Where each robot is, by time in ms: (x, y, heading)."""
+    """Returns the pose of each robot by time in ms: (x, y, heading)."""
     found = {}
     for time, message in topics["/tf"]:
         robots = found[time // 1_000_000] = {}
@@ -122,7 +122,7 @@ def compare_places(folder, places, step_ms):
 
 
 def scene(topics):
-    """For each topic below /scene its states as (ms, entity)."""
+    """Returns the states of each topic below /scene as (ms, entity)."""
     found = {}
     for topic, messages in topics.items():
         if topic.startswith("/scene/"):
@@ -137,7 +137,7 @@ def scene(topics):
 
 
 def at(states, t_ms):
-    """The state at a time, as somebody sees it who jumps there."""
+    """Returns the state at a time, as after a seek."""
     latest = None
     for time, entity in states:
         if time > t_ms:
@@ -147,7 +147,7 @@ def at(states, t_ms):
 
 
 def compare_items(folder, scene, step_ms):
-    """A row of mission.csv is what the step made of the items, to be seen when the next one begins."""
+    """Checks the items. A row of mission.csv has the items after its step, at the start of the next step."""
     header, lines = rows(folder, "mission")
     if "items_carried" not in header:
         return
@@ -163,24 +163,24 @@ def compare_items(folder, scene, step_ms):
         equal(carried, row["items_carried"], f"carried items at {after}")
 
 
-def way_to_solid(point, obstacles, places, own, scenario):
-    """Distance from a point to the surface of the nearest solid other than the robot itself, negative inside."""
+def distance_to_solid(point, obstacles, places, own_name, scenario):
+    """Returns the distance from a point to the surface of the nearest other solid, negative inside."""
     x, y = point
     room, radius = scenario["room"], scenario["body"]["radius_m"]
-    ways = [x, y, room["width_m"] - x, room["height_m"] - y]
+    distances = [x, y, room["width_m"] - x, room["height_m"] - y]
     for name, (robot_x, robot_y, _) in places.items():
-        if name != own:
-            ways.append(math.hypot(robot_x - x, robot_y - y) - radius)
+        if name != own_name:
+            distances.append(math.hypot(robot_x - x, robot_y - y) - radius)
     for cube in obstacles.cubes if obstacles else ():
         if cube.color.a == 1.0:
             out_x = abs(x - cube.pose.position.x) - cube.size.x / 2
             out_y = abs(y - cube.pose.position.y) - cube.size.y / 2
-            ways.append(math.hypot(max(out_x, 0), max(out_y, 0)) + min(max(out_x, out_y), 0))
-    return min(ways)
+            distances.append(math.hypot(max(out_x, 0), max(out_y, 0)) + min(max(out_x, out_y), 0))
+    return min(distances)
 
 
 def compare_sensors(topics, scene, places, scenario):
-    """Beams end at something solid. Gives how many points and distances there were."""
+    """Checks that sensor beams end at a solid. Returns the number of points per device."""
     found = Counter()
     radius = scenario["body"]["radius_m"]
     for topic, messages in topics.items():
@@ -195,9 +195,9 @@ def compare_sensors(topics, scene, places, scenario):
             if device == "border":
                 angles = (message.start_angle, message.end_angle)
                 points = [
-                    (way * math.cos(angle), way * math.sin(angle))
-                    for way, angle in zip(message.ranges, angles)
-                    if math.isfinite(way)
+                    (distance * math.cos(angle), distance * math.sin(angle))
+                    for distance, angle in zip(message.ranges, angles)
+                    if math.isfinite(distance)
                 ]
             else:
                 equal([field.name for field in message.fields], ["x", "y", "z"], topic)
@@ -207,12 +207,12 @@ def compare_sensors(topics, scene, places, scenario):
                     x + ahead * math.cos(heading) - left * math.sin(heading),
                     y + ahead * math.sin(heading) + left * math.cos(heading),
                 )
-                # Where a beam leaves the body it tells of whatever touches that, which may be nearer.
+                # A beam that ends at the body's edge means contact with a solid, which may be nearer.
                 if max(abs(ahead), abs(left)) < radius + 1e-4:
                     continue
-                way = way_to_solid(point, at(scene["obstacles"], t_ms), places[t_ms], robot, scenario)
-                # A body stops 1 mm short of contact, and so does the beam that is as wide.
-                near(way, 0.0, f"{topic} at {t_ms} ms: {point}", 1.1e-3)
+                distance = distance_to_solid(point, at(scene["obstacles"], t_ms), places[t_ms], robot, scenario)
+                # A body stops 1 mm before contact, and so does a beam of the same width.
+                near(distance, 0.0, f"{topic} at {t_ms} ms: {point}", 1.1e-3)
                 found[device] += 1
     return found
 
@@ -235,7 +235,7 @@ def compare_log(folder, topics):
 
 
 def site(marks):
-    """The color of the only rectangle among the marks: [ms, red] whenever it changes."""
+    """Returns the color changes of the only rectangle among the marks as [ms, red]."""
     colors = ([time, round(entity.cubes[0].color.r, 2)] for time, entity in marks if entity.cubes)
     return [next(same) for _, same in groupby(colors, key=lambda color: color[1])]
 
@@ -251,7 +251,7 @@ def main(folder, path):
     compare_places(folder, where, step_ms)
     states = scene(topics)
     compare_items(folder, states, step_ms)
-    sensed = compare_sensors(topics, states, where, scenario)
+    sensor_points = compare_sensors(topics, states, where, scenario)
     warnings = compare_log(folder, topics)
     labels = {
         name: [entity.texts[0].text if entity.texts else "" for _, entity in shown]
@@ -265,7 +265,7 @@ def main(folder, path):
                 "counts": counts,
                 "topics": {topic: len(messages) for topic, messages in topics.items()},
                 "last_ms": max(where),
-                "sensed": sensed,
+                "sensed": sensor_points,
                 "warnings": warnings,
                 "labels": labels,
                 "obstacles": [[time, len(entity.cubes)] for time, entity in states["obstacles"]],

@@ -1,4 +1,4 @@
-"""Compares the Parquet tables of a run with its CSV tables, value by value. Prints what was found as JSON.
+"""Compares the Parquet tables of a run with its CSV tables, value by value. Prints the result as JSON.
 
     read_parquet.py FOLDER PARQUET-FOLDER
 """
@@ -20,7 +20,7 @@ COLUMNS = {
     "messages": [INTEGER, TEXT, TEXT, INTEGER, INTEGER, TEXT, TEXT, INTEGER, TEXT, TEXT, INTEGER, INTEGER, TEXT],
     "events": [INTEGER, TEXT, TEXT, TEXT, TEXT, TEXT],
     "poses": [INTEGER, TEXT, "float", "float", "float", "float", FLAG, TEXT, "float"],
-    # As many as the mission has.
+    # The mission determines the number of columns.
     "mission": [INTEGER],
     "targets": [INTEGER, TEXT, "float", "float", INTEGER],
     "ticks": [INTEGER, INTEGER, TEXT, TEXT, TEXT],
@@ -28,9 +28,9 @@ COLUMNS = {
 VALUES = {INTEGER: int, TEXT: str, FLAG: FLAGS.__getitem__, "double": float, "float": single}
 
 
-def equal(found, wanted, where):
-    if found != wanted:
-        sys.exit(f"{where}: {found!r} is not {wanted!r}")
+def equal(found, expected, where):
+    if found != expected:
+        sys.exit(f"{where}: {found!r} is not {expected!r}")
 
 
 def compare(folder, path):
@@ -43,10 +43,10 @@ def compare(folder, path):
     equal([str(kind) for kind in table.schema.types], kinds, f"types of {path.stem}")
     nulls = 0
     for index, (name, kind) in enumerate(zip(header, kinds)):
-        wanted = [None if kind != TEXT and line[index] == "" else VALUES[kind](line[index]) for line in lines]
-        equal(table.column(name).to_pylist(), wanted, f"{path.stem}.{name}")
-        nulls += wanted.count(None)
-    # As a notebook has it.
+        expected = [None if kind != TEXT and line[index] == "" else VALUES[kind](line[index]) for line in lines]
+        equal(table.column(name).to_pylist(), expected, f"{path.stem}.{name}")
+        nulls += expected.count(None)
+    # The same table in pandas.
     frame = pandas.read_parquet(path)
     equal(frame.shape, (len(lines), len(header)), f"{path.stem} in pandas")
     equal(int(frame.isna().sum().sum()), nulls, f"nulls of {path.stem} in pandas")

@@ -1,4 +1,4 @@
-"""Whether a recipe for containers keeps the published schema: recipes.py compose|kubernetes FILE. What its containers run, as JSON."""
+"""Checks a recipe for containers against the published schema, and prints its commands as JSON: recipes.py compose|kubernetes FILE"""
 
 import json
 import subprocess
@@ -38,8 +38,8 @@ with open(path, encoding="utf-8") as file:
     text = file.read()
 check = {"compose": check_compose, "kubernetes": check_kubernetes}[kind]
 if not check(text):
-    sys.exit(f"{path} does not keep its schema")
+    sys.exit(f"{path} violates its schema")
 for right, wrong in [("image:", "immage:"), ("volumes:", "volume:")]:
     if check(text.replace(right, wrong, 1)):
-        sys.exit(f"{wrong} is not found")
+        sys.exit(f"{wrong} is not detected")
 print(json.dumps(dict(containers(kind, text))))

@@ -1,4 +1,4 @@
-"""Computes with SciPy what comparisons compute by themselves, from one case of JSON per line.
+"""Computes the statistics of comparisons with SciPy, from one JSON case per line.
 
 usage: scipy_statistics.py FILE
 """
@@ -22,19 +22,19 @@ def wilcoxon(case):
     elif not tied:
         p = stats.wilcoxon(kept, method="exact").pvalue
     elif len(kept) <= 12:
-        # All signs one after the other.
+        # All combinations of signs.
         p = stats.wilcoxon(kept, method=stats.PermutationMethod()).pvalue
     else:
-        # SciPy has none for these: the distribution of the sum, convolved.
+        # SciPy has no exact test for this case: the distribution of the sum by convolution.
         ways = np.ones(1)
         for rank in (2 * ranks).astype(int):
             step = np.zeros(rank + 1)
             step[[0, rank]] = 0.5
             ways = np.convolve(ways, step)
         below = np.cumsum(ways)
-        own = int(2 * ranks[kept > 0].sum())
-        p = min(1.0, 2 * min(below[own], below[len(ways) - 1 - own]))
-    # The rank-biserial correlation, from the ranks themselves.
+        positive = int(2 * ranks[kept > 0].sum())
+        p = min(1.0, 2 * min(below[positive], below[len(ways) - 1 - positive]))
+    # The rank-biserial correlation.
     effect = (ranks[kept > 0].sum() - ranks[kept < 0].sum()) / ranks.sum()
     return [p, effect]
 
@@ -77,7 +77,7 @@ def nemenyi(case):
 
 
 def bootstrap(case):
-    """SciPy draws other samples: its interval is near ours, not the same."""
+    """Returns SciPy's interval, which differs slightly because of other samples."""
     values = (np.array(case["values"]),)
     found = stats.bootstrap(
         values, np.mean, n_resamples=10_000, method="percentile", rng=np.random.default_rng(1)

@@ -1,4 +1,4 @@
-//! Whole missions in one process, as fast as they go, and what came of them.
+//! Whole missions in one process at full speed, with their results.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::log::{LogLevel, Memory};
@@ -10,21 +10,19 @@ use alliance_proto::time::SimTime;
 use in_process::Team;
 use missions::waste::data::ItemCounts;
 
-/// What came of a mission.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mission {
-    /// How it ended.
     pub outcome: Outcome,
-    /// When, in simulated time.
+    /// The simulated time at the end.
     pub took: SimTime,
-    /// Where the items were then.
+    /// The positions of the items at the end.
     pub items: ItemCounts,
 }
 
-/// Runs the mission of a scenario to its end; `watch` sees all poses, by rank, after each tick.
+/// Runs a scenario to its end. `watch` receives all poses by rank after each tick.
 ///
 /// # Panics
-/// If the scenario is not valid.
+/// Panics if the scenario is invalid.
 pub fn run(
     scenario: Scenario,
     seed: u64,
@@ -58,7 +56,7 @@ pub fn run(
     }
 }
 
-/// Those of a row of mission.csv.
+/// Returns the item counts of a row of mission.csv.
 fn counts(row: &[Value]) -> ItemCounts {
     let count = |place: usize| row[place].count() as u32;
     ItemCounts {

@@ -1,4 +1,4 @@
-//! What the tests across processes and the benchmarks share.
+//! Code that the tests across processes and the benchmarks share.
 
 pub mod closed_loop;
 pub mod hosts;

@@ -1,9 +1,9 @@
-//! A team in one process to which everything happens: robots die, come back, fall silent, broadcasts get lost, and an operator
+//! A team in one process under random faults: robots crash, return and stall, broadcasts are lost, and an operator
 //! orders faults.
 //!
-//! All by a seed, and as processes would do it: a death before or after the report of a tick, a report that comes too late,
-//! a broadcast that never arrives, an order or a signal by hand at any moment of a tick, also while something is being done to a
-//! process, which may fail.
+//! The seed determines everything. The model covers the cases of real processes: a crash before or after a report, a
+//! late report, a lost broadcast, and an order or a signal at any order index of a tick, also during a process act,
+//! which may fail.
 
 use alliance_proto::fault::Order;
 use alliance_proto::ids::{Incarnation, RobotId};
@@ -20,23 +20,23 @@ use robot_agent::radio::Radio;
 use world_server::recorder::{RecordError, Recorder};
 use world_server::simulation::Simulation;
 
-/// How often things happen, as probabilities.
+/// The probabilities of the random events.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rates {
-    /// That a broadcast does not arrive at a receiver.
+    /// The loss of a broadcast at one receiver.
     pub loss: f64,
-    /// That a robot dies in a tick.
+    /// The crash of a robot in a tick.
     pub death: f64,
-    /// That a robot falls silent in a tick.
+    /// The stall of a robot in a tick.
     pub stall: f64,
-    /// That a robot that is dead or silent comes back in a tick.
+    /// The return of a crashed or stalled robot in a tick.
     pub back: f64,
-    /// That an operator orders or clears something at one of the moments of a tick, that somebody kills a process there, and ten
-    /// times that: that what a fault asks of a process fails.
+    /// An operator's order and a manual kill, at each order index of a tick. The failure of a process act has ten
+    /// times this probability.
     pub order: f64,
 }
 
-/// What an operator orders, of some robot where it is `{}`.
+/// The orders of the operator, with `{}` for a robot name.
 const ORDERS: [&str; 8] = [
     r#"{"fault":{"pause":"{}"},"for_s":0.5}"#,
     r#"{"fault":{"pause":"{}"},"for_s":3}"#,
@@ -51,7 +51,7 @@ const ORDERS: [&str; 8] = [
 /// Runs a mission to its end. At least one robot always takes part.
 ///
 /// # Errors
-/// Never: memory takes everything.
+/// Never returns an error, because the log is in memory.
 pub fn run(setup: &Setup, rates: Rates, seed: u64) -> Result<Recorder<Memory>, RecordError> {
     let mission = Registry::of_this_program().worlds().of(&setup.scenario);
     let mission = mission.expect("a mission that comes with the simulator");
@@ -60,12 +60,12 @@ pub fn run(setup: &Setup, rates: Rates, seed: u64) -> Result<Recorder<Memory>, R
         simulation: Simulation::new(setup.clone(), mission, true),
         members: Vec::new(),
         rates,
-        chance: ChaCha8Rng::seed_from_u64(seed),
+        rng: ChaCha8Rng::seed_from_u64(seed),
     };
     for (rank, robot) in setup.scenario.robots.iter().enumerate() {
-        // Who is absent at first is as if dead: it comes when it is brought in.
+        // An initially absent robot counts as crashed until it is added.
         let member = team.join(&robot.name);
-        let absent = || team.member(RobotId(rank as u16), 0, State::Dead);
+        let absent = || team.member(RobotId(rank as u16), 0, State::Crashed);
         let member = member.unwrap_or_else(absent);
         team.members.push(member);
     }
@@ -80,10 +80,10 @@ pub fn run(setup: &Setup, rates: Rates, seed: u64) -> Result<Recorder<Memory>, R
 
 struct Team {
     simulation: Simulation,
-    /// By rank.
+    /// The members by rank.
     members: Vec<Member>,
     rates: Rates,
-    chance: ChaCha8Rng,
+    rng: ChaCha8Rng,
 }
 
 struct Member {
@@ -95,13 +95,12 @@ struct Member {
 
 enum State {
     Alive,
-    Dead,
-    /// Silent; what it will say when it speaks again.
-    Silent(Box<Report>),
+    Crashed,
+    /// A stalled robot with the report that it sends when it returns.
+    Stalled(Box<Report>),
 }
 
 impl Team {
-    /// A new incarnation of a robot.
     fn join(&mut self, name: &str) -> Option<Member> {
         let (robot, incarnation, _) = self.simulation.invite(name).ok()?;
         self.simulation.arrive(robot, incarnation);
@@ -122,63 +121,62 @@ impl Team {
     }
 
     fn tick(&mut self, recorder: &mut Recorder<Memory>) -> Result<(), RecordError> {
-        self.operate();
-        self.come_back();
+        self.send_random_order();
+        self.return_randomly();
         while !self.simulation.is_complete() {
             self.simulation.begin();
-            self.operate();
+            self.send_random_order();
             while let Some((robot, act)) = self.simulation.next_act() {
-                self.operate();
+                self.send_random_order();
                 self.act(robot, act);
             }
             while let Some(robot) = self.simulation.next_question() {
-                self.operate();
-                self.ask(robot);
+                self.send_random_order();
+                self.step(robot);
             }
             if self.simulation.barrier().is_idle() {
-                self.come_back();
+                self.return_randomly();
             }
         }
-        self.operate();
+        self.send_random_order();
         self.simulation.finish();
         self.simulation.record(recorder).map(drop)
     }
 
-    /// An operator may say something now. What does not fit is refused, as it would be by the world.
-    fn operate(&mut self) {
-        self.strike();
-        if !self.chance.random_bool(self.rates.order) {
+    /// Sends a random order with some probability. The simulation refuses invalid orders.
+    fn send_random_order(&mut self) {
+        self.kill_randomly();
+        if !self.rng.random_bool(self.rates.order) {
             return;
         }
-        if self.chance.random_bool(0.1) {
+        if self.rng.random_bool(0.1) {
             let _ = self.simulation.clear(None);
             return;
         }
-        let rank = self.chance.random_range(0..self.members.len());
+        let rank = self.rng.random_range(0..self.members.len());
         let name = &self.simulation.setup().scenario.robots[rank].name;
-        let order = ORDERS[self.chance.random_range(0..ORDERS.len())].replace("{}", name);
-        let order: Order = serde_json::from_str(&order).expect("all of them are orders");
+        let order = ORDERS[self.rng.random_range(0..ORDERS.len())].replace("{}", name);
+        let order: Order = serde_json::from_str(&order).expect("all entries are orders");
         let _ = self.simulation.order(order);
     }
 
-    /// Somebody may kill a process now, whatever is going on.
-    fn strike(&mut self) {
-        if !self.chance.random_bool(self.rates.order) {
+    fn kill_randomly(&mut self) {
+        if !self.rng.random_bool(self.rates.order) {
             return;
         }
-        let robot = RobotId(self.chance.random_range(0..self.members.len()) as u16);
-        let spared = !self.can_spare(robot);
+        let robot = RobotId(self.rng.random_range(0..self.members.len()) as u16);
+        let is_last = !self.can_spare(robot);
         let member = &mut self.members[robot.index()];
-        if !spared && !matches!(member.state, State::Dead) {
-            member.state = State::Dead;
+        if !is_last && !matches!(member.state, State::Crashed) {
+            member.state = State::Crashed;
             self.simulation.gone(robot, member.incarnation);
         }
     }
 
-    /// Does to a process what a fault asks for, or fails at it.
+    /// Executes a process act of a fault, or lets it fail.
     fn act(&mut self, robot: RobotId, act: ProcessAct) {
-        let is_dead = matches!(self.members[robot.index()].state, State::Dead);
-        let fails = self.chance.random_bool((10.0 * self.rates.order).min(1.0));
+        let is_crashed = matches!(self.members[robot.index()].state, State::Crashed);
+        let fails = self.rng.random_bool((10.0 * self.rates.order).min(1.0));
         match act {
             ProcessAct::Start if fails => {
                 let name = self.simulation.setup().scenario.robots[robot.index()]
@@ -188,9 +186,9 @@ impl Team {
                     self.simulation.gone(robot, incarnation);
                 }
             }
-            ProcessAct::Stop | ProcessAct::Continue if fails || is_dead => {
-                let why = "it does not obey the signal".to_owned();
-                self.simulation.act_done(robot, act, Err(why));
+            ProcessAct::Stop | ProcessAct::Continue if fails || is_crashed => {
+                let reason = "the process did not react to the signal".to_owned();
+                self.simulation.act_done(robot, act, Err(reason));
             }
             ProcessAct::Start => {
                 let name = self.simulation.setup().scenario.robots[robot.index()]
@@ -202,7 +200,7 @@ impl Team {
             }
             ProcessAct::Kill | ProcessAct::Terminate => {
                 let member = &mut self.members[robot.index()];
-                member.state = State::Dead;
+                member.state = State::Crashed;
                 let incarnation = member.incarnation;
                 self.simulation.gone(robot, incarnation);
             }
@@ -212,30 +210,30 @@ impl Team {
         }
     }
 
-    fn come_back(&mut self) {
+    fn return_randomly(&mut self) {
         for rank in 0..self.members.len() {
-            if !self.chance.random_bool(self.rates.back) {
+            if !self.rng.random_bool(self.rates.back) {
                 continue;
             }
             match std::mem::replace(&mut self.members[rank].state, State::Alive) {
                 State::Alive => {}
-                State::Silent(report) => {
+                State::Stalled(report) => {
                     self.simulation.report(&report);
                 }
-                State::Dead => {
+                State::Crashed => {
                     let name = self.simulation.setup().scenario.robots[rank].name.clone();
                     match self.join(&name) {
                         Some(member) => self.members[rank] = member,
-                        None => self.members[rank].state = State::Dead,
+                        None => self.members[rank].state = State::Crashed,
                     }
                 }
             }
         }
     }
 
-    fn ask(&mut self, robot: RobotId) {
+    fn step(&mut self, robot: RobotId) {
         let member = &mut self.members[robot.index()];
-        if matches!(member.state, State::Dead) {
+        if matches!(member.state, State::Crashed) {
             return;
         }
         let message = self.simulation.message(robot);
@@ -243,34 +241,34 @@ impl Team {
         member.radio.collect(&message.manifest, &mut space.arrived);
         member.agent.step(Box::new(message.clone()), &mut space);
         let (report, broadcasts) = (space.report, space.broadcasts);
-        // Broadcasts are on the air before the report, whatever becomes of it.
+        // Broadcasts are sent before the report, and independently of it.
         for broadcast in broadcasts {
             for (rank, teammate) in self.members.iter_mut().enumerate() {
-                if rank != robot.index() && !self.chance.random_bool(self.rates.loss) {
+                if rank != robot.index() && !self.rng.random_bool(self.rates.loss) {
                     teammate.radio.receive(broadcast.clone());
                 }
             }
         }
-        let dies = self.can_spare(robot) && self.chance.random_bool(self.rates.death);
-        let stalls = self.can_spare(robot) && self.chance.random_bool(self.rates.stall);
+        let crashes = self.can_spare(robot) && self.rng.random_bool(self.rates.death);
+        let stalls = self.can_spare(robot) && self.rng.random_bool(self.rates.stall);
         let member = &mut self.members[robot.index()];
-        if dies {
-            member.state = State::Dead;
-            if self.chance.random_bool(0.5) {
+        if crashes {
+            member.state = State::Crashed;
+            if self.rng.random_bool(0.5) {
                 self.simulation.report(&report);
             }
             self.simulation.gone(robot, member.incarnation);
         } else if stalls {
-            member.state = State::Silent(Box::new(report));
+            member.state = State::Stalled(Box::new(report));
             self.simulation.stall(robot);
         } else {
             self.simulation.report(&report);
         }
     }
 
-    /// Whether somebody else would go on.
+    /// Returns whether another robot is alive.
     fn can_spare(&self, robot: RobotId) -> bool {
         let mut others = self.members.iter().enumerate();
-        others.any(|(rank, it)| rank != robot.index() && matches!(it.state, State::Alive))
+        others.any(|(rank, member)| rank != robot.index() && matches!(member.state, State::Alive))
     }
 }

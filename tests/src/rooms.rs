@@ -1,4 +1,4 @@
-//! Random rooms for closed-loop tests.
+//! Random rooms for missions in one process.
 
 use alliance_proto::scenario::Scenario;
 use missions::waste::data::default_scenario;
@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use study::random_mission::room::obstacles;
 
-/// The default mission with 1 to 8 obstacles at random places.
+/// Returns the default mission with 1 to 8 obstacles at random positions.
 #[must_use]
 pub fn random_room(seed: u64) -> Scenario {
     let mut scenario = Scenario {

@@ -1,9 +1,10 @@
-//! A model of everything that may come to a world from outside, in any order, without processes: what a robot's process says to
-//! the world, what the launcher does and says, signals by hand, orders, and the passing of time. Each of these goes its own way and keeps
-//! its own order, as on the bus; which comes next is drawn.
+//! A fault fuzzer: a model of all external inputs of a world, in any order, without processes.
 //!
-//! What the world makes of it is the real thing, the simulation with its barrier, recorder and agents; the few decisions of the shell
-//! round it (`world_server::server`) are made here again.
+//! The inputs are messages of the robots' processes, acts and messages of the launcher, manual signals, orders, and
+//! deadlines. Each source keeps its own order, as on the bus, and the seed draws the next source.
+//!
+//! The simulation with its barrier, recorder and agents is the real one. This model repeats only the few decisions of
+//! `world_server::server`.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -23,7 +24,7 @@ use world_server::barrier::{Presence, Verdict};
 use world_server::recorder::{RecordError, Recorder};
 use world_server::simulation::Simulation;
 
-/// What an operator orders, of some robot where it is `{}`.
+/// The orders of the operator, with `{}` for a robot name.
 const ORDERS: [&str; 12] = [
     r#"{"fault":{"pause":"{}"},"for_s":0.5}"#,
     r#"{"fault":{"pause":"{}"},"for_s":3}"#,
@@ -39,16 +40,16 @@ const ORDERS: [&str; 12] = [
     r#"{"fault":{"pause":"{}"},"when":"any joins","for_s":0.5}"#,
 ];
 
-/// After so many happenings without an end of the tick it hangs.
+/// The number of inputs without the end of a tick that counts as a hang.
 const HANG: u32 = 20_000;
 
-/// What has come, how often: which word, and where the world was with the robot that it is about.
+/// The number of inputs by kind and by the state of the world and of the robot concerned.
 pub type Coverage = BTreeMap<(&'static str, String), u64>;
 
-/// A run of so many ticks at most, and what came in it.
+/// Runs at most `ticks` ticks, and adds the inputs to `coverage`.
 ///
 /// # Errors
-/// Never: memory takes everything.
+/// Never returns an error, because the log is in memory.
 pub fn run(
     setup: &Setup,
     ticks: u64,
@@ -58,80 +59,80 @@ pub fn run(
     let registry = Registry::of_this_program();
     let mission = registry.worlds().of(&setup.scenario);
     let mission = mission.expect("a mission that comes with the simulator");
-    let team = TeamConfig::of(setup, registry.agents()).expect("allocators that come with it");
-    let mut storm = Storm {
+    let team = TeamConfig::of(setup, registry.agents()).expect("the allocators of the simulator");
+    let mut fuzzer = Fuzzer {
         simulation: Simulation::new(setup.clone(), mission, true),
         recorder: Recorder::new(setup, LogLevel::Full, Memory::default())?,
         team,
         processes: Vec::new(),
         peers: Vec::new(),
         orders: VecDeque::new(),
-        words: VecDeque::new(),
+        launcher_messages: VecDeque::new(),
         under_way: None,
         number: 0,
-        chance: ChaCha8Rng::seed_from_u64(seed),
+        rng: ChaCha8Rng::seed_from_u64(seed),
         coverage,
     };
     for rank in 0..setup.scenario.robots.len() {
-        storm.peers.push(Peer::default());
-        storm.spawn(RobotId(rank as u16));
+        fuzzer.peers.push(Peer::default());
+        fuzzer.spawn(RobotId(rank as u16));
     }
-    storm.pump()?;
+    fuzzer.pump()?;
     let (mut tick, mut waited) = (0, 0);
-    while storm.simulation.outcome().is_none() {
-        if storm.simulation.tick() >= ticks {
-            storm.simulation.interrupt();
+    while fuzzer.simulation.outcome().is_none() {
+        if fuzzer.simulation.tick() >= ticks {
+            fuzzer.simulation.interrupt();
         } else {
-            storm.happen()?;
+            fuzzer.step()?;
         }
-        waited = if storm.simulation.tick() == tick {
+        waited = if fuzzer.simulation.tick() == tick {
             waited + 1
         } else {
             0
         };
-        tick = storm.simulation.tick();
+        tick = fuzzer.simulation.tick();
         assert!(
             waited < HANG,
-            "storm {seed} hangs in tick {tick}: {}",
-            storm.state()
+            "seed {seed} hangs in tick {tick}: {}",
+            fuzzer.state()
         );
     }
-    let outcome = storm.simulation.outcome().unwrap_or(Outcome::Interrupted);
-    storm.recorder.finish(outcome, storm.simulation.ending())?;
-    Ok(storm.recorder)
+    let outcome = fuzzer.simulation.outcome().unwrap_or(Outcome::Interrupted);
+    fuzzer
+        .recorder
+        .finish(outcome, fuzzer.simulation.ending())?;
+    Ok(fuzzer.recorder)
 }
 
-struct Storm<'c> {
+struct Fuzzer<'c> {
     simulation: Simulation,
     recorder: Recorder<Memory>,
     team: TeamConfig,
-    /// All that there ever were, by process id.
+    /// All processes that ever existed, by process id.
     processes: Vec<Process>,
-    /// What the shell knows of each robot.
+    /// The state of each robot in the world's server.
     peers: Vec<Peer>,
-    /// To the launcher.
-    orders: VecDeque<Asked>,
-    /// From the launcher.
-    words: VecDeque<LauncherWord>,
-    under_way: Option<Asked>,
+    orders: VecDeque<ActRequest>,
+    launcher_messages: VecDeque<LauncherMessage>,
+    under_way: Option<ActRequest>,
     number: u64,
-    chance: ChaCha8Rng,
+    rng: ChaCha8Rng,
     coverage: &'c mut Coverage,
 }
 
-/// An agent's process, and what it has said that the world has not heard yet.
+/// The process of an agent with its messages that the world has not received yet.
 struct Process {
     robot: RobotId,
     incarnation: Incarnation,
-    mind: Option<(TentativeAgent, Radio)>,
-    has_asked: bool,
+    agent: Option<(TentativeAgent, Radio)>,
+    has_requested_join: bool,
     stopped: bool,
-    dead: bool,
+    ended: bool,
     inbox: VecDeque<TickMessage>,
-    outbox: VecDeque<Word>,
+    outbox: VecDeque<AgentMessage>,
 }
 
-enum Word {
+enum AgentMessage {
     Join,
     TokenUp,
     Report(Box<Report>),
@@ -143,11 +144,11 @@ struct Peer {
     pid: Option<usize>,
     stopped: bool,
     lost: bool,
-    asked: bool,
+    awaited: bool,
 }
 
 #[derive(Clone, Copy)]
-struct Asked {
+struct ActRequest {
     number: u64,
     robot: RobotId,
     act: ProcessAct,
@@ -155,21 +156,21 @@ struct Asked {
     started: Option<usize>,
 }
 
-enum LauncherWord {
+enum LauncherMessage {
     Stopped(usize),
     Continued(usize),
     Ended(usize),
     Answer(u64, Result<usize, String>),
 }
 
-impl Storm<'_> {
-    /// The next thing that happens, whatever it is.
-    fn happen(&mut self) -> Result<(), RecordError> {
-        match self.chance.random_range(0..100) {
+impl Fuzzer<'_> {
+    /// Processes one random input.
+    fn step(&mut self) -> Result<(), RecordError> {
+        match self.rng.random_range(0..100) {
             0..45 => self.work(),
-            45..84 => self.listen(),
-            84..89 => self.launch(),
-            89..96 => self.hear_launcher(),
+            45..84 => self.receive_from_agent(),
+            84..89 => self.execute_act(),
+            89..96 => self.receive_from_launcher(),
             96 => self.signal(),
             97 => self.order(),
             98 => self.pass_time(),
@@ -178,71 +179,80 @@ impl Storm<'_> {
         self.pump()
     }
 
-    fn note(&mut self, what: &'static str, robot: RobotId) {
+    fn note(&mut self, kind: &'static str, robot: RobotId) {
         let place = self.simulation.barrier().presence(robot);
-        let asked = self.peers[robot.index()].asked;
+        let awaited = self.peers[robot.index()].awaited;
         let act = self
             .under_way
-            .map(|asked| (asked.act, asked.robot == robot));
-        let at = format!("{place:?}, asked {asked}, under way {act:?}");
-        *self.coverage.entry((what, at)).or_default() += 1;
+            .map(|request| (request.act, request.robot == robot));
+        let at = format!("{place:?}, awaited {awaited}, under way {act:?}");
+        *self.coverage.entry((kind, at)).or_default() += 1;
     }
 
-    /// For whom it waits.
+    /// Describes the state of each robot for an error message.
     fn state(&self) -> String {
         let barrier = self.simulation.barrier();
         let robots = self.peers.iter().enumerate().map(|(rank, peer)| {
             let process = peer.pid.map(|pid| &self.processes[pid]);
-            let process = process.map(|it| (it.stopped, it.dead, it.inbox.len(), it.outbox.len()));
+            let process = process.map(|process| {
+                (
+                    process.stopped,
+                    process.ended,
+                    process.inbox.len(),
+                    process.outbox.len(),
+                )
+            });
             let place = barrier.presence(RobotId(rank as u16));
             format!(
-                "{place:?} (stopped, dead, inbox, outbox: {process:?}, asked {})",
-                peer.asked
+                "{place:?} (stopped, ended, inbox, outbox: {process:?}, awaited {})",
+                peer.awaited
             )
         });
         let robots: Vec<String> = robots.collect();
         let act = self.under_way.filter(|_| self.simulation.awaits_act());
-        let act = act.map(|asked| (asked.act, asked.robot, asked.started));
+        let act = act.map(|request| (request.act, request.robot, request.started));
         format!("{}; act under way {act:?}", robots.join(", "))
     }
 
-    fn any(&mut self, fits: impl Fn(&Process) -> bool) -> Option<usize> {
+    fn pick(&mut self, fits: impl Fn(&Process) -> bool) -> Option<usize> {
         let fitting: Vec<usize> = (0..self.processes.len())
             .filter(|pid| fits(&self.processes[*pid]))
             .collect();
         let count = fitting.len().max(1);
-        fitting.get(self.chance.random_range(0..count)).copied()
+        fitting.get(self.rng.random_range(0..count)).copied()
     }
 
     fn spawn(&mut self, robot: RobotId) -> usize {
         self.processes.push(Process {
             robot,
             incarnation: 0,
-            mind: None,
-            has_asked: false,
+            agent: None,
+            has_requested_join: false,
             stopped: false,
-            dead: false,
+            ended: false,
             inbox: VecDeque::new(),
             outbox: VecDeque::new(),
         });
         self.processes.len() - 1
     }
 
-    /// A process does the next thing that it has to do.
+    /// Executes the next work of a random process.
     fn work(&mut self) {
-        let Some(pid) =
-            self.any(|it| !it.dead && !it.stopped && (!it.has_asked || !it.inbox.is_empty()))
-        else {
+        let Some(pid) = self.pick(|process| {
+            !process.ended
+                && !process.stopped
+                && (!process.has_requested_join || !process.inbox.is_empty())
+        }) else {
             return;
         };
         let process = &mut self.processes[pid];
-        if !process.has_asked {
-            process.has_asked = true;
-            process.outbox.push_back(Word::Join);
+        if !process.has_requested_join {
+            process.has_requested_join = true;
+            process.outbox.push_back(AgentMessage::Join);
             return;
         }
         let (Some(message), Some((agent, radio))) =
-            (process.inbox.pop_front(), process.mind.as_mut())
+            (process.inbox.pop_front(), process.agent.as_mut())
         else {
             return;
         };
@@ -251,13 +261,13 @@ impl Storm<'_> {
         agent.step(Box::new(message), &mut space);
         process
             .outbox
-            .push_back(Word::Report(Box::new(space.report)));
+            .push_back(AgentMessage::Report(Box::new(space.report)));
         for broadcast in space.broadcasts {
             for (other, teammate) in self.processes.iter_mut().enumerate() {
-                // A stopped one finds it when it goes on.
+                // A stopped process receives the broadcast when it continues.
                 if other != pid
-                    && !teammate.dead
-                    && let Some((_, radio)) = &mut teammate.mind
+                    && !teammate.ended
+                    && let Some((_, radio)) = &mut teammate.agent
                 {
                     radio.receive(broadcast.clone());
                 }
@@ -265,34 +275,34 @@ impl Storm<'_> {
         }
     }
 
-    /// The world hears the next word of a process.
-    fn listen(&mut self) {
-        let Some(pid) = self.any(|it| !it.outbox.is_empty()) else {
+    /// Delivers the next message of a random process to the world.
+    fn receive_from_agent(&mut self) {
+        let Some(pid) = self.pick(|process| !process.outbox.is_empty()) else {
             return;
         };
         let (robot, incarnation) = (self.processes[pid].robot, self.processes[pid].incarnation);
-        let Some(word) = self.processes[pid].outbox.pop_front() else {
+        let Some(message) = self.processes[pid].outbox.pop_front() else {
             return;
         };
-        match word {
-            Word::Join => {
+        match message {
+            AgentMessage::Join => {
                 self.note("join", robot);
                 self.welcome(pid, robot);
             }
-            Word::TokenUp => {
+            AgentMessage::TokenUp => {
                 self.note("token", robot);
                 self.simulation.arrive(robot, incarnation);
             }
-            Word::TokenDown => {
+            AgentMessage::TokenDown => {
                 self.note("token gone", robot);
                 self.simulation.gone(robot, incarnation);
             }
-            Word::Report(report) => {
+            AgentMessage::Report(report) => {
                 self.note("report", robot);
                 match self.simulation.report(&report) {
-                    Verdict::Counted => self.peers[robot.index()].asked = false,
+                    Verdict::Counted => self.peers[robot.index()].awaited = false,
                     Verdict::BackAgain => self.peers[robot.index()].stopped = false,
-                    Verdict::Superseded => self.die(pid),
+                    Verdict::Superseded => self.end(pid),
                     Verdict::Stale | Verdict::Malformed => {}
                 }
             }
@@ -302,7 +312,7 @@ impl Storm<'_> {
     fn welcome(&mut self, pid: usize, robot: RobotId) {
         let name = &self.simulation.setup().scenario.robots[robot.index()].name;
         let Ok((_, incarnation, _)) = self.simulation.invite(&name.clone()) else {
-            return self.die(pid);
+            return self.end(pid);
         };
         self.peers[robot.index()] = Peer {
             pid: Some(pid),
@@ -310,38 +320,39 @@ impl Storm<'_> {
         };
         let process = &mut self.processes[pid];
         process.incarnation = incarnation;
-        if !process.dead {
+        if !process.ended {
             let agent = Agent::new(robot, incarnation, self.simulation.setup(), &self.team);
-            process.mind = Some((TentativeAgent::new(agent), Radio::default()));
-            process.outbox.push_back(Word::TokenUp);
+            process.agent = Some((TentativeAgent::new(agent), Radio::default()));
+            process.outbox.push_back(AgentMessage::TokenUp);
         }
     }
 
-    /// A process ends; the launcher sees it, and its token goes after all that it said.
-    fn die(&mut self, pid: usize) {
+    /// Ends a process. The launcher detects it, and the token disappears after all earlier messages.
+    fn end(&mut self, pid: usize) {
         let process = &mut self.processes[pid];
-        if std::mem::replace(&mut process.dead, true) {
+        if std::mem::replace(&mut process.ended, true) {
             return;
         }
-        if process.mind.is_some() {
-            process.outbox.push_back(Word::TokenDown);
+        if process.agent.is_some() {
+            process.outbox.push_back(AgentMessage::TokenDown);
         }
-        self.words.push_back(LauncherWord::Ended(pid));
+        self.launcher_messages
+            .push_back(LauncherMessage::Ended(pid));
     }
 
-    /// The launcher does the next thing that it was asked for.
-    fn launch(&mut self) {
-        let Some(asked) = self.orders.pop_front() else {
+    /// Executes the next requested act of the launcher.
+    fn execute_act(&mut self) {
+        let Some(request) = self.orders.pop_front() else {
             return;
         };
-        let fails = self.chance.random_bool(0.1);
-        let target = asked.pid.filter(|pid| !self.processes[*pid].dead);
-        let result = match (asked.act, target) {
-            (_, _) if fails => Err("it does not".to_owned()),
-            (ProcessAct::Start, _) => Ok(self.spawn(asked.robot)),
+        let fails = self.rng.random_bool(0.1);
+        let target = request.pid.filter(|pid| !self.processes[*pid].ended);
+        let result = match (request.act, target) {
+            (_, _) if fails => Err("the act failed".to_owned()),
+            (ProcessAct::Start, _) => Ok(self.spawn(request.robot)),
             (_, None) => Err("its process has ended".to_owned()),
             (ProcessAct::Kill | ProcessAct::Terminate, Some(pid)) => {
-                self.die(pid);
+                self.end(pid);
                 Ok(pid)
             }
             (ProcessAct::Stop, Some(pid)) => {
@@ -349,30 +360,32 @@ impl Storm<'_> {
                 Ok(pid)
             }
             (ProcessAct::Continue, Some(pid)) => {
-                self.go_on(pid);
+                self.resume(pid);
                 Ok(pid)
             }
         };
-        self.words
-            .push_back(LauncherWord::Answer(asked.number, result));
+        self.launcher_messages
+            .push_back(LauncherMessage::Answer(request.number, result));
     }
 
     fn stop(&mut self, pid: usize) {
         if !std::mem::replace(&mut self.processes[pid].stopped, true) {
-            self.words.push_back(LauncherWord::Stopped(pid));
+            self.launcher_messages
+                .push_back(LauncherMessage::Stopped(pid));
         }
     }
 
-    fn go_on(&mut self, pid: usize) {
+    fn resume(&mut self, pid: usize) {
         if std::mem::replace(&mut self.processes[pid].stopped, false) {
-            self.words.push_back(LauncherWord::Continued(pid));
+            self.launcher_messages
+                .push_back(LauncherMessage::Continued(pid));
         }
     }
 
-    /// The world hears the next word of the launcher.
-    fn hear_launcher(&mut self) {
-        match self.words.pop_front() {
-            Some(LauncherWord::Stopped(pid)) => {
+    /// Delivers the next message of the launcher to the world.
+    fn receive_from_launcher(&mut self) {
+        match self.launcher_messages.pop_front() {
+            Some(LauncherMessage::Stopped(pid)) => {
                 let robot = self.processes[pid].robot;
                 self.note("stopped", robot);
                 let peer = &mut self.peers[robot.index()];
@@ -382,35 +395,36 @@ impl Storm<'_> {
                     self.stall(robot);
                 }
             }
-            Some(LauncherWord::Continued(pid)) => {
+            Some(LauncherMessage::Continued(pid)) => {
                 let robot = self.processes[pid].robot;
                 self.note("continued", robot);
                 let peer = &mut self.peers[robot.index()];
                 peer.lost = false;
                 peer.stopped &= peer.pid != Some(pid);
             }
-            Some(LauncherWord::Ended(pid)) => {
+            Some(LauncherMessage::Ended(pid)) => {
                 let robot = self.processes[pid].robot;
                 self.note("ended", robot);
                 self.peers[robot.index()].lost = true;
-                if let Some(asked) = self.under_way
-                    && asked.act == ProcessAct::Start
-                    && asked.started == Some(pid)
+                if let Some(request) = self.under_way
+                    && request.act == ProcessAct::Start
+                    && request.started == Some(pid)
                     && self.simulation.awaits_act()
                 {
-                    let why = "its process ended before it joined".to_owned();
-                    self.simulation.act_done(asked.robot, asked.act, Err(why));
+                    let reason = "its process ended before it joined".to_owned();
+                    self.simulation
+                        .act_done(request.robot, request.act, Err(reason));
                 }
             }
-            Some(LauncherWord::Answer(number, result)) => {
-                let Some(asked) = &mut self.under_way else {
+            Some(LauncherMessage::Answer(number, result)) => {
+                let Some(request) = &mut self.under_way else {
                     return;
                 };
-                if asked.number != number {
+                if request.number != number {
                     return;
                 }
-                asked.started = result.as_ref().ok().copied();
-                let (robot, act) = (asked.robot, asked.act);
+                request.started = result.as_ref().ok().copied();
+                let (robot, act) = (request.robot, request.act);
                 self.note("answer", robot);
                 if act == ProcessAct::Continue {
                     self.peers[robot.index()].stopped = false;
@@ -423,54 +437,53 @@ impl Storm<'_> {
 
     fn stall(&mut self, robot: RobotId) {
         if self.simulation.barrier().is_awaited(robot) {
-            self.peers[robot.index()].asked = false;
+            self.peers[robot.index()].awaited = false;
             self.simulation.stall(robot);
         }
     }
 
-    /// Somebody sends a signal by hand.
+    /// Sends a manual signal to a random process.
     fn signal(&mut self) {
-        let Some(pid) = self.any(|it| !it.dead) else {
+        let Some(pid) = self.pick(|process| !process.ended) else {
             return;
         };
         self.note("signal", self.processes[pid].robot);
-        match self.chance.random_range(0..4) {
-            0 => self.die(pid),
+        match self.rng.random_range(0..4) {
+            0 => self.end(pid),
             1 => self.stop(pid),
-            _ => self.go_on(pid),
+            _ => self.resume(pid),
         }
     }
 
-    /// An operator says something. What does not fit is refused.
+    /// Sends a random order. The simulation refuses invalid orders.
     fn order(&mut self) {
-        let rank = self.chance.random_range(0..self.peers.len());
+        let rank = self.rng.random_range(0..self.peers.len());
         self.note("order", RobotId(rank as u16));
-        if self.chance.random_bool(0.1) {
+        if self.rng.random_bool(0.1) {
             let _ = self.simulation.clear(None);
             return;
         }
         let name = &self.simulation.setup().scenario.robots[rank].name;
-        let order = ORDERS[self.chance.random_range(0..ORDERS.len())].replace("{}", name);
-        let order: Order = serde_json::from_str(&order).expect("all of them are orders");
+        let order = ORDERS[self.rng.random_range(0..ORDERS.len())].replace("{}", name);
+        let order: Order = serde_json::from_str(&order).expect("all entries are orders");
         let _ = self.simulation.order(order);
     }
 
-    /// Somebody starts an agent by hand.
     fn start_by_hand(&mut self) {
-        let robot = RobotId(self.chance.random_range(0..self.peers.len()) as u16);
+        let robot = RobotId(self.rng.random_range(0..self.peers.len()) as u16);
         self.note("start", robot);
         self.spawn(robot);
     }
 
-    /// A deadline runs out: of a robot that is asked and stopped, of one that was welcomed and does not come, of an act, or of a
-    /// run in which nobody is left.
+    /// Lets a deadline pass: of an awaited stopped robot, of an invited robot that does not join, of an act, or of a
+    /// run without robots.
     fn pass_time(&mut self) {
-        let robot = RobotId(self.chance.random_range(0..self.peers.len()) as u16);
+        let robot = RobotId(self.rng.random_range(0..self.peers.len()) as u16);
         self.note("deadline", robot);
         let barrier = self.simulation.barrier();
         let peer = &self.peers[robot.index()];
         let process = peer.pid.map(|pid| &self.processes[pid]);
-        let is_slow = process.is_some_and(|process| process.stopped || process.dead);
+        let is_slow = process.is_some_and(|process| process.stopped || process.ended);
         if barrier.presence(robot) == Presence::Invited && is_slow {
             if let Some(incarnation) = barrier.incarnation(robot) {
                 self.simulation.give_up(robot, incarnation);
@@ -483,43 +496,46 @@ impl Storm<'_> {
             }
         } else if is_slow {
             self.stall(robot);
-        } else if let Some(asked) = self.under_way
-            && asked.started.is_some_and(|pid| self.processes[pid].stopped)
+        } else if let Some(request) = self.under_way
+            && request
+                .started
+                .is_some_and(|pid| self.processes[pid].stopped)
             && self.simulation.awaits_act()
         {
             let late = "not done within 30 s".to_owned();
-            self.simulation.act_done(asked.robot, asked.act, Err(late));
-        } else if barrier.is_deserted() && self.processes.iter().all(|it| it.dead) {
+            self.simulation
+                .act_done(request.robot, request.act, Err(late));
+        } else if barrier.is_deserted() && self.processes.iter().all(|process| process.ended) {
             self.simulation.abandon();
         }
     }
 
-    /// Carries the run as far as it goes, as the shell does after each word.
+    /// Advances the run as far as possible, as the server does after each input.
     fn pump(&mut self) -> Result<(), RecordError> {
         loop {
             if self.simulation.is_complete() {
                 self.simulation.finish();
             }
-            let goes_on = self.ask();
+            let advances = self.send_ticks();
             self.simulation.record(&mut self.recorder)?;
-            if !goes_on || self.simulation.outcome().is_some() {
+            if !advances || self.simulation.outcome().is_some() {
                 return Ok(());
             }
         }
     }
 
-    fn ask(&mut self) -> bool {
+    fn send_ticks(&mut self) -> bool {
         if self.simulation.outcome().is_some() {
             return false;
         }
-        self.carry_out();
+        self.request_acts();
         self.simulation.begin();
-        self.carry_out();
+        self.request_acts();
         let mut stopped = Vec::new();
         while let Some(robot) = self.simulation.next_question() {
             let message = self.simulation.message(robot).clone();
             let peer = &mut self.peers[robot.index()];
-            peer.asked = true;
+            peer.awaited = true;
             if peer.stopped {
                 stopped.push(robot);
             }
@@ -534,18 +550,18 @@ impl Storm<'_> {
         any_stopped || self.simulation.is_complete()
     }
 
-    fn carry_out(&mut self) {
+    fn request_acts(&mut self) {
         while let Some((robot, act)) = self.simulation.next_act() {
             self.number += 1;
-            let asked = Asked {
+            let request = ActRequest {
                 number: self.number,
                 robot,
                 act,
                 pid: self.peers[robot.index()].pid,
                 started: None,
             };
-            self.under_way = Some(asked);
-            self.orders.push_back(asked);
+            self.under_way = Some(request);
+            self.orders.push_back(request);
         }
     }
 }

@@ -1,5 +1,5 @@
-//! Default missions in a row, in which L-ALLIANCE begins with bad values and each goes on with what the one before has taught
-//! (docs/allocators/l-alliance.md).
+//! Default missions in a row with L-ALLIANCE (docs/allocators/l-alliance.md). The first one starts with wrong
+//! estimates, and each mission continues with the learned times of the previous one.
 
 use alliance_proto::log::{LogLevel, Memory};
 use alliance_proto::scenario::{KnownTimes, Profile, Scenario, Setup};
@@ -9,7 +9,7 @@ use missions::Registry;
 
 const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
 
-/// A unit of each task's work, s, as `alliance check` estimates it.
+/// The duration of a unit of each task in s, as estimated by `alliance check`.
 const UNITS_S: [(&str, f64); 4] = [
     ("find-locations", 25.0),
     ("move-spill(top)", 26.0),
@@ -17,21 +17,19 @@ const UNITS_S: [(&str, f64); 4] = [
     ("report-progress", 20.0),
 ];
 
-/// A mission that is over.
 #[derive(Clone, Debug)]
 pub struct Mission {
-    /// When it was complete, s.
+    /// The makespan in s.
     pub took_s: f64,
-    /// What its robots know then.
     pub learned: Profile,
 }
 
-/// The default mission with these lines in its scenario file, to its end.
+/// Runs the default mission with additional scenario lines to its end.
 ///
 /// # Panics
-/// When it cannot be run, or is not completed.
+/// Panics if the mission cannot be run or is not completed.
 #[must_use]
-#[allow(clippy::unwrap_used)] // As documented.
+#[allow(clippy::unwrap_used)] // Documented above.
 pub fn mission(lines: &str, seed: u64, profile: Profile) -> Mission {
     let known = Registry::built_in().vocabulary();
     let scenario = Scenario::parse("ten-missions.toml", lines, &known).unwrap();
@@ -52,18 +50,18 @@ pub fn mission(lines: &str, seed: u64, profile: Profile) -> Mission {
     }
 }
 
-/// Those of ten seeds from `first` on, one after the other.
+/// Runs missions with the ten seeds from `first` on, in a row.
 #[must_use]
 pub fn ten(lines: &str, first: u64, begin: Profile) -> Vec<Mission> {
-    let mut done: Vec<Mission> = Vec::new();
+    let mut missions: Vec<Mission> = Vec::new();
     for seed in first..first + 10 {
-        let profile = done.last().map_or(&begin, |before| &before.learned);
-        done.push(mission(lines, seed, profile.clone()));
+        let profile = missions.last().map_or(&begin, |before| &before.learned);
+        missions.push(mission(lines, seed, profile.clone()));
     }
-    done
+    missions
 }
 
-/// All believe of all that they need so many units for each.
+/// Returns a profile in which all estimates are wrong by `factor`.
 #[must_use]
 pub fn wrong_by(factor: f64) -> Profile {
     let tasks = UNITS_S.map(|(task, unit_s)| {
@@ -80,11 +78,13 @@ pub fn wrong_by(factor: f64) -> Profile {
     }
 }
 
-/// By which factor robots are wrong about what they themselves need, in the geometric mean over robots and tasks but the search, whose
-/// trials differ too much among themselves; `truth` is what they would have learned.
+/// Returns the factor by which robots are wrong about their own times, as geometric mean over robots and tasks.
+/// `truth` contains the learned reference times.
+///
+/// The search is excluded, because its trials differ too much.
 ///
 /// # Panics
-/// When one of them knows nothing of a task.
+/// Panics if a robot has no time of a task.
 #[must_use]
 pub fn error(profile: &Profile, truth: &Profile) -> f64 {
     let mean_s = |profile: &Profile, robot: &str, task: &str| {

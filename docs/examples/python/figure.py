@@ -1,7 +1,7 @@
-"""A figure for a paper: how long three rules take while the radio loses messages, with 95 % intervals. A column wide, in vectors.
+"""Figure for a paper: completion times of three allocators under message loss, with 95 % intervals, as a vector graphic of column width.
 
     pip install matplotlib
-    python3 figure.py [FILE]            by default loss.pdf
+    python3 figure.py [FILE]            default: loss.pdf
 """
 
 import subprocess
@@ -30,7 +30,7 @@ size = 4
 
 
 def compared():
-    """The table `cells` of the comparison, as rows."""
+    """Runs the comparison and returns its table `cells` as rows."""
     with TemporaryDirectory() as folder:
         plan = Path(folder) / "loss.toml"
         plan.write_text(PLAN)

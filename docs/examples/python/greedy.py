@@ -1,30 +1,30 @@
-"""Each robot takes the cheapest applicable task that nobody is heard to work on. python3 greedy.py --robot gold"""
+"""Greedy allocator: each robot takes the cheapest applicable task without enough robots. python3 greedy.py --robot gold"""
 
 from alliance_agent import Allocator, main
 
 
 class Greedy(Allocator):
     def reset(self):
-        self.claims = {}  # task -> {rank of a teammate: (since, last heard)}
+        self.claims = {}  # task -> {rank of a teammate: (start, time of the last message)}
 
     def step(self, now, heard, sets):
-        for word in heard:
+        for message in heard:
             for claims in self.claims.values():
-                claims.pop(word.sender, None)  # a robot's latest word replaces those before
-            if word.state == "executing":
-                self.claims.setdefault(word.task, {})[word.sender] = (word.since, now)
+                claims.pop(message.sender, None)  # the latest message of a robot replaces the earlier ones
+            if message.state == "executing":
+                self.claims.setdefault(message.task, {})[message.sender] = (message.since, now)
 
-        def rivals(it):  # those who are not silent for too long, by the age of their claim
-            claims = self.claims.get(it.task, {}).items()
-            return sorted((since, rank) for rank, (since, at) in claims if now - at < it.ceased_after)
+        def rivals(option):  # teammates with a claim that are not lost, oldest claim first
+            claims = self.claims.get(option.task, {}).items()
+            return sorted((since, rank) for rank, (since, at) in claims if now - at < option.ceased_after)
 
-        mine = next((it for it in sets if it.active), None)
+        mine = next((option for option in sets if option.active), None)
         if mine and mine.applicable:
             earlier = [rival for rival in rivals(mine) if rival < (mine.since, self.rank)]
             if len(earlier) < mine.max_robots:
-                return mine  # goes on; who claimed later gives way
-        free = [it for it in sets if it.applicable and len(rivals(it)) < it.max_robots]
-        return min(free, key=lambda it: (-it.priority, it.cost, it.id), default=None)
+                return mine  # the oldest claims have priority
+        free = [option for option in sets if option.applicable and len(rivals(option)) < option.max_robots]
+        return min(free, key=lambda option: (-option.priority, option.cost, option.id), default=None)
 
 
 if __name__ == "__main__":

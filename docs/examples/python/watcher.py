@@ -1,5 +1,5 @@
-"""A whole mind for the mission observe: it follows the targets that it sees and tells its teammates of them; it goes where somebody sees
-more than one, and else it wanders. alliance run SCENARIO --mind watcher='python3 watcher.py'
+"""Controller for the mission observe. It follows the targets in sight and broadcasts them. Without targets it drives to a teammate's targets,
+if that has more than one, or else wanders. alliance run SCENARIO --mind watcher='python3 watcher.py'
 """
 
 import math
@@ -7,30 +7,30 @@ import struct
 
 from alliance_agent import Agent, Deed, main
 
-NEWS_S = 3.0  # how long it counts on what a teammate said
+NEWS_S = 3.0  # maximum age of a teammate's message, s
 
 
 class Watcher(Agent):
     def reset(self):
         body = self.setup["scenario"]["body"]
         self.speed, self.turn = body["speed_m_s"], math.radians(body["turn_deg_s"])
-        self.news = {}  # teammate -> when it told, and the targets that it sees
-        self.course, self.until = 0.0, 0.0  # where it wanders, and how long
+        self.news = {}  # teammate -> (time of its message, its targets)
+        self.course, self.until = 0.0, 0.0  # wandering direction, rad, and its end time, s
 
     def step(self, now, readings, heard):
-        for word in heard:
-            if word.said:
-                self.news[word.sender] = (now, list(struct.iter_unpack("<ff", word.said)))
+        for message in heard:
+            if message.said:
+                self.news[message.sender] = (now, list(struct.iter_unpack("<ff", message.said)))
         seen = readings.mission["targets"]
         if readings.position is None:
-            return Deed()  # without its position sensor it knows no way
+            return Deed()  # navigation needs the position sensor
         if seen:
-            own = [self.in_room(readings, target["offset"]) for target in seen]
-            goal = [sum(axis) / len(own) for axis in zip(*own)]
-            # Once a second, as heartbeats are.
-            say = [b"".join(struct.pack("<ff", *at) for at in own[:8])] if round(now * 20) % 20 == self.rank % 20 else []
+            targets = [self.in_room(readings, target["offset"]) for target in seen]
+            goal = [sum(axis) / len(targets) for axis in zip(*targets)]
+            # One message per second.
+            say = [b"".join(struct.pack("<ff", *at) for at in targets[:8])] if round(now * 20) % 20 == self.rank % 20 else []
             return self.toward(readings, goal, 0.5, "observe", say)
-        crowded = [at for told, them in self.news.values() if now - told < NEWS_S and len(them) > 1 for at in them]
+        crowded = [at for sent, targets in self.news.values() if now - sent < NEWS_S and len(targets) > 1 for at in targets]
         if crowded:
             return self.toward(readings, min(crowded, key=lambda at: math.dist(at, readings.position)), 1.0, "search")
         if now >= self.until or self.is_blocked(readings):
@@ -39,7 +39,7 @@ class Watcher(Agent):
         return self.toward(readings, (x + math.cos(self.course), y + math.sin(self.course)), 0.0, "search")
 
     def in_room(self, readings, offset):
-        """A place in the robot's frame as one in the room's."""
+        """Converts a position from the robot's frame to the room's frame."""
         (x, y), (ahead, left) = readings.position, offset
         cos, sin = math.cos(readings.heading), math.sin(readings.heading)
         return x + cos * ahead - sin * left, y + sin * ahead + cos * left

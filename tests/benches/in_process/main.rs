@@ -1,9 +1,12 @@
-//! How many robot-steps one core makes in one process, from 3 to 10,000 robots, against the world alone: the same bodies,
-//! sensors and physics without minds, radio and log; with each of the allocators; and in other missions.
+//! Robot steps per second on one core in one process, for 3 to 10,000 robots.
 //!
-//! `cargo bench -p alliance-tests --bench in_process [-- robots/100]`, `allocators` or `missions`; results with their explanation: BENCHMARKS.md.
+//! The reference is the world alone: the same bodies, sensors and physics without controllers, radio and log. Other
+//! groups measure each allocator and other missions.
+//!
+//! `cargo bench -p alliance-tests --bench in_process [-- robots/100]`, `allocators` or `missions`; results:
+//! BENCHMARKS.md.
 
-// A benchmark takes the real clock, and one that meets trouble ends there.
+// A benchmark uses the real clock and stops at the first error.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
 mod report;
@@ -19,20 +22,21 @@ use missions::Registry;
 use run::Run;
 use world::World;
 
-/// Sizes of the teams; each has two spills for every three robots.
+/// Team sizes. Each team has two spills for every three robots.
 const ROBOTS: [usize; 5] = [3, 10, 100, 1_000, 10_000];
 
-/// Sizes of the teams in which allocators are measured, without a log.
+/// Team sizes of the allocator group, without a log.
 const ALLOCATOR_TEAMS: [usize; 4] = [3, 10, 30, 100];
 
-/// Robots of the team in which other missions are measured, without a log.
+/// The team size of the missions group, without a log.
 const MISSION_TEAM: usize = 100;
 
-/// What is measured of each team, beside the world alone.
+/// The log levels of each team, in addition to the world alone.
 const LEVELS: [LogLevel; 3] = [LogLevel::Off, LogLevel::Summary, LogLevel::Full];
 
-/// One iteration is so many ticks, a second of the mission: in it every robot speaks once. In a large team most do so in the same
-/// few ticks, which take three times as long as the others.
+/// The number of ticks of one iteration: one second of the mission, in which each robot broadcasts once.
+///
+/// In a large team most robots broadcast in the same few ticks, which take longer than the others.
 const ROUND: u64 = 20;
 
 fn main() {
@@ -44,7 +48,7 @@ fn main() {
     for robots in ROBOTS {
         let mut group = criterion.benchmark_group(format!("robots/{robots}"));
         group.throughput(Throughput::Elements(robots as u64 * ROUND));
-        // All samples as long as each other: the later ones of a mission count as much as the first.
+        // All samples have the same length, so that late samples count as much as early ones.
         group.sampling_mode(SamplingMode::Flat);
         group.bench_function("world", |bencher| {
             let mut world = World::new(robots);
@@ -88,7 +92,7 @@ fn main() {
     group.finish();
     criterion.final_summary();
     report::print(&ROBOTS);
-    let names = known.allocators.iter().map(|it| it.name);
+    let names = known.allocators.iter().map(|allocator| allocator.name);
     report::print_each("allocators", &names.collect::<Vec<_>>(), &ALLOCATOR_TEAMS);
     report::print_each("missions", &missions.map(|(name, _)| name), &[MISSION_TEAM]);
 }

@@ -1,4 +1,4 @@
-//! The figures with their ratios, from what criterion has measured.
+//! Prints rates and ratios from the estimates of criterion.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::ROUND;
 
-/// Prints, for each team that was measured, robot-steps per second and core, and the ratios to the world alone and to a run
+/// Prints, for each measured team, robot steps per second and core, and the ratios to the world alone and to a run
 /// without a log.
 pub fn print(teams: &[usize]) {
     println!(
@@ -27,8 +27,11 @@ pub fn print(teams: &[usize]) {
         let [world, off, summary, full] = times.as_slice() else {
             continue;
         };
-        let cell =
-            |times: &Option<Times>| times.as_ref().map_or("-".to_owned(), |it| it.rates(robots));
+        let cell = |times: &Option<Times>| {
+            times
+                .as_ref()
+                .map_or("-".to_owned(), |times| times.rates(robots))
+        };
         let ratio = |a: &Option<Times>, b: &Option<Times>| match (a, b) {
             (Some(a), Some(b)) => format!("{:.2}", a.median_ns / b.median_ns),
             _ => "-".to_owned(),
@@ -39,7 +42,7 @@ pub fn print(teams: &[usize]) {
             cell(off),
             cell(summary),
             cell(full),
-            // Rates: how much of the world's is left.
+            // Ratio of rates: the share of the world's rate that is left.
             ratio(world, off),
             ratio(summary, off),
             ratio(full, off),
@@ -50,8 +53,9 @@ pub fn print(teams: &[usize]) {
     );
 }
 
-/// Prints, for each of a group that was measured, robot-steps per second and core in teams of each size, and how many times as long a
-/// step takes in the largest as in the smallest.
+/// Prints, for each item of a group, robot steps per second and core in each team size.
+///
+/// The cost is the time of a step in the largest team divided by that in the smallest.
 pub fn print_each(group: &str, names: &[&str], teams: &[usize]) {
     let heads: String = teams.iter().map(|team| format!(" {team:>25}")).collect();
     println!("\n{:>16}{heads} {:>9}", group, "cost");
@@ -62,8 +66,8 @@ pub fn print_each(group: &str, names: &[&str], teams: &[usize]) {
             .collect();
         let cells: String = times
             .iter()
-            .map(|it| {
-                let cell = it.as_ref().map(|(team, times)| times.rates(*team));
+            .map(|measured| {
+                let cell = measured.as_ref().map(|(team, times)| times.rates(*team));
                 format!(" {:>25}", cell.unwrap_or_else(|| "-".to_owned()))
             })
             .collect();
@@ -77,11 +81,11 @@ pub fn print_each(group: &str, names: &[&str], teams: &[usize]) {
         println!("{name:>16}{cells} {cost:>9}");
     }
     println!(
-        "robot-steps per second and core, by robots; cost: of a step in the largest team, by that in the smallest"
+        "robot-steps per second and core, by robots; cost: time of a step in the largest team / in the smallest"
     );
 }
 
-/// Time of a round.
+/// The time of a round with its 95 % interval.
 struct Times {
     median_ns: f64,
     low_ns: f64,
@@ -117,7 +121,7 @@ impl Times {
     }
 }
 
-/// Where cargo puts what it builds, and criterion what it measures: this program is in `release/deps` there.
+/// Returns the target folder of cargo, from the path of this program in `release/deps`.
 fn target() -> Option<PathBuf> {
     let exe = std::env::current_exe().ok()?;
     exe.ancestors().nth(3).map(Path::to_owned)

@@ -1,4 +1,4 @@
-//! A team at work in one process.
+//! A team that runs in one process.
 
 use missions::observe::data::{OBSERVE, ObserveSection};
 use missions::push::data::PUSH;
@@ -12,17 +12,16 @@ use in_process::Team;
 use tempfile::TempDir;
 use world_server::recorder::Folder;
 
-/// Ticks before the first that is measured: by then every robot has work.
+/// The number of ticks before the measurement: by then every robot has work.
 pub const BEGIN: u64 = 400;
-/// Ticks after which a new mission begins: until then there is work for every robot.
+/// The number of ticks after which a new mission begins: until then every robot has work.
 const END: u64 = 3_000;
 
-/// The mission, with a border that is known: so all are at work from the beginning, whatever the size.
+/// Returns the waste mission with a known border, so that all robots work from the start in a team of any size.
 pub fn setup(robots: usize) -> Setup {
     with_allocator(robots, Scenario::DEFAULT_ALLOCATOR)
 }
 
-/// The same with another allocator.
 pub fn with_allocator(robots: usize, allocator: &str) -> Setup {
     let mut scenario = family(robots, (2 * robots).div_ceil(3));
     WasteSection::of_mut(&mut scenario).border_known = true;
@@ -30,19 +29,19 @@ pub fn with_allocator(robots: usize, allocator: &str) -> Setup {
     Setup::resolve(scenario, 1, None).unwrap().setup
 }
 
-/// Six points of work for each robot: more than is measured.
+/// Returns a service mission with six points of work for each robot, more than a measurement needs.
 pub fn service(robots: usize) -> Setup {
     let scenario = SERVICE.family(robots, 6 * robots).unwrap();
     Setup::resolve(scenario, 1, None).unwrap().setup
 }
 
-/// A bar for two robots each: more work than is measured.
+/// Returns a push mission with one bar for two robots, more work than a measurement needs.
 pub fn push(robots: usize) -> Setup {
     let scenario = PUSH.family(robots, robots / 2).unwrap();
     Setup::resolve(scenario, 1, None).unwrap().setup
 }
 
-/// As many moving targets as robots, to be kept in sight.
+/// Returns an observe mission with as many moving targets as robots.
 pub fn observe(robots: usize) -> Setup {
     let mut scenario = OBSERVE.family(robots, robots).unwrap();
     let section: &mut ObserveSection = scenario.mission.values_mut().unwrap();
@@ -50,14 +49,12 @@ pub fn observe(robots: usize) -> Setup {
     Setup::resolve(scenario, 1, None).unwrap().setup
 }
 
-/// Missions one after the other.
 pub struct Run {
     setup: Setup,
     level: LogLevel,
     mission: Mission,
 }
 
-/// One of them, with the folder of its log.
 struct Mission {
     team: Team<Folder>,
     _folder: TempDir,
@@ -72,7 +69,7 @@ impl Run {
         }
     }
 
-    /// How long so many ticks take.
+    /// Runs `ticks` ticks and returns their duration.
     pub fn time(&mut self, ticks: u64) -> Duration {
         let mut left = ticks;
         let mut spent = Duration::ZERO;

@@ -1,4 +1,4 @@
-//! The world alone: what every robot senses is worked out, and bodies move, but nobody thinks.
+//! The world alone: sensor readings and motion without controllers.
 
 use missions::Registry;
 use std::hint::black_box;
@@ -9,11 +9,10 @@ use alliance_proto::readings::Actuation;
 
 use super::run::setup;
 
-/// Ticks in which a body goes straight ahead, and then turns: about the mixture of a robot at work.
+/// The number of ticks in which a body drives straight, and then turns: about the mixture of a working robot.
 const STRAIGHT: u64 = 60;
 const TURN: u64 = 20;
 
-/// Bodies that drive about.
 pub struct World {
     world: world_server::world::World,
     commands: Vec<Option<Actuation>>,
@@ -38,7 +37,7 @@ impl World {
         }
     }
 
-    /// How long so many ticks take.
+    /// Runs `ticks` ticks and returns their duration.
     pub fn time(&mut self, ticks: u64) -> Duration {
         let began = Instant::now();
         for _ in 0..ticks {
@@ -50,7 +49,7 @@ impl World {
     fn step(&mut self) {
         for (rank, command) in self.commands.iter_mut().enumerate() {
             black_box(self.world.readings(RobotId(rank as u16)));
-            // Not all in step with each other.
+            // The bodies turn at different times.
             let turns = (self.tick + 7 * rank as u64) % (STRAIGHT + TURN) >= STRAIGHT;
             *command = Some(Actuation {
                 speed_m_s: if turns { 0.0 } else { 0.5 },

@@ -1,12 +1,11 @@
-//! The bare barrier: how fast the same processes exchange the same messages when that is all they do.
+//! The bare barrier: the rate at which the same processes exchange the same messages without other work.
 
 use std::process::{Child, Command, Stdio};
 
 use crate::traffic::Traffic;
 
-/// Its ticks per second.
 pub fn ticks_per_s(agents: usize, traffic: &Traffic) -> f64 {
-    // As runs have it.
+    // A run uses the same kind of endpoint.
     let folder = tempfile::tempdir().unwrap();
     let endpoint = format!("unixsock-stream/{}/sock", folder.path().display());
     let world = start(

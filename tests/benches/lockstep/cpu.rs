@@ -1,12 +1,13 @@
-//! Processor time: what the noise of a busy machine touches least.
+//! Processor time, which depends little on the load of the machine.
 
-/// Clock ticks per second in which Linux counts it.
+/// The clock ticks per second in which Linux counts processor time.
 const HZ: f64 = 100.0;
 
-/// Processor time that all processes took which have ended below this one and were waited for, s.
+/// Returns the processor time of all ended child processes that were waited for, in s.
 pub fn of_ended_children() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
-    // The name, in brackets, may hold anything; user and system time of children are the 14th and 15th field after it.
+    // The process name, in brackets, may contain spaces. The 14th and 15th field after it are the children's user and
+    // system time.
     let (_, fields) = stat.rsplit_once(')').unwrap();
     let times = fields.split_whitespace().skip(13).take(2);
     times.map(|ticks| ticks.parse::<f64>().unwrap() / HZ).sum()

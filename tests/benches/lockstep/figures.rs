@@ -1,8 +1,8 @@
-//! Medians and spread of what was measured.
+//! The median and the spread of measurements.
 
 use std::fmt;
 
-/// Values of one quantity from several runs.
+/// The values of one quantity from several runs.
 #[derive(Clone, Debug, Default)]
 pub struct Figures(Vec<f64>);
 
@@ -12,7 +12,7 @@ impl Figures {
         self.0.sort_by(f64::total_cmp);
     }
 
-    /// The middle value, or the mean of the two in the middle.
+    /// Returns the middle value, or the mean of the two middle values.
     pub fn median(&self) -> f64 {
         let middle = self.0.len() / 2;
         match (self.0.len().is_multiple_of(2), middle.checked_sub(1)) {
@@ -23,7 +23,7 @@ impl Figures {
     }
 }
 
-/// The median and, in brackets, the smallest and the largest value.
+/// Prints the median and, in brackets, the smallest and the largest value.
 impl fmt::Display for Figures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (Some(least), Some(most)) = (self.0.first(), self.0.last()) else {

@@ -1,6 +1,6 @@
-//! Programs that mean harm to a run of the same machine: what they cost it, in speed and in memory, and whether they change it.
+//! Attacks by local programs on a run: their cost in speed and memory, and whether they change the run.
 //!
-//! The run has one core and the attackers have another: what they take for themselves is not what they cost the run.
+//! The run has one core and the attackers another, so the attackers' own load does not slow the run.
 
 use std::io::Write;
 use std::os::unix::net::UnixStream;
@@ -22,80 +22,93 @@ use crate::team::Team;
 const CORE_OF_RUN: usize = 0;
 const CORE_OF_ATTACKERS: usize = 1;
 
-/// Attackers at the same time.
+/// The number of simultaneous attackers.
 const CROWD: usize = 8;
 
-/// Bytes of a large message.
+/// The length of a large message, in bytes.
 const LARGE: usize = 60_000;
 
-/// Connections that one attacker holds at most.
+/// The maximum number of connections that one attacker holds.
 const HELD: usize = 100;
 
-/// Size of the team, and items in each of its spills: more than it brings away.
+/// The size of the team, and the items in each of its spills: more than the team can carry away.
 const TEAM: usize = 3;
 const ITEMS: usize = 1000;
 
-/// What an attacker does until it is told to stop, and what it counts.
+/// The work of an attacker until the flag is set. It adds to the counter.
 type Attack = fn(&Rendezvous, &AtomicBool, &AtomicU64);
 
 const ATTACKS: [(&str, &str, Attack); 15] = [
-    ("nobody", "", |_, _, _| ()),
-    ("no token: burns its core", "rounds", burn),
-    ("no token: junk on new connections", "connections", junk),
-    ("no token: half a greeting, and waits", "connections", greet),
+    ("no attack", "", |_, _, _| ()),
+    ("no token: burns its core", "rounds", burn_core),
     (
-        "no token: asks for sessions with a wrong password",
+        "no token: junk on new connections",
+        "connections",
+        send_junk,
+    ),
+    (
+        "no token: half a greeting, then idle",
+        "connections",
+        send_half_greeting,
+    ),
+    (
+        "no token: requests sessions with a wrong password",
         "tries",
-        knock,
+        try_passwords,
     ),
     (
         "token: 60 kB on all robots' keys, at the highest priority of the run",
         "MB",
         flood,
     ),
-    ("token: empty messages there", "messages", patter),
+    ("token: empty messages there", "messages", send_empty),
     (
         "token: requests without a seal on the control topic",
         "requests",
-        ask,
+        request,
     ),
-    ("token: as many liveliness tokens as it can", "tokens", live),
     (
-        "token: listens to as many keys as it can",
+        "token: as many liveliness tokens as possible",
+        "tokens",
+        declare_tokens,
+    ),
+    (
+        "token: subscribes to as many keys as possible",
         "subscribers",
-        listen,
+        subscribe,
     ),
     (
-        "token: hears everything, and does not listen",
+        "token: subscribes to everything with a blocked callback",
         "subscribers",
-        deaf,
+        block_callback,
     ),
-    ("token: new sessions, without end", "sessions", come),
+    ("token: new sessions without end", "sessions", open_sessions),
     (
-        "the team's own entrance: junk on new connections",
+        "the team's endpoint: junk on new connections",
         "connections",
-        |run, over, count| junk(&of_the_team(run), over, count),
+        |run, over, count| send_junk(&with_team_endpoint(run), over, count),
     ),
     (
-        "the team's own entrance: half a greeting, and waits",
+        "the team's endpoint: half a greeting, then idle",
         "connections",
-        |run, over, count| greet(&of_the_team(run), over, count),
+        |run, over, count| send_half_greeting(&with_team_endpoint(run), over, count),
     ),
     (
-        "the team's own entrance: asks with a wrong password",
+        "the team's endpoint: requests with a wrong password",
         "tries",
-        |run, over, count| knock(&of_the_team(run), over, count),
+        |run, over, count| try_passwords(&with_team_endpoint(run), over, count),
     ),
 ];
 
-/// All of them in turns, so that all see the same noise of the machine; ratios are to the run that nobody attacks, of the same round.
+/// Runs all attacks in turn, so that all have the same background load. Ratios refer to the run without an attack in
+/// the same round.
 pub fn measure(rounds: usize, limit_s: f64) {
     let me = std::process::id().to_string();
     let pinned = Command::new("taskset")
         .args(["-a", "-p", "-c", &CORE_OF_ATTACKERS.to_string(), &me])
         .output();
     if !pinned.is_ok_and(|output| output.status.success()) {
-        return println!("\n## Hostile programs\n\nnot measured: it takes `taskset` and two cores");
+        return println!("\n## Hostile programs\n\nnot measured: needs `taskset` and two cores");
     }
     let team = Team::busy(TEAM, 0.5, ITEMS, limit_s);
     let mut results = [(); ATTACKS.len()].map(|()| [(); 4].map(|()| Figures::default()));
@@ -131,29 +144,30 @@ pub fn measure(rounds: usize, limit_s: f64) {
         "\n## Hostile programs, {CROWD} at a time, {TEAM} agents, {limit_s} s of simulated time\n"
     );
     println!(
-        "| attack | how much | ticks/s / with nobody | memory of the world, MB | of its gateway, MB | another hash |"
+        "| attack | how much | ticks/s / without attack | memory of the world, MB | of its gateway, MB | another hash |"
     );
     println!("|---|---|---|---|---|---|");
-    for (index, (what, unit, _)) in ATTACKS.into_iter().enumerate() {
+    for (index, (attack, unit, _)) in ATTACKS.into_iter().enumerate() {
         let [rate, world, gateway, counts] = &results[index];
         let changed = changed[index];
         println!(
-            "| {what} | {counts} {unit} | {rate} | {world} | {gateway} | {changed} of {rounds} |"
+            "| {attack} | {counts} {unit} | {rate} | {world} | {gateway} | {changed} of {rounds} |"
         );
     }
 }
 
-/// What a run would announce whose team came in where its operators do: so an attack on operators' entrance becomes one on the team's.
-fn of_the_team(run: &Rendezvous) -> Rendezvous {
+/// Returns a copy of `run` whose operator endpoint is the team's endpoint, so that an attack goes to the team's
+/// endpoint.
+fn with_team_endpoint(run: &Rendezvous) -> Rendezvous {
     Rendezvous {
         endpoint: run.team.endpoint.clone(),
         ..run.clone()
     }
 }
 
-fn burn(_: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
+fn burn_core(_: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     while !over.load(Ordering::Relaxed) {
-        let digest = (0..10_000_000_u64).fold(1, |sum: u64, it| sum.rotate_left(1) ^ it);
+        let digest = (0..10_000_000_u64).fold(1, |sum: u64, number| sum.rotate_left(1) ^ number);
         count.fetch_add(
             u64::from(std::hint::black_box(digest) != 1),
             Ordering::Relaxed,
@@ -165,20 +179,20 @@ fn connect(run: &Rendezvous) -> std::io::Result<UnixStream> {
     UnixStream::connect(run.endpoint.strip_prefix("unixsock-stream/").unwrap())
 }
 
-fn junk(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
+fn send_junk(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     let junk: Vec<u8> = (0..1_000_000_u32)
-        .map(|it| (it.wrapping_mul(it) >> 7) as u8)
+        .map(|number| (number.wrapping_mul(number) >> 7) as u8)
         .collect();
     while !over.load(Ordering::Relaxed) {
         if let Ok(mut socket) = connect(run) {
-            // The router hangs up after the first bytes.
+            // The router closes the connection after the first bytes.
             let _ = socket.write_all(&junk);
             count.fetch_add(1, Ordering::Relaxed);
         }
     }
 }
 
-fn greet(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
+fn send_half_greeting(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     let mut held = Vec::new();
     while !over.load(Ordering::Relaxed) {
         match connect(run) {
@@ -192,7 +206,7 @@ fn greet(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     }
 }
 
-fn knock(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
+fn try_passwords(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     let token = "0f5c31c27ad2bd0a".to_owned();
     let wrong = Rendezvous {
         token,
@@ -204,13 +218,13 @@ fn knock(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     }
 }
 
-/// As an operator, without patience.
+/// Opens an operator's session without retries.
 fn session(run: &Rendezvous) -> zenoh::Result<zenoh::Session> {
     let config = client(&run.login(User::Operator)?, true);
     zenoh::open(zenoh::Config::from_json5(&config)?).wait()
 }
 
-/// Puts messages of so many bytes on the keys of the run until it ends.
+/// Sends messages of `bytes` bytes to the keys of the run until it ends.
 fn put(run: &Rendezvous, over: &AtomicBool, bytes: usize, mut put: impl FnMut()) {
     let Ok(session) = session(run) else { return };
     let keys = Keys::new(&run.run);
@@ -239,11 +253,11 @@ fn flood(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     count.fetch_add(bytes / 1_000_000, Ordering::Relaxed);
 }
 
-fn patter(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
+fn send_empty(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     put(run, over, 0, || _ = count.fetch_add(1, Ordering::Relaxed));
 }
 
-fn ask(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
+fn request(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     let Ok(session) = session(run) else { return };
     let key = Keys::new(&run.run).control();
     while !over.load(Ordering::Relaxed) {
@@ -253,7 +267,7 @@ fn ask(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     }
 }
 
-fn live(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
+fn declare_tokens(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     let Ok(session) = session(run) else { return };
     let mut tokens = Vec::new();
     while !over.load(Ordering::Relaxed) {
@@ -263,7 +277,7 @@ fn live(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     }
 }
 
-fn listen(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
+fn subscribe(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     let Ok(session) = session(run) else { return };
     let mut subscribers = Vec::new();
     while !over.load(Ordering::Relaxed) {
@@ -273,20 +287,20 @@ fn listen(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     }
 }
 
-fn deaf(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
+fn block_callback(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     let Ok(session) = session(run) else { return };
     let everything = format!("alliance/{}/**", run.run);
-    let heard = session.declare_subscriber(everything);
-    let heard = heard
+    let subscriber = session.declare_subscriber(everything);
+    let subscriber = subscriber
         .callback(|_| std::thread::sleep(Duration::from_secs(1)))
         .wait();
     while !over.load(Ordering::Relaxed) {
         std::thread::sleep(Duration::from_millis(50));
     }
-    count.fetch_add(u64::from(heard.is_ok()), Ordering::Relaxed);
+    count.fetch_add(u64::from(subscriber.is_ok()), Ordering::Relaxed);
 }
 
-fn come(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
+fn open_sessions(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     while !over.load(Ordering::Relaxed) {
         if session(run).is_ok() {
             count.fetch_add(1, Ordering::Relaxed);

@@ -1,10 +1,10 @@
-//! How fast real processes run in lockstep, against the limit that the bus sets; what a stopped agent costs the others; and what
-//! hostile programs of the same machine cost a run.
+//! Real processes in lockstep: the rate against the limit of the bus, the cost of a stopped agent, and the cost of
+//! local attackers.
 //!
-//! `cargo bench -p alliance-tests --bench lockstep -- [--agents 3,10] [--rounds 3] [--only rates|stop|hostile] [--minutes 5]`;
-//! results with their explanation: BENCHMARKS.md.
+//! `cargo bench -p alliance-tests --bench lockstep -- [--agents 3,10] [--rounds 3] [--only rates|stop|hostile]
+//! [--minutes 5]`; results: BENCHMARKS.md.
 
-// A benchmark takes the real clock, and one that meets trouble ends there.
+// A benchmark uses the real clock and stops at the first error.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
 mod bare;
@@ -24,22 +24,22 @@ use clap::{Parser, ValueEnum};
 /// Measure runs by real processes.
 #[derive(Parser)]
 struct Options {
-    /// Sizes of the teams
+    /// Team sizes, separated by commas
     #[arg(long, value_delimiter = ',', default_value = "3,10")]
     agents: Vec<usize>,
-    /// How often everything is measured
+    /// Number of repetitions of each measurement
     #[arg(long, default_value_t = 3)]
     rounds: usize,
-    /// Simulated time after which a run ends, in seconds
+    /// Simulated duration of a run, in seconds
     #[arg(long, default_value_t = 1000.0)]
     limit: f64,
-    /// How long an agent is stopped, in minutes
+    /// Duration of an agent's stop, in minutes
     #[arg(long, default_value_t = 1.0 / 3.0)]
     minutes: f64,
-    /// Measure only this
+    /// The only benchmark to run (default: all)
     #[arg(long)]
     only: Option<Part>,
-    /// What `cargo bench` adds
+    /// Ignored; `cargo bench` adds it
     #[arg(long, hide = true)]
     bench: bool,
 }

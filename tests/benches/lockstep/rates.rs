@@ -1,4 +1,4 @@
-//! Ticks per second of runs against the bare barrier, with memory and start.
+//! The ticks per second of runs and of the bare barrier, with memory and start time.
 
 use crate::bare;
 use crate::cpu;
@@ -7,10 +7,11 @@ use crate::real::Run;
 use crate::team::Team;
 use crate::traffic::{Traffic, computed_alone};
 
-/// Items in each spill: more than a team brings away within the default limit.
+/// The items in each spill: more than a team can carry away within the limit.
 const ITEMS: usize = 100;
 
-/// Without the page there are the same processes as in the bare barrier, and the launcher, which waits.
+/// The options of the measured runs. Without the page a run has the processes of the bare barrier and the waiting
+/// launcher.
 const WAYS: [&[&str]; 4] = [
     &["--log=off", "--no-page"],
     &["--log=summary", "--no-page"],
@@ -18,22 +19,21 @@ const WAYS: [&[&str]; 4] = [
     &["--log=off"],
 ];
 
-/// What several rounds gave for teams of one size.
+/// The results of several rounds for teams of one size.
 #[derive(Default)]
 struct Results {
     bare: Figures,
     alone: Figures,
-    /// By [`WAYS`].
     real: [Figures; WAYS.len()],
-    /// Real by bare of the same round, by [`WAYS`].
+    /// The ratio of a real run to the bare barrier of the same round, by [`WAYS`].
     share: [Figures; WAYS.len()],
-    /// Real by real in the first of the [`WAYS`], without a log, of the same round.
+    /// The ratio of a real run to the run without a log of the same round, by [`WAYS`].
     of_off: [Figures; WAYS.len()],
-    /// Processor time of all processes per tick, µs, start and end included.
+    /// The processor time of all processes per tick in µs, start and end included.
     bare_cpu: Figures,
     real_cpu: [Figures; WAYS.len()],
     share_cpu: [Figures; WAYS.len()],
-    /// In the first of the [`WAYS`] by the others.
+    /// The ratio of the processor time without a log to that of each of the [`WAYS`].
     off_cpu: [Figures; WAYS.len()],
     start_s: Figures,
     world_start_s: Figures,
@@ -42,7 +42,7 @@ struct Results {
     world_resident: Figures,
 }
 
-/// Bare and real take turns, so that both see the same noise of the machine.
+/// Measures the bare barrier and real runs in turn, so that both have the same background load.
 pub fn measure(sizes: &[usize], rounds: usize, limit_s: f64) {
     let teams: Vec<Team> = sizes
         .iter()
@@ -59,7 +59,6 @@ pub fn measure(sizes: &[usize], rounds: usize, limit_s: f64) {
     }
 }
 
-/// The default mission from start to end.
 pub fn default_mission(rounds: usize) {
     let team = Team::default_mission();
     let [mut simulated, mut real] = [(); 2].map(|()| Figures::default());
@@ -76,7 +75,7 @@ impl Results {
         self.alone.push(computed_alone(&team.setup));
         let mut off = None;
         for (index, way) in WAYS.into_iter().enumerate() {
-            // One bare run next to each real one: their ratio is of the same minute.
+            // Each real run follows a bare run, so that their ratio has the same background load.
             let before = cpu::of_ended_children();
             let bare = bare::ticks_per_s(team.size, traffic);
             let between = cpu::of_ended_children();
@@ -102,7 +101,7 @@ impl Results {
     }
 
     fn print(&self) {
-        let line = |what: &str, figures: &Figures| println!("| {what} | {figures} |");
+        let line = |label: &str, figures: &Figures| println!("| {label} | {figures} |");
         println!("\n| | median [least .. most] |\n|---|---|");
         line("bare barrier, ticks/s", &self.bare);
         for (index, way) in WAYS.into_iter().enumerate() {
@@ -115,11 +114,11 @@ impl Results {
         }
         line("bare barrier, processor time per tick, µs", &self.bare_cpu);
         for (index, way) in WAYS.into_iter().enumerate() {
-            let what = format!("run {}, processor time per tick", way.join(" "));
-            line(&(what.clone() + ", µs"), &self.real_cpu[index]);
-            line(&format!("bare / {what}"), &self.share_cpu[index]);
+            let label = format!("run {}, processor time per tick", way.join(" "));
+            line(&(label.clone() + ", µs"), &self.real_cpu[index]);
+            line(&format!("bare / {label}"), &self.share_cpu[index]);
             if index > 0 {
-                line(&format!("--log=off / {what}"), &self.off_cpu[index]);
+                line(&format!("--log=off / {label}"), &self.off_cpu[index]);
             }
         }
         line("in one process, no bus, ticks/s", &self.alone);

@@ -1,4 +1,4 @@
-//! `alliance run`, started in a folder of its own and looked at from outside.
+//! An `alliance run` in its own folder, observed from outside.
 
 use missions::Registry;
 use std::path::Path;
@@ -13,33 +13,32 @@ use crate::team::Team;
 
 const EXECUTABLE: &str = env!("CARGO_BIN_EXE_alliance-under-test");
 
-/// How often a run is looked at. Seldom, so that looking costs nothing.
+/// The interval between observations. It is long, so that observation costs little.
 const INTERVAL: Duration = Duration::from_millis(200);
 
-/// A run under way; ended when dropped.
+/// A running `alliance run`. It ends when the value is dropped.
 pub struct Run {
     folder: TempDir,
     launcher: Child,
     started: SystemTime,
 }
 
-/// What a finished run tells.
 pub struct Finished {
     pub ticks_per_s: f64,
-    /// From the start of `alliance run` to the first tick.
+    /// The time from the start of `alliance run` to the first tick.
     pub start_s: f64,
-    /// From the start of the world to the first tick.
+    /// The time from the start of the world to the first tick.
     pub world_start_s: f64,
     pub running_s: f64,
     pub run: RunFile,
-    /// Largest that was seen of any agent, and of the world.
+    /// The peak memory of any agent and of the world.
     pub agent: Memory,
     pub world: Memory,
-    /// Of its gateway.
     pub gateway: Memory,
 }
 
-/// Memory of a process, MB: what it has mapped, and its share of it, where what several processes map counts in parts.
+/// The memory of a process in MB: the resident set, and the proportional share, which divides shared pages among
+/// their processes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Memory {
     pub resident: f64,
@@ -51,7 +50,7 @@ impl Run {
         Self::spawn(Command::new(EXECUTABLE), team, options)
     }
 
-    /// The same with all of its processes on one core.
+    /// Starts a run with all processes on one core.
     pub fn start_on(core: usize, team: &Team, options: &[&str]) -> Self {
         let mut command = Command::new("taskset");
         command.args(["-c", &core.to_string(), EXECUTABLE]);
@@ -81,14 +80,14 @@ impl Run {
         }
     }
 
-    /// Process id of a part of the run, "world" or a robot's name, once it lives.
+    /// Returns the process id of "world" or of a robot's agent, once the process exists.
     pub fn pid(&self, part: &str) -> Option<u32> {
         self.parts()
             .find(|(name, _)| name == part)
             .map(|(_, pid)| pid)
     }
 
-    /// How to join its bus, once it is there.
+    /// Returns the rendezvous of the run's bus, once it is announced.
     pub fn rendezvous(&self) -> Option<Rendezvous> {
         let runs = std::fs::read_dir(self.folder.path().join("runtime/alliance")).ok()?;
         let announced = runs.flatten().find(|file| {
@@ -99,7 +98,7 @@ impl Run {
         serde_json::from_str(&std::fs::read_to_string(announced.path()).ok()?).ok()
     }
 
-    /// Waits for its end.
+    /// Waits for the end of the run and returns its measurements.
     pub fn finish(mut self) -> Finished {
         let [mut agent, mut world, mut gateway] = [Memory::default(); 3];
         while self.launcher.try_wait().unwrap().is_none() {
@@ -111,8 +110,8 @@ impl Run {
                 };
                 *seen = seen.max(Memory::of(pid));
                 if name == "world" {
-                    let it = children(pid).next();
-                    gateway = gateway.max(it.map_or(Memory::default(), Memory::of));
+                    let child = children(pid).next();
+                    gateway = gateway.max(child.map_or(Memory::default(), Memory::of));
                 }
             }
             std::thread::sleep(INTERVAL);
@@ -142,7 +141,6 @@ impl Run {
         }
     }
 
-    /// World and agents that live, by name.
     fn parts(&self) -> impl Iterator<Item = (String, u32)> {
         children(self.launcher.id()).filter_map(|pid| {
             let command = read(format!("/proc/{pid}/cmdline"));
@@ -157,18 +155,17 @@ impl Run {
 
 impl Drop for Run {
     fn drop(&mut self) {
-        // The others end with the launcher.
+        // The other processes end with the launcher.
         let _ = self.launcher.kill();
         let _ = self.launcher.wait();
     }
 }
 
 impl Memory {
-    /// Of a live process.
     pub fn of(pid: u32) -> Self {
         let now = read(format!("/proc/{pid}/smaps_rollup"));
-        let megabytes = |what: &str| {
-            let line = now.lines().find_map(|line| line.strip_prefix(what));
+        let megabytes = |key: &str| {
+            let line = now.lines().find_map(|line| line.strip_prefix(key));
             let number = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
             number.map_or(0.0, |kilobytes| kilobytes / 1024.0)
         };
@@ -186,7 +183,7 @@ impl Memory {
     }
 }
 
-/// Those that any thread of a process has started.
+/// Returns the child processes of all threads of a process.
 fn children(pid: u32) -> impl Iterator<Item = u32> {
     let threads = std::fs::read_dir(format!("/proc/{pid}/task")).into_iter();
     let children = threads.flatten().flatten().map(|thread| {
@@ -197,7 +194,7 @@ fn children(pid: u32) -> impl Iterator<Item = u32> {
     children.flatten()
 }
 
-/// Empty when it is not there: processes end while they are looked at.
+/// Reads a file. Returns an empty text if the file is missing, because processes can end at any time.
 fn read(path: impl AsRef<Path>) -> String {
     std::fs::read_to_string(path).unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! One agent of a team is stopped for a while, at full speed: what the others' rate does.
+//! The rate of a team at full speed while one of its agents is stopped.
 
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -17,23 +17,22 @@ use crate::figures::Figures;
 use crate::real::{Memory, Run};
 use crate::team::Team;
 
-/// Size of the team.
 const TEAM: usize = 10;
 
-/// A run that has just begun is not looked at for this long.
+/// The time after the start of a run before the measurement begins.
 const WARM_UP: Duration = Duration::from_secs(3);
 
-/// Longest look at the time before and after the stop.
+/// The longest measurement before and after the stop.
 const ASIDE: Duration = Duration::from_secs(60);
 
-/// Robots so slow, and so many items in each spill, that the mission outlasts the stop at any rate.
+/// A low speed and many items per spill, so that the mission outlasts the stop at any rate.
 const SLOW_M_S: f64 = 0.05;
 const ITEMS: usize = 1000;
 
-/// Longer than any measurement lasts, s of simulated time.
+/// A simulated time limit in s that is longer than any measurement.
 const NO_LIMIT: f64 = 1e6;
 
-/// Rates of the team before, during and after the stop, and of a team that never had that robot.
+/// The rates of the team before, during and after the stop, and of a team without that robot.
 #[derive(Default)]
 struct Results {
     before: Figures,
@@ -42,11 +41,11 @@ struct Results {
     without: Figures,
     kept: Figures,
     against_without: Figures,
-    /// Memory of the world, MB, before the stop and at its end.
+    /// The memory of the world in MB, before the stop and at its end.
     memory: [Figures; 2],
 }
 
-/// Team with the stop and team without the robot take turns.
+/// Measures the team with the stop and the team without the robot in turn.
 pub fn measure(rounds: usize, stop: Duration) {
     let [ten, nine] = [TEAM, TEAM - 1].map(|size| Team::busy(size, SLOW_M_S, ITEMS, NO_LIMIT));
     let mut results = Results::default();
@@ -75,7 +74,7 @@ pub fn measure(rounds: usize, stop: Duration) {
         stop.as_secs()
     );
     println!("| | median [least .. most] |\n|---|---|");
-    for (what, figures) in [
+    for (label, figures) in [
         ("before, ticks/s", &results.before),
         ("during, ticks/s", &results.during),
         ("after, ticks/s", &results.after),
@@ -88,20 +87,19 @@ pub fn measure(rounds: usize, stop: Duration) {
             &results.memory[1],
         ),
     ] {
-        println!("| {what} | {figures} |");
+        println!("| {label} | {figures} |");
     }
 }
 
-/// A run with an observer.
 struct Watched {
     run: Run,
     seen: Arc<Mutex<Option<(Tick, Instant)>>>,
-    /// Keeps the observer on the bus.
+    /// The session of the observer, kept open on the bus.
     _session: Session,
 }
 
 impl Watched {
-    /// Starts a run, joins its bus and waits until it is well under way.
+    /// Starts a run, joins its bus and waits for the warm-up to pass.
     fn start(team: &Team) -> Self {
         let run = Run::start(team, &["--log=off", "--no-page"]);
         let world = wait_for(|| run.rendezvous());
@@ -133,7 +131,7 @@ impl Watched {
         watched
     }
 
-    /// Ticks per second from now on, for so long.
+    /// Returns the ticks per second during the next `length`.
     fn rate(&self, length: Duration) -> f64 {
         let (from, began) = self.latest().unwrap();
         std::thread::sleep(length);

@@ -1,9 +1,8 @@
-//! Scenarios of teams of any size.
+//! Scenarios for teams of any size.
 
 use alliance_proto::scenario::{Scenario, Setup};
 use missions::Registry;
 
-/// A scenario file and what it resolves to.
 pub struct Team {
     pub size: usize,
     pub text: String,
@@ -11,13 +10,12 @@ pub struct Team {
 }
 
 impl Team {
-    /// The default mission, just as it is.
     pub fn default_mission() -> Self {
         Self::of("name = \"default\"\n".to_owned(), 3)
     }
 
-    /// So many robots of that top speed, the first as blue is and the others as gold is, with so many items in each of the two
-    /// spills.
+    /// Returns a team of `size` robots with the top speed and the items per spill. The first robot has blue's body,
+    /// the others have gold's.
     pub fn busy(size: usize, speed_m_s: f64, items: usize, limit_s: f64) -> Self {
         let spills = [("top", 0.667), ("bottom", 0.333)].map(|(name, y)| {
             format!("[[waste.spills]]\nname = \"{name}\"\nitems = {items}\ny_fraction = {y}\n")

@@ -1,4 +1,5 @@
-//! What a run puts on the bus: counted by stepping world and agents in this process and encoding their messages.
+//! The traffic of a run on the bus, from stepping the world and the agents in this process and encoding their
+//! messages.
 
 use std::time::Instant;
 
@@ -15,18 +16,18 @@ use serde::Serialize;
 use world_server::recorder::Recorder;
 use world_server::simulation::Simulation;
 
-/// Mean sizes in bytes, and how often agents broadcast.
+/// The mean sizes of messages in bytes, and the interval between broadcasts.
 #[derive(Clone, Copy, Debug)]
 pub struct Traffic {
     pub ticks: u64,
     pub tick_bytes: usize,
     pub report_bytes: usize,
     pub broadcast_bytes: usize,
-    /// Ticks from one broadcast of an agent to its next.
+    /// The number of ticks between two broadcasts of an agent.
     pub broadcast_every: u64,
 }
 
-/// Messages of one kind.
+/// The number and total size of the messages of one kind.
 #[derive(Default)]
 struct Count {
     messages: u64,
@@ -45,7 +46,6 @@ impl Count {
 }
 
 impl Traffic {
-    /// Of a whole run.
     pub fn of(setup: &Setup) -> Self {
         let mission = Registry::of_this_program()
             .worlds()
@@ -95,7 +95,7 @@ impl Traffic {
     }
 }
 
-/// Ticks per second of the same run in this one process: what is left when the bus is taken out.
+/// Returns the ticks per second of the same run in one process, without a bus.
 pub fn computed_alone(setup: &Setup) -> f64 {
     let mut team = Team::new(setup.clone(), LogLevel::Off, Memory::default()).unwrap();
     let began = Instant::now();

@@ -1,4 +1,4 @@
-//! What is in the files is what is in the log, whatever was logged, and the same each time.
+//! Exported files contain the values of the log at each log level, and the same bytes each time.
 
 use alliance_proto::log::{LogLevel, MotivationRow, RunOutcome, TableRow};
 use nix::sys::signal::Signal;
@@ -21,14 +21,14 @@ const TABLES: [&str; 6] = [
 const MCAP: [&str; 2] = ["mcap", "mcap_protobuf"];
 const PARQUET: [&str; 2] = ["pandas", "pyarrow"];
 
-/// Rows of a table of the lab's run.
+/// Returns the number of rows of a table of a run.
 fn rows(lab: &Lab, run: &str, table: &str) -> u64 {
     let text = String::from_utf8(bytes(lab, &format!("{run}/{table}.csv"))).unwrap();
     text.lines().count() as u64 - 1
 }
 
 #[test]
-fn a_recording_holds_every_row_and_how_it_looked() {
+fn a_recording_contains_every_row_and_the_scene() {
     let Some(python) = python(&MCAP) else { return };
     let lab = Lab::new();
     bad_day(&lab, "run", &["--seed", "3", "--mcap"]);
@@ -42,7 +42,7 @@ fn a_recording_holds_every_row_and_how_it_looked() {
     assert_eq!(metadata["outcome"], "time-limit");
     assert_eq!(metadata["hash"], json!(log.run.hash));
     assert_eq!(metadata["version"], json!(log.run.version));
-    // The run can be had again from the recording alone.
+    // The recording alone is enough to repeat the run.
     let scenario = metadata["scenario_toml"].as_str().unwrap();
     std::fs::write(lab.path("again.toml"), scenario).unwrap();
     lab.mission("again", &["again.toml", "--seed", "3", "--in-process"])
@@ -69,15 +69,15 @@ fn a_recording_holds_every_row_and_how_it_looked() {
     };
     assert!(labels("blue").contains(&json!("blue: find-locations-methodical")));
     assert!(labels("gold").contains(&json!("gold: dead")));
-    // Not there at first.
+    // The robot is absent at first.
     assert_eq!(labels("red")[0], "");
     assert!(labels("red").contains(&json!("red: idle")));
-    // Slow ground from the start, and for ten seconds a block.
+    // Slow ground from the start, and an obstacle for ten seconds.
     assert_eq!(
         found["obstacles"],
         json!([[0, 1], [30_050, 2], [40_050, 1]])
     );
-    // A report colors the site.
+    // A report changes the color of the report site.
     let site = found["site"].as_array().unwrap();
     assert!(site.len() >= 3, "{site:?}");
     assert_ne!(site[0][1], site[1][1]);
@@ -87,13 +87,13 @@ fn a_recording_holds_every_row_and_how_it_looked() {
     assert!(found["sensed"]["border"].as_u64() > Some(100));
     assert!(found["sensed"]["avoidance"].as_u64() > Some(100));
     assert!(found["warnings"].as_u64() >= Some(5));
-    // Not every tick tells of what lies still.
+    // Static parts of the scene are not sent in every tick.
     let rarely = |topic: &str| found["topics"][topic].as_u64().unwrap() < 100;
     assert!(rarely("/scene/room") && rarely("/scene/items") && rarely("/scene/robots/blue"));
 }
 
 #[test]
-fn a_recording_is_the_same_whatever_was_logged_and_whenever_it_is_made() {
+fn a_recording_is_the_same_at_each_log_level_and_at_each_export() {
     let lab = Lab::new();
     bad_day(&lab, "full", &["--mcap", "--in-process"]);
     bad_day(&lab, "summary", &["--log", "summary", "--in-process"]);
@@ -103,7 +103,7 @@ fn a_recording_is_the_same_whatever_was_logged_and_whenever_it_is_made() {
     let full = bytes(&lab, "full/run.mcap");
     assert!(full == bytes(&lab, "off/run.mcap"), "--log off");
     assert!(full == bytes(&lab, "elsewhere.mcap"), "--log summary");
-    // Over an older one.
+    // The export replaces an older file.
     std::fs::write(lab.path("full/run.mcap"), "old").unwrap();
     let finished = lab.run(&["export", "full", "--mcap"]).expect(0);
     assert_eq!(finished.stderr, "mcap    full/run.mcap\n");
@@ -119,7 +119,7 @@ fn tables_keep_every_value() {
     bad_day(&lab, "run", &["--in-process"]);
     let finished = lab.run(&["export", "run", "--parquet"]).expect(0);
     assert_eq!(finished.stderr, "parquet run/parquet\n");
-    // The script compares every value with the CSV's.
+    // The script compares every value with that of the CSV file.
     let found = read(&lab, &python, "read_parquet.py", &["run", "run/parquet"]);
     let log = lab.log("run");
     for table in TABLES {
@@ -130,7 +130,7 @@ fn tables_keep_every_value() {
         assert_eq!(facts["metadata"]["scenario"], "a-bad-day");
         assert_eq!(facts["metadata"]["hash"], json!(log.run.hash));
     }
-    // A PositionUpdate does not say since when; before the first report there was none.
+    // A PositionUpdate has no `since`, and there is no last report before the first one.
     assert!(found["messages"]["nulls"].as_u64() > Some(0));
     assert!(found["mission"]["nulls"].as_u64() > Some(0));
     assert_eq!(found["poses"]["nulls"], 0, "energy is simulated");
@@ -147,7 +147,7 @@ fn tables_keep_every_value() {
 }
 
 #[test]
-fn a_long_table_has_several_groups_of_rows() {
+fn a_long_table_has_several_row_groups() {
     let Some(python) = python(&PARQUET) else {
         return;
     };
@@ -158,12 +158,12 @@ fn a_long_table_has_several_groups_of_rows() {
     assert!(found["motivations"]["rows"].as_u64() > Some(1 << 16));
     assert_eq!(found["motivations"]["groups"], 2);
     assert_eq!(found["events"]["groups"], 1);
-    // Energy is not simulated here.
+    // Energy is not simulated in this run.
     assert_eq!(found["poses"]["nulls"], found["poses"]["rows"]);
 }
 
 #[test]
-fn tables_that_were_not_logged_are_left_out_and_older_ones_do_not_pass_for_them() {
+fn unlogged_tables_are_omitted_and_their_older_files_removed() {
     let Some(python) = python(&PARQUET) else {
         return;
     };
@@ -191,7 +191,8 @@ fn tables_that_were_not_logged_are_left_out_and_older_ones_do_not_pass_for_them(
     assert_eq!(found["events"]["rows"], rows(&lab, "summary", "events"));
 }
 
-/// What an allocator without motivations computes is in both, and nothing of it is left for a run without such a one.
+/// The utilities of an allocator without motivations are in both formats. A later export of another run removes their
+/// table.
 #[test]
 fn utilities_are_exported_like_motivations() {
     let lab = Lab::new();
@@ -202,17 +203,17 @@ fn utilities_are_exported_like_motivations() {
         .expect(0);
     assert!(files(&lab, "tables").contains(&"allocation.parquet".to_owned()));
     if let Some(python) = python(&[MCAP, PARQUET].concat()) {
-        let wanted = rows(&lab, "nearest", "allocation");
-        assert!(wanted > 1000);
+        let expected = rows(&lab, "nearest", "allocation");
+        assert!(expected > 1000);
         let mcap = ["nearest", "nearest/run.mcap"];
         let found = read(&lab, &python, "read_mcap.py", &mcap);
-        assert_eq!(found["counts"]["allocation"], wanted);
+        assert_eq!(found["counts"]["allocation"], expected);
         for set in ["find-locations-methodical", "find-locations-wander"] {
             let topic = format!("/allocation/blue/{set}");
             assert!(found["topics"][&topic].as_u64() > Some(100), "{topic}");
         }
         let found = read(&lab, &python, "read_parquet.py", &["nearest", "tables"]);
-        assert_eq!(found["allocation"]["rows"], wanted);
+        assert_eq!(found["allocation"]["rows"], expected);
     }
     lab.mission("alliance", &short).expect(1);
     let exported = lab
@@ -223,9 +224,8 @@ fn utilities_are_exported_like_motivations() {
     assert_eq!(files(&lab, "tables"), names);
 }
 
-/// Where targets were is in both.
 #[test]
-fn targets_have_a_topic_each_and_a_table() {
+fn each_target_has_a_topic_and_the_table_has_all_rows() {
     let lab = Lab::new();
     let short = ["cmommt", "--limit", "10", "--in-process", "--mcap"];
     lab.mission("watched", &short).expect(1);
@@ -234,18 +234,18 @@ fn targets_have_a_topic_each_and_a_table() {
     let Some(python) = python(&[MCAP, PARQUET].concat()) else {
         return;
     };
-    let wanted = rows(&lab, "watched", "targets");
-    assert!(wanted >= 200);
+    let expected = rows(&lab, "watched", "targets");
+    assert!(expected >= 200);
     let mcap = ["watched", "watched/run.mcap"];
     let found = read(&lab, &python, "read_mcap.py", &mcap);
-    assert_eq!(found["counts"]["targets"], wanted);
+    assert_eq!(found["counts"]["targets"], expected);
     assert!(found["topics"]["/targets/t0"].as_u64() >= Some(200));
     let found = read(&lab, &python, "read_parquet.py", &["watched", "tables"]);
-    assert_eq!(found["targets"]["rows"], wanted);
+    assert_eq!(found["targets"]["rows"], expected);
 }
 
 #[test]
-fn a_killed_worlds_run_is_exported_up_to_its_last_whole_tick() {
+fn the_run_of_a_killed_world_is_exported_up_to_its_last_complete_tick() {
     let lab = Lab::new();
     let mut team = Team::start(&lab, &["--speed", "10x"]);
     team.wait_for_row("events.csv", &[",activated,"]);
@@ -263,7 +263,7 @@ fn a_killed_worlds_run_is_exported_up_to_its_last_whole_tick() {
     let Some(python) = python(&[MCAP, PARQUET].concat()) else {
         return;
     };
-    // The tables as far as they are whole, which is what the readers are to find.
+    // The readers must find the complete part of each table.
     let tables = alliance_proto::log::Table::ALL.into_iter();
     for table in tables.filter(|table| !table.is_optional()) {
         std::fs::write(lab.path("run").join(table.file_name()), log.table(table)).unwrap();
@@ -281,7 +281,7 @@ fn a_killed_worlds_run_is_exported_up_to_its_last_whole_tick() {
 }
 
 #[test]
-fn layouts_name_what_there_is() {
+fn layouts_use_only_existing_topics() {
     let Some(python) = python(&MCAP) else { return };
     let lab = Lab::new();
     lab.mission("run", &["--limit", "100", "--in-process", "--mcap"])

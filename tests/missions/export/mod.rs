@@ -1,4 +1,4 @@
-//! Runs in the formats of other tools, read by what reads them everywhere (issue "Eyes", items 2 and 3).
+//! Runs exported to the formats of other tools and read with the usual libraries of these formats.
 
 mod formats;
 mod notebook;
@@ -11,8 +11,8 @@ use serde_json::Value;
 use crate::harness::Lab;
 use crate::python::run;
 
-/// Something of everything: a newcomer, a death, obstacles that come and go, slow ground, energy, messages that are lost, late
-/// and doubled, and a sensor that dies.
+/// A scenario with many faults: a late robot, a crash, obstacles, slow ground, energy, message loss, delay and
+/// duplication, and a dead sensor.
 const BAD_DAY: &str = r#"
 name = "a-bad-day"
 robots = [
@@ -37,14 +37,14 @@ timeline = [
 ]
 "#;
 
-/// Runs that scenario for two minutes, into the folder `out`.
+/// Runs the scenario for two minutes with the run folder `out`.
 fn bad_day(lab: &Lab, out: &str, arguments: &[&str]) {
     std::fs::write(lab.path("day.toml"), BAD_DAY).unwrap();
     let all = [&["day.toml", "--limit", "120"], arguments].concat();
     lab.mission(out, &all).expect(1);
 }
 
-/// What a script prints about these files of the lab.
+/// Returns the JSON output of a script for files of the lab.
 #[track_caller]
 fn read(lab: &Lab, python: &Path, script: &str, files: &[&str]) -> Value {
     serde_json::from_str(&run(lab, python, script, files)).unwrap()
@@ -54,7 +54,7 @@ fn bytes(lab: &Lab, file: &str) -> Vec<u8> {
     std::fs::read(lab.path(file)).unwrap()
 }
 
-/// Names of the files in a folder, hidden ones too.
+/// Returns the names of all files in a folder, including hidden ones.
 fn files(lab: &Lab, folder: &str) -> Vec<String> {
     let entries = std::fs::read_dir(lab.path(folder)).unwrap();
     let mut names: Vec<String> = entries

@@ -1,4 +1,4 @@
-//! The example for notebooks draws what is in the log.
+//! The notebook example draws the values of the log.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,7 +10,7 @@ use crate::harness::Lab;
 use crate::python::python;
 
 #[test]
-fn figure_4_9_from_the_tables() {
+fn figure_4_9_shows_the_motivations_of_the_log() {
     let Some(python) = python(&["matplotlib", "pandas", "pyarrow"]) else {
         return;
     };

@@ -1,18 +1,18 @@
-//! What cannot be exported is refused in one line, and leaves everything as it was.
+//! An export that is impossible is refused in one line and changes no file.
 
 use super::{bytes, files};
 use crate::harness::Lab;
 
-/// What the command says, in one line, when it ends with this status.
+/// Returns the one-line error of a command that ends with `status`.
 #[track_caller]
 fn refusal(lab: &Lab, arguments: &[&str], status: i32) -> String {
-    let said = lab.run(arguments).expect(status).stderr;
-    assert_eq!(said.lines().count(), 1, "{said}");
-    said.trim_end().to_owned()
+    let stderr = lab.run(arguments).expect(status).stderr;
+    assert_eq!(stderr.lines().count(), 1, "{stderr}");
+    stderr.trim_end().to_owned()
 }
 
 #[test]
-fn arguments() {
+fn wrong_arguments_are_refused_in_one_line() {
     let lab = Lab::new();
     lab.mission("run", &["--limit", "2", "--log", "off", "--in-process"])
         .expect(1);
@@ -26,7 +26,7 @@ fn arguments() {
         (&["export", "run", "--csv"], &["'--csv'"]),
         (
             &["export", "nowhere", "--mcap"],
-            &["nowhere is not the folder of a run: cannot read nowhere/run.json: No such file"],
+            &["nowhere is not a run folder: cannot read nowhere/run.json: No such file"],
         ),
         (
             &["export", "run", "--parquet"],
@@ -41,18 +41,18 @@ fn arguments() {
             &["cannot write taken.mcap: Is a directory (os error 21)"],
         ),
     ] {
-        let said = refusal(&lab, arguments, 2);
+        let line = refusal(&lab, arguments, 2);
         for text in texts {
-            assert!(said.contains(text), "no '{text}' for {arguments:?}: {said}");
+            assert!(line.contains(text), "no '{text}' for {arguments:?}: {line}");
         }
-        assert!(said.starts_with("alliance"), "{said}");
+        assert!(line.starts_with("alliance"), "{line}");
         assert_eq!(files(&lab, "run"), before, "{arguments:?}");
     }
     assert!(files(&lab, "").iter().all(|name| !name.starts_with('.')));
 }
 
 #[test]
-fn a_run_that_this_program_does_not_repeat_has_no_recording() {
+fn a_run_that_this_program_does_not_reproduce_has_no_recording() {
     let lab = Lab::new();
     lab.mission("run", &["--limit", "2", "--in-process", "--mcap"])
         .expect(1);
@@ -62,21 +62,21 @@ fn a_run_that_this_program_does_not_repeat_has_no_recording() {
     let hash = lab.log("run").run.hash.unwrap();
     std::fs::write(&run, text.replace(&hash, "0123456789abcdef")).unwrap();
     let files_before = files(&lab, "run");
-    let said = refusal(&lab, &["export", "run", "--mcap"], 1);
+    let line = refusal(&lab, &["export", "run", "--mcap"], 1);
     assert!(
-        said.starts_with(
-            "alliance export: run/run.mcap: this program does not repeat the logged run exactly"
+        line.starts_with(
+            "alliance export: run/run.mcap: this program does not reproduce the logged run exactly"
         ),
-        "{said}"
+        "{line}"
     );
     assert!(before == bytes(&lab, "run/run.mcap"));
     assert_eq!(files(&lab, "run"), files_before);
-    // Its tables are what they are.
+    // The export of tables does not depend on a replay.
     lab.run(&["export", "run", "--parquet"]).expect(0);
 }
 
 #[test]
-fn a_run_whose_recording_cannot_be_written_has_failed_at_its_end() {
+fn a_run_whose_recording_cannot_be_written_fails_at_its_end() {
     let lab = Lab::new();
     std::fs::create_dir_all(lab.path("run/run.mcap")).unwrap();
     let finished = lab.mission("run", &["--limit", "2", "--mcap"]).expect(3);
@@ -85,7 +85,7 @@ fn a_run_whose_recording_cannot_be_written_has_failed_at_its_end() {
         last,
         "alliance run: --mcap: cannot write run/run.mcap: Is a directory (os error 21)"
     );
-    // The run itself is there.
+    // The run folder is complete.
     assert!(finished.stderr.contains("time-limit: "));
     assert!(lab.log("run").run.hash.is_some());
 }

@@ -1,27 +1,27 @@
-//! Link faults: what is lost, late, doubled, overtaken and cut off, and that the team copes.
+//! Link faults: messages are lost, delayed, duplicated, reordered or cut, and the mission completes.
 
 use alliance_proto::log::{MessageRow, RunLog};
 
 use super::{assert_exclusive_from, at, events, healing_bound_s, hit, mission};
 use crate::harness::Lab;
 
-fn fates(log: &RunLog, fate: &str) -> Vec<MessageRow> {
+fn with_delivery(log: &RunLog, delivery: &str) -> Vec<MessageRow> {
     let mut rows = log.rows::<MessageRow>().unwrap();
-    rows.retain(|row| row.fate == fate);
+    rows.retain(|row| row.fate == delivery);
     rows
 }
 
-fn share(log: &RunLog, fate: &str) -> f64 {
-    fates(log, fate).len() as f64 / log.rows::<MessageRow>().unwrap().len() as f64
+fn share(log: &RunLog, delivery: &str) -> f64 {
+    with_delivery(log, delivery).len() as f64 / log.rows::<MessageRow>().unwrap().len() as f64
 }
 
 #[test]
-fn a_third_and_more_than_half_of_all_messages_lost() {
+fn the_mission_completes_with_30_and_60_percent_message_loss() {
     let lab = Lab::new();
     for (name, p) in [("thirty", 0.3), ("sixty", 0.6)] {
         let scenario = format!("[[faults.timeline]]\nid = \"d\"\nfault.drop = {{ p = {p} }}\n");
         let log = mission(&lab, name, &scenario, &[], 0);
-        let dropped = fates(&log, "dropped").len() as u64;
+        let dropped = with_delivery(&log, "dropped").len() as u64;
         assert_eq!(hit(&log, "d").hits, dropped, "each loss is one hit");
         let share = share(&log, "dropped");
         assert!((share - p).abs() < 0.05, "{share} of {p}");
@@ -29,7 +29,7 @@ fn a_third_and_more_than_half_of_all_messages_lost() {
 }
 
 #[test]
-fn messages_late_by_up_to_two_seconds_doubled_and_overtaken() {
+fn the_mission_completes_with_delayed_duplicated_and_reordered_messages() {
     let lab = Lab::new();
     let scenario = r#"
         [[faults.timeline]]
@@ -46,14 +46,18 @@ fn messages_late_by_up_to_two_seconds_doubled_and_overtaken() {
     for id in ["late", "twice", "overtaken"] {
         hit(&log, id);
     }
-    let delayed = fates(&log, "delayed");
+    let delayed = with_delivery(&log, "delayed");
     assert!(delayed.len() > 100);
     for row in &delayed {
-        let late = row.t_ms.since(row.sent_ms);
-        assert!(late >= at(0.5), "{row:?}");
+        let delay = row.t_ms.since(row.sent_ms);
+        assert!(delay >= at(0.5), "{row:?}");
     }
-    assert_eq!(fates(&log, "heard").len(), 0, "none comes in time");
-    assert!(!fates(&log, "duplicate").is_empty());
+    assert_eq!(
+        with_delivery(&log, "heard").len(),
+        0,
+        "no message arrives on time"
+    );
+    assert!(!with_delivery(&log, "duplicate").is_empty());
     let is_overtaken = |pair: &[MessageRow]| pair[0].seq > pair[1].seq;
     let from_blue = |receiver: &str| {
         let mut rows = delayed.clone();
@@ -64,7 +68,7 @@ fn messages_late_by_up_to_two_seconds_doubled_and_overtaken() {
 }
 
 #[test]
-fn a_link_is_directed() {
+fn a_link_fault_affects_only_its_direction() {
     let lab = Lab::new();
     let scenario = r#"
         [[faults.timeline]]
@@ -74,19 +78,19 @@ fn a_link_is_directed() {
         for_s = 60.0
     "#;
     let log = mission(&lab, "directed", scenario, &[], 0);
-    let dropped = fates(&log, "dropped");
+    let dropped = with_delivery(&log, "dropped");
     assert_eq!(hit(&log, "d").hits, dropped.len() as u64);
     assert!(
         dropped
             .iter()
             .all(|row| row.sender == "green" && row.receiver == "gold")
     );
-    // All of that link in that time, and nothing else.
+    // The fault drops all messages of that link in that time, and no others.
     let in_force = at(20.0)..at(80.0);
     for row in log.rows::<MessageRow>().unwrap() {
-        let concerned =
+        let is_affected =
             row.sender == "green" && row.receiver == "gold" && in_force.contains(&row.t_ms);
-        assert_eq!(row.fate == "dropped", concerned, "{row:?}");
+        assert_eq!(row.fate == "dropped", is_affected, "{row:?}");
     }
 }
 
@@ -95,21 +99,24 @@ const MUCH_WASTE: &str = "[[waste.spills]]\nname = \"top\"\nitems = 40\ny_fracti
                           [[waste.spills]]\nname = \"bottom\"\nitems = 40\ny_fraction = 0.3333\n";
 
 #[test]
-fn partitions_of_a_minute_heal() {
+fn exclusive_tasks_are_exclusive_again_after_a_partition() {
     let lab = Lab::new();
     for (name, one_way) in [("two-way", false), ("one-way", true)] {
-        // Work for long enough after it has healed.
+        // The work must last long enough after healing.
         let scenario = format!(
             "{MUCH_WASTE}[[faults.timeline]]\nid = \"p\"\nat_s = 70.0\nfor_s = 60.0\n\
              fault.partition = {{ groups = [[\"blue\", \"gold\"], [\"green\"]], one_way = {one_way} }}\n"
         );
         let log = mission(&lab, name, &scenario, &[], 0);
-        let cut = fates(&log, "cut");
+        let cut = with_delivery(&log, "cut");
         assert_eq!(hit(&log, "p").hits, cut.len() as u64);
         let crosses = |row: &MessageRow| (row.sender == "green") != (row.receiver == "green");
         assert!(cut.iter().all(crosses));
         let from_others = cut.iter().any(|row| row.receiver == "green");
-        assert_eq!(from_others, !one_way, "later groups hear earlier ones");
+        assert_eq!(
+            from_others, !one_way,
+            "later groups receive from earlier ones"
+        );
         let healed = events(&log, "healed", None);
         assert_eq!(healed[0].t_ms, at(130.0));
         assert_exclusive_from(&log, at(130.0 + healing_bound_s(&log)));
@@ -117,7 +124,7 @@ fn partitions_of_a_minute_heal() {
 }
 
 #[test]
-fn without_any_radio_each_works_alone_and_the_mission_completes() {
+fn without_any_radio_each_robot_works_alone_and_the_mission_completes() {
     let lab = Lab::new();
     let scenario = "[[faults.timeline]]\nid = \"d\"\nfault.drop = { p = 1.0 }\n";
     let log = mission(&lab, "mutes", scenario, &[], 0);
@@ -128,7 +135,7 @@ fn without_any_radio_each_works_alone_and_the_mission_completes() {
 }
 
 #[test]
-fn muted_deaf_held_back_and_out_of_range() {
+fn mute_deaf_hold_and_range_affect_the_stated_messages() {
     let lab = Lab::new();
     let scenario = r#"
         [[faults.timeline]]
@@ -163,18 +170,21 @@ fn muted_deaf_held_back_and_out_of_range() {
     };
     assert!(during(10.0, 20.0).all(|row| (row.fate == "cut") == (row.sender == "blue")));
     assert!(during(30.0, 40.0).all(|row| (row.fate == "cut") == (row.receiver == "gold")));
-    // What green said meanwhile comes in the tick in which it is let go, all at once.
+    // The held messages of green all arrive in the tick in which the fault ends.
     assert!(during(50.0, 60.0).all(|row| row.sender != "green"));
-    let let_go = fates(&log, "delayed");
-    assert!(let_go.len() > 2);
+    let released = with_delivery(&log, "delayed");
+    assert!(released.len() > 2);
     assert!(
-        let_go
+        released
             .iter()
             .all(|row| row.sender == "green" && row.t_ms == at(60.0))
     );
-    let far = during(80.0, 180.0).filter(|row| row.fate == "cut").count();
-    let near = during(80.0, 180.0)
+    let out_of_range = during(80.0, 180.0).filter(|row| row.fate == "cut").count();
+    let within_range = during(80.0, 180.0)
         .filter(|row| row.fate == "heard")
         .count();
-    assert!(far > 0 && near > 0, "{far} out of range, {near} within");
+    assert!(
+        out_of_range > 0 && within_range > 0,
+        "{out_of_range} out of range, {within_range} within"
+    );
 }

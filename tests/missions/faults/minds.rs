@@ -1,5 +1,5 @@
-//! Sensors that fail or lie, actuators that do not obey, robots that only talk: found out, taken over from, never starving
-//! the team.
+//! Faulty sensors, broken actuators and babbling robots: the team detects them, takes over their tasks, and completes
+//! the mission.
 
 use alliance_proto::log::{EventRow, MotivationRow, RunLog};
 use alliance_proto::time::SimTime;
@@ -13,24 +13,24 @@ fn motivation_rows(log: &RunLog, robot: &str, set: &str) -> Vec<MotivationRow> {
     rows
 }
 
-/// The first activation of a task by somebody else than that robot after a time.
+/// Returns the first activation of a task by another robot after a time.
 #[track_caller]
 fn taken_over(log: &RunLog, task: &str, from: &str, after: SimTime) -> EventRow {
     let rows = events(log, "activated", None).into_iter();
     rows.filter(|row| row.detail == task && row.robot != from)
         .find(|row| row.t_ms > after)
-        .unwrap_or_else(|| panic!("nobody takes {task} over from {from} after {after}"))
+        .unwrap_or_else(|| panic!("no robot takes {task} over from {from} after {after}"))
 }
 
 #[test]
-fn without_its_side_sensor_blue_goes_on_with_wander() {
+fn without_its_side_sensor_blue_continues_with_wander() {
     let lab = Lab::new();
     let scenario = r#"
         [[faults.timeline]]
         id = "s"
         fault.sensor = { robot = "blue", device = "side-border", mode = "dead" }
         at_s = 20.0
-        # Blue shall be the first to think of the other way.
+        # Blue must be the first robot to try the other behavior.
         [alliance.robots.blue.sets.find-locations-wander]
         fast_impatience = 20.0
     "#;
@@ -57,26 +57,26 @@ fn without_its_side_sensor_blue_goes_on_with_wander() {
     assert!(wander.is_some(), "blue does not wander");
 }
 
-/// How far the border that a PositionUpdate tells is from the real one, m.
+/// Returns the largest error of the border in a PositionUpdate, in m.
 fn error_m(update: &EventRow) -> f32 {
     let numbers = update
         .detail
         .replace(['[', ']', ','], " ")
         .replace("to", " ");
-    let told: Vec<f32> = numbers
+    let reported: Vec<f32> = numbers
         .split_whitespace()
         .map(|number| number.parse().unwrap())
         .collect();
     let real = [0.0, 0.0, 12.0, 9.0];
-    let errors = told
+    let errors = reported
         .iter()
         .zip(real)
-        .map(|(told, real)| (told - real).abs());
+        .map(|(reported, real)| (reported - real).abs());
     errors.fold(0.0, f32::max)
 }
 
 #[test]
-fn wrong_locations_are_found_out_and_withdrawn() {
+fn wrong_locations_are_detected_and_withdrawn() {
     let lab = Lab::new();
     for (name, mode, from, to) in [
         ("biased", "{ bias = { m = 1.5 } }", 5.0, 75.0),
@@ -96,15 +96,15 @@ fn wrong_locations_are_found_out_and_withdrawn() {
         let withdrawn = events(&log, "locations-withdrawn", None);
         let withdrawn = withdrawn.iter().find(|row| row.t_ms > wrong.t_ms);
         let withdrawn = withdrawn.unwrap_or_else(|| panic!("{name}: not withdrawn: {wrong:?}"));
-        // A teammate of the finder has a try, and gets them right.
-        let mended = updates
+        // A teammate of the finder searches again and finds the right locations.
+        let corrected = updates
             .iter()
             .find(|update| update.t_ms > withdrawn.t_ms && error_m(update) < 0.1);
-        assert!(mended.is_some(), "{name}: {updates:?}");
+        assert!(corrected.is_some(), "{name}: {updates:?}");
     }
 }
 
-/// Who moves items out of the top spill when they have been found, and from when on.
+/// Returns the robot that first moves items of the top spill, and the time of its activation.
 fn mover(lab: &Lab, name: &str) -> (String, SimTime) {
     let log = mission(lab, name, "", &[], 0);
     let activated = events(&log, "activated", None);
@@ -116,7 +116,7 @@ fn mover(lab: &Lab, name: &str) -> (String, SimTime) {
 }
 
 #[test]
-fn broken_actuators_and_idle_talk_are_taken_over_from() {
+fn the_tasks_of_robots_with_broken_actuators_or_babble_are_taken_over() {
     let lab = Lab::new();
     let (robot, since) = mover(&lab, "undisturbed");
     let at_s = since.as_secs_f64() + 5.0;
@@ -142,10 +142,13 @@ fn broken_actuators_and_idle_talk_are_taken_over_from() {
         let robot = robot.as_str();
         let active = motivation_rows(&log, robot, "move-spill(top)");
         let before = active.iter().find(|row| row.t_ms == at(at_s)).unwrap();
-        assert_eq!(before.state, "active", "{name}: before the fault it works");
+        assert_eq!(
+            before.state, "active",
+            "{name}: the robot must work before the fault"
+        );
         let taken = taken_over(&log, "move-spill(top)", robot, at(at_s));
-        // What makes no progress: patience φ, the fast way up, a wait of at most ψ + τ. What still makes some, as a slow
-        // robot does: its own λ, and the fast way up.
+        // A robot without progress loses its task after patience φ, the fast rise and a wait of at most ψ + τ. A slow
+        // robot still makes progress: its own λ applies, then the fast rise.
         let setup = &log.run.setup.alliance;
         let set = |name: &str| &setup.robots[name].sets["move-spill(top)"];
         let teammate = set(&taken.robot);
@@ -160,7 +163,7 @@ fn broken_actuators_and_idle_talk_are_taken_over_from() {
         };
         let late = taken.t_ms.since(at(at_s));
         assert!(late <= at(bound_s), "{name}: {late} after the fault");
-        // It was not heard to be gone: its heartbeats went on.
+        // The robot is not lost: its heartbeats continue.
         assert!(events(&log, "gone", None).is_empty());
     }
 }

@@ -1,5 +1,5 @@
-//! Faults in missions by real processes: each does what it says, is survived, shows in the log, and repeats byte for byte
-//! (issue "Every fault is real").
+//! Faults in missions by real processes: each has its stated effect, appears in the log, and is repeated byte for
+//! byte.
 
 mod links;
 mod minds;
@@ -17,10 +17,10 @@ use missions::waste::data::WasteRow;
 
 use crate::harness::Lab;
 
-/// A mission under `alliance run` whose scenario has these faults; it completes, or not, and its log is read back.
+/// Runs a mission with faults under `alliance run` and returns its log.
 ///
-/// Whatever the faults are, this holds: nothing happened but what was scripted, all items are accounted for in every row, and
-/// a replay within one process gives the same bytes.
+/// For all faults it checks that the run is scripted, that each row accounts for all items, and that a replay in one
+/// process is identical.
 #[track_caller]
 fn mission(lab: &Lab, name: &str, scenario: &str, arguments: &[&str], status: i32) -> RunLog {
     let file = format!("{name}.toml");
@@ -37,7 +37,7 @@ fn mission(lab: &Lab, name: &str, scenario: &str, arguments: &[&str], status: i3
     log
 }
 
-/// No item is lost or doubled, in any row of mission.csv.
+/// Checks that no row of mission.csv loses or duplicates an item.
 #[track_caller]
 fn assert_items_accounted_for(log: &RunLog) {
     let rows = log.rows::<WasteRow>().unwrap();
@@ -46,7 +46,7 @@ fn assert_items_accounted_for(log: &RunLog) {
     };
     assert!(!rows.is_empty());
     for pair in rows.windows(2) {
-        // Only a fault adds items, and then the log says so.
+        // Only the fault `waste` adds items.
         let added = total(&pair[1]).checked_sub(total(&pair[0]));
         assert!(
             added == Some(0) || (added.is_some() && faults_named(log, "waste")),
@@ -60,14 +60,14 @@ fn faults_named(log: &RunLog, name: &str) -> bool {
     faults.any(|fault| fault.order.fault.name() == name)
 }
 
-/// Events of a kind, of a robot or of all.
+/// Returns the events of a kind, of one robot or of all.
 fn events(log: &RunLog, kind: &str, robot: Option<&str>) -> Vec<EventRow> {
     let mut rows = log.rows::<EventRow>().unwrap();
     rows.retain(|row| row.kind == kind && robot.is_none_or(|robot| row.robot == robot));
     rows
 }
 
-/// The one event of that kind and robot.
+/// Returns the only event of a kind and robot.
 #[track_caller]
 fn only(log: &RunLog, kind: &str, robot: &str) -> EventRow {
     let rows = events(log, kind, Some(robot));
@@ -75,21 +75,22 @@ fn only(log: &RunLog, kind: &str, robot: &str) -> EventRow {
     rows[0].clone()
 }
 
-/// A fault of the run, which has really hit.
+/// Returns a fault of the run, after a check that it had an effect.
 #[track_caller]
 fn hit(log: &RunLog, id: &str) -> FaultStatus {
     let fault = log.run.faults.iter().find(|fault| fault.id == id);
     let fault = fault.unwrap_or_else(|| panic!("no fault {id}")).clone();
-    assert!(fault.hits > 0, "{id} never hit: {fault:?}");
+    assert!(fault.hits > 0, "{id} had no effect: {fault:?}");
     fault
 }
 
-/// Simulated time of that many seconds.
+/// Converts seconds to simulated time.
 fn at(seconds: f64) -> SimTime {
     SimTime::from_secs_f64(seconds)
 }
 
-/// No two robots go on with the same exclusive task, from a time on: claims of the same step are settled in the next one.
+/// Checks that no two robots keep the same exclusive task from a time on. Claims of the same step are resolved in the
+/// next one.
 #[track_caller]
 fn assert_exclusive_from(log: &RunLog, from: SimTime) {
     let mut executing: BTreeMap<(String, SimTime), u32> = BTreeMap::new();
@@ -98,17 +99,17 @@ fn assert_exclusive_from(log: &RunLog, from: SimTime) {
             *executing.entry((row.task, row.t_ms)).or_default() += 1;
         }
     }
-    assert!(!executing.is_empty(), "nobody did anything after {from}");
+    assert!(!executing.is_empty(), "no robot was active after {from}");
     let step = SimTime(log.run.setup.scenario.step_ms);
     for ((task, now), robots) in &executing {
         let next = executing.get(&(task.clone(), *now + step));
-        let go_on = *robots > 1 && next.is_some_and(|robots| *robots > 1);
-        assert!(!go_on, "two go on with {task} at {now}");
+        let is_shared = *robots > 1 && next.is_some_and(|robots| *robots > 1);
+        assert!(!is_shared, "two robots keep {task} at {now}");
     }
 }
 
-/// The longest that two robots may go on with one exclusive task once they hear each other again: τ + ψ + a heartbeat, the
-/// greatest of all robots and sets, s.
+/// Returns the longest time in s that two robots may share an exclusive task after a partition: the maximum of τ + ψ
+/// + one heartbeat period.
 fn healing_bound_s(log: &RunLog) -> f64 {
     let robots = log.run.setup.alliance.robots.values();
     let sets = robots.flat_map(|robot| robot.sets.values());

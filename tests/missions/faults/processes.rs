@@ -1,4 +1,4 @@
-//! Process faults: real signals at a tick, and processes started again.
+//! Process faults: real signals in a stated tick, and restarted processes.
 
 use alliance_proto::control::Phase;
 use alliance_proto::log::{EventRow, MessageRow, MotivationRow, PoseRow, RunLog, RunOutcome};
@@ -9,7 +9,7 @@ use super::{at, events, hit, mission, only};
 use crate::harness::Lab;
 
 #[test]
-fn killed_paused_terminated_and_restarted_by_the_timeline() {
+fn the_timeline_kills_pauses_terminates_and_restarts_processes() {
     let lab = Lab::new();
     let scenario = r#"
         [[faults.timeline]]
@@ -36,7 +36,7 @@ fn killed_paused_terminated_and_restarted_by_the_timeline() {
     for id in ["k", "p", "t", "r"] {
         assert_eq!(hit(&log, id).hits, 1, "{id}");
     }
-    // Before the first of them, nothing of the kind.
+    // There is no such event before the first fault.
     let first = at(50.0);
     let early = log.rows::<EventRow>().unwrap().into_iter().find(|row| {
         let kind = row.kind.as_str();
@@ -56,27 +56,28 @@ fn killed_paused_terminated_and_restarted_by_the_timeline() {
     assert_eq!(gone("green").t_ms, at(150.0));
     for (robot, back) in [("gold", 100.0), ("blue", 130.0), ("green", 150.0)] {
         let joined = events(&log, "joined", Some(robot));
-        let lives: Vec<_> = joined
+        let joins: Vec<_> = joined
             .iter()
             .map(|row| (row.t_ms, row.detail.as_str()))
             .collect();
         assert_eq!(
-            lives,
+            joins,
             [(at(0.0), "incarnation 1"), (at(back), "incarnation 2")],
             "{robot}"
         );
-        // It learns from its teammates, by radio alone, where the spills are, and works.
+        // The new incarnation receives the locations by radio alone, and works.
         let after = |kind| {
             let rows = events(&log, kind, Some(robot));
             rows.into_iter().find(|row| row.t_ms > at(back))
         };
         assert!(
             after("locations-learned").is_some(),
-            "{robot} learns nothing"
+            "{robot} does not learn the locations"
         );
-        assert!(after("activated").is_some(), "{robot} does nothing");
+        assert!(after("activated").is_some(), "{robot} activates nothing");
     }
-    // They learn of the last report as well: nobody comes back and makes one before its time. Two may think of it at once.
+    // Restarted robots also receive the time of the last report, so no report comes early. Two robots may report at
+    // the same time.
     let reports: Vec<_> = events(&log, "reported", None)
         .iter()
         .map(|row| row.t_ms)
@@ -89,7 +90,7 @@ fn killed_paused_terminated_and_restarted_by_the_timeline() {
             .all(|gap| gap <= at(1.0) || gap >= at(100.0)),
         "{reports:?}"
     );
-    // A dead robot says nothing, a stopped one neither thinks nor speaks.
+    // A crashed robot sends nothing. A stopped robot neither steps nor sends.
     let silent = |robot: &str, from: f64, to: f64| {
         let messages = log.rows::<MessageRow>().unwrap();
         let motivations = log.rows::<MotivationRow>().unwrap();
@@ -100,13 +101,16 @@ fn killed_paused_terminated_and_restarted_by_the_timeline() {
                 .iter()
                 .all(|row| row.robot != robot || !(at(from + 0.05)..at(to)).contains(&row.t_ms))
     };
-    assert!(silent("gold", 60.0, 100.0), "its last tick counts, unheard");
+    assert!(
+        silent("gold", 60.0, 100.0),
+        "the last tick counts but its broadcasts are not delivered"
+    );
     assert!(silent("blue", 110.0, 130.0));
     assert!(silent("green", 50.0, 80.0));
 }
 
 #[test]
-fn a_restarted_robot_learns_which_spill_is_empty() {
+fn a_restarted_robot_learns_the_empty_spill() {
     let lab = Lab::new();
     let scenario = r#"
         [[waste.spills]]
@@ -127,7 +131,7 @@ fn a_restarted_robot_learns_which_spill_is_empty() {
     let emptied = &events(&log, "spill-empty", None)[0];
     let back = events(&log, "joined", Some("green"))[1].t_ms;
     assert!(back > emptied.t_ms);
-    // Within a heartbeat or two of its return the top spill is no work for it, though it has never seen it.
+    // Soon after its return the robot treats the top spill as empty, though it has never sensed it.
     let rows = log.rows::<MotivationRow>().unwrap();
     let top = rows.iter().filter(|row| {
         row.robot == "green"
@@ -142,13 +146,13 @@ fn a_restarted_robot_learns_which_spill_is_empty() {
             && row.t_ms == back + at(5.0)
             && row.sensory_feedback
     });
-    assert!(bottom, "the other one is");
+    assert!(bottom, "the bottom spill must be applicable");
 }
 
 #[test]
-fn a_kill_by_an_event_comes_before_the_team_hears_of_it() {
+fn a_kill_by_an_event_precedes_the_delivery_of_its_broadcast() {
     let lab = Lab::new();
-    // Blue is the one whom the clean-up interests first.
+    // Blue must be the first robot to activate the task.
     let scenario = r#"
         [[faults.timeline]]
         id = "k"
@@ -167,15 +171,15 @@ fn a_kill_by_an_event_comes_before_the_team_hears_of_it() {
             let last = activated.last().unwrap();
             assert_eq!(last.subject, "move-spill(top)");
             assert_eq!(only(&log, "gone", "blue").t_ms, last.t_ms);
-            let heard = log.rows::<MessageRow>().unwrap();
-            let from_blue: Vec<_> = heard.iter().filter(|row| row.sender == "blue").collect();
+            let messages = log.rows::<MessageRow>().unwrap();
+            let from_blue: Vec<_> = messages.iter().filter(|row| row.sender == "blue").collect();
             assert!(!from_blue.is_empty());
             assert!(from_blue.iter().all(|row| row.sent_ms < last.t_ms));
-            // Its report counts: the last row of its motivations is of that tick.
+            // The report of that tick counts: the last motivation row is of that tick.
             let motivations = log.rows::<MotivationRow>().unwrap();
             let counted = motivations.iter().filter(|row| row.robot == "blue");
             assert_eq!(counted.map(|row| row.t_ms).max(), Some(last.t_ms));
-            // The others finish without it.
+            // The other robots complete the mission.
             let took_over = events(&log, "activated", None)
                 .into_iter()
                 .find(|row| row.robot != "blue" && row.subject == "move-spill(top)");
@@ -187,9 +191,10 @@ fn a_kill_by_an_event_comes_before_the_team_hears_of_it() {
     lab.assert_same_bytes("event-simultaneous-1", "event-again");
 }
 
-/// Whoever executes a task, by the reports of the tick before; nobody: whoever does so next.
+/// The target is the robot that executed the task in the previous tick. Without such a robot the fault waits for the
+/// next one.
 #[test]
-fn whoever_executes_a_task_is_killed_at_that_time_or_when_somebody_does() {
+fn a_fault_on_the_executing_robot_applies_at_its_time_or_waits_for_one() {
     let lab = Lab::new();
     let scenario = r#"
         [[faults.timeline]]
@@ -215,7 +220,7 @@ fn whoever_executes_a_task_is_killed_at_that_time_or_when_somebody_does() {
         let all = events(&log, "applied", None);
         all.into_iter().find(|row| row.subject == id).unwrap()
     };
-    let mover = active("move-spill(top)", at(149.95)).expect("somebody moves the spill");
+    let mover = active("move-spill(top)", at(149.95)).expect("a robot must move the spill");
     let killed = applied("now");
     assert_eq!((killed.t_ms, &killed.robot), (at(150.0), &mover));
     assert_eq!(killed.detail, format!("kill {mover}"));
@@ -228,7 +233,7 @@ fn whoever_executes_a_task_is_killed_at_that_time_or_when_somebody_does() {
     assert_eq!(
         active("report-progress", at(29.95)),
         None,
-        "nobody to be muted"
+        "no robot may report yet"
     );
     let muted = applied("next");
     let before = SimTime(muted.t_ms.0 - 50);
@@ -236,9 +241,9 @@ fn whoever_executes_a_task_is_killed_at_that_time_or_when_somebody_does() {
     assert_eq!(active("report-progress", SimTime(before.0 - 50)), None);
 }
 
-/// Whoever is at nothing, by the reports of the tick before, of several the first; whoever is dead is not idle.
+/// The target is the first robot without a task in the previous tick. A crashed robot is not idle.
 #[test]
-fn whoever_is_idle_is_killed_at_that_time_or_when_somebody_is() {
+fn a_fault_on_an_idle_robot_applies_at_its_time_or_waits_for_one() {
     let lab = Lab::new();
     let scenario = r#"
         limit_s = 60.0
@@ -259,7 +264,7 @@ fn whoever_is_idle_is_killed_at_that_time_or_when_somebody_is() {
         let row = all.find(|row| row.subject == id)?;
         Some((row.t_ms, row.robot, row.detail))
     };
-    // Blue follows the walls, as the only one.
+    // Blue is the only robot that follows the walls.
     let killed = (at(30.0), "gold".to_owned(), "kill gold".to_owned());
     assert_eq!(victim(&log, "gold"), Some(killed));
     assert_eq!(events(&log, "gone", Some("gold"))[0].t_ms, at(30.0));
@@ -267,28 +272,41 @@ fn whoever_is_idle_is_killed_at_that_time_or_when_somebody_is() {
     assert_eq!(victim(&log, "green"), Some(muted));
     assert!(hit(&log, "gold").hits == 1 && hit(&log, "green").hits > 0);
 
-    // All begin to search at once, until they hear of each other; whoever is the nearest to something always has something to do.
-    let waits =
+    // With `first-come` all robots search until they receive each other's claims. With `nearest` each robot always
+    // has a task.
+    let scenario_text =
         "limit_s = 10.0\n[[faults.timeline]]\nid = \"waits\"\nfault.kill = \"idle\"\nat_s = 0.05\n";
-    let first_come = mission(&lab, "first-come", waits, &["--allocator", "first-come"], 1);
+    let first_come = mission(
+        &lab,
+        "first-come",
+        scenario_text,
+        &["--allocator", "first-come"],
+        1,
+    );
     let poses = first_come.rows::<PoseRow>().unwrap();
     let is_idle = |row: &&PoseRow| row.behavior_set.is_empty();
     let (applied, robot, _) = victim(&first_come, "waits").unwrap();
     let first = poses.iter().find(is_idle).unwrap();
-    assert!(first.t_ms > SimTime(0), "nobody is idle at first");
+    assert!(first.t_ms > SimTime(0), "no robot may be idle at first");
     assert_eq!(
         (&first.robot, SimTime(first.t_ms.0 + 50)),
         (&robot, applied)
     );
 
-    let nearest = mission(&lab, "nearest", waits, &["--allocator", "nearest"], 1);
+    let nearest = mission(
+        &lab,
+        "nearest",
+        scenario_text,
+        &["--allocator", "nearest"],
+        1,
+    );
     assert_eq!(victim(&nearest, "waits"), None);
     let status = &nearest.run.faults[0];
     assert_eq!((status.phase, status.hits), (Phase::Armed, 0));
 }
 
 #[test]
-fn a_whole_team_that_is_dead_or_stopped_is_brought_back_by_the_clock() {
+fn a_crashed_or_stopped_team_is_restored_on_time() {
     let lab = Lab::new();
     let mut scenario = String::new();
     for robot in ["blue", "gold", "green"] {
@@ -304,9 +322,8 @@ fn a_whole_team_that_is_dead_or_stopped_is_brought_back_by_the_clock() {
     assert!(back.len() == 3 && back.iter().all(|row| row.t_ms == at(105.0)));
 }
 
-/// A kill that has no end of its own ends when the robot is started anew.
 #[test]
-fn a_restarted_robot_is_killed_no_more() {
+fn a_restart_ends_a_kill() {
     let lab = Lab::new();
     let scenario = r#"
         [[faults.timeline]]
@@ -323,9 +340,9 @@ fn a_restarted_robot_is_killed_no_more() {
     assert_eq!(events(&log, "joined", Some("gold")).len(), 2);
 }
 
-/// Time goes on in a room where all robots stand: to the limit, by processes as in one process.
+/// Time continues to the limit while all robots are stopped.
 #[test]
-fn a_whole_team_that_is_paused_without_end_stands_until_the_limit() {
+fn a_team_that_is_paused_forever_stays_stopped_until_the_limit() {
     let lab = Lab::new();
     let pauses = [("blue", 5.0), ("gold", 5.0), ("green", 6.0)].map(|(robot, at_s)| {
         format!("[[faults.timeline]]\nfault.pause = \"{robot}\"\nat_s = {at_s:?}\n")
@@ -337,7 +354,7 @@ fn a_whole_team_that_is_paused_without_end_stands_until_the_limit() {
 }
 
 #[test]
-fn robots_are_added_and_removed_in_mid_mission() {
+fn robots_are_added_and_removed_during_a_mission() {
     let lab = Lab::new();
     let scenario = r#"
         [[robots]]
@@ -369,6 +386,14 @@ fn robots_are_added_and_removed_in_mid_mission() {
         let rows = poses.iter().filter(|row| row.robot == robot);
         rows.map(|row| row.t_ms).collect()
     };
-    assert_eq!(seen("red").first(), Some(&at(80.0)), "no body before");
-    assert_eq!(seen("gold").last(), Some(&at(119.95)), "no body after");
+    assert_eq!(
+        seen("red").first(),
+        Some(&at(80.0)),
+        "a robot has no body before it is added"
+    );
+    assert_eq!(
+        seen("gold").last(),
+        Some(&at(119.95)),
+        "a robot has no body after it is removed"
+    );
 }

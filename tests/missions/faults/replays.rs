@@ -1,5 +1,4 @@
-//! A run in which somebody killed, stopped and continued processes by hand, at any wall-clock moment, and sent commands while
-//! it ran at full speed, is repeated from its log alone.
+//! A run with manual signals at any wall-clock time and with live orders is repeated from its log alone.
 
 use missions::Registry;
 use missions::waste::data::default_scenario;
@@ -20,11 +19,11 @@ use super::assert_items_accounted_for;
 use crate::harness::Lab;
 use crate::team::Team;
 
-/// Runs by real processes; `ALLIANCE_REPLAYS` asks for more.
+/// The number of runs by real processes. `ALLIANCE_REPLAYS` overrides it.
 const RUNS: u64 = 5;
 
 #[test]
-fn disturbed_by_hand_and_repeated_to_the_byte() {
+fn a_manually_disturbed_run_is_repeated_byte_for_byte() {
     let runs = std::env::var("ALLIANCE_REPLAYS").map_or(RUNS, |runs| runs.parse().unwrap());
     let mut disturbances = 0;
     for seed in 0..runs {
@@ -40,22 +39,22 @@ fn disturbed_by_hand_and_repeated_to_the_byte() {
     assert!(disturbances > 3 * runs, "{disturbances} in {runs} runs");
 }
 
-/// A mission at full speed to which things happen from outside; how many.
+/// Runs a mission at full speed with random disturbances, and returns their number.
 fn disturb(lab: &Lab, seed: u64) -> u64 {
-    let mut chance = ChaCha8Rng::seed_from_u64(seed);
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mission = lab.mission_of(60);
     let mut team = Team::start(lab, &[&mission, "--seed", &seed.to_string()]);
     team.wait_for_row("events.csv", &["joined"]);
     let robots = ["blue", "gold", "green"];
-    let mut done = 0;
+    let mut disturbances = 0;
     let mut stopped: Option<&str> = None;
     for _ in 0..8 {
-        std::thread::sleep(Duration::from_millis(chance.random_range(1..120)));
+        std::thread::sleep(Duration::from_millis(rng.random_range(1..120)));
         if !team.is_running() {
             break;
         }
-        let robot = robots[chance.random_range(0..3)];
-        match (chance.random_range(0..5), stopped.take()) {
+        let robot = robots[rng.random_range(0..3)];
+        match (rng.random_range(0..5), stopped.take()) {
             (_, Some(stopped)) => team.try_signal(stopped, Signal::SIGCONT),
             (0, None) => team.try_signal(robot, Signal::SIGKILL),
             (1, None) => {
@@ -74,23 +73,23 @@ fn disturb(lab: &Lab, seed: u64) -> u64 {
                 let _ = lab.run(&["fault", "pause", robot, "--for", "3s"]);
             }
         }
-        done += 1;
+        disturbances += 1;
     }
     if let Some(stopped) = stopped {
         team.try_signal(stopped, Signal::SIGCONT);
     }
-    // Complete, or nobody was left.
+    // The run is complete, or no robot was left.
     let finished = team.wait();
     assert!(
         matches!(finished.status.code(), Some(0 | 1)),
         "{}",
         finished.stderr
     );
-    done
+    disturbances
 }
 
 #[test]
-fn whatever_happens_in_one_process_is_repeated() {
+fn a_disturbed_run_in_one_process_is_repeated() {
     for seed in 0..24 {
         let order = [StepOrder::Simultaneous, StepOrder::InOrder][seed as usize % 2];
         let mut scenario = Scenario {
@@ -105,7 +104,7 @@ fn whatever_happens_in_one_process_is_repeated() {
             death: 0.002,
             stall: 0.005,
             back: 0.02,
-            // Thousands of moments: some orders come while a process is being waited for, some between two ticks.
+            // A low rate per order index: some orders arrive while a process is awaited, some between ticks.
             order: 0.002,
         };
         let recorder = mishaps::run(&setup, rates, seed).unwrap();
@@ -125,10 +124,10 @@ fn whatever_happens_in_one_process_is_repeated() {
     }
 }
 
-/// The model of `storm`: whatever comes from outside, in whatever order, the log has it in an order that repeats it. `ALLIANCE_STORMS`
-/// asks for more of them.
+/// Runs the fault fuzzer in one process: the log contains all external inputs in an order that repeats the run. `ALLIANCE_STORMS` sets
+/// the number of cases.
 #[test]
-fn every_storm_of_the_model_is_repeated() {
+fn every_run_of_the_fault_fuzzer_is_repeated() {
     let storms = std::env::var("ALLIANCE_STORMS").map_or(300, |storms| storms.parse().unwrap());
     let mut coverage = Coverage::new();
     for seed in 0..storms {
@@ -141,7 +140,7 @@ fn every_storm_of_the_model_is_repeated() {
         let recorder = storm::run(&setup, 150, seed, &mut coverage).unwrap();
         let logged =
             RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
-        // Nobody may have come at all.
+        // The run is empty if no agent joined.
         if logged.last.is_none() {
             continue;
         }
@@ -149,22 +148,22 @@ fn every_storm_of_the_model_is_repeated() {
         let comparison = compare(&logged, &again).unwrap();
         assert!(
             matches!(comparison, Comparison::Identical { .. }),
-            "storm {seed}: {comparison}"
+            "seed {seed}: {comparison}"
         );
     }
-    let words: std::collections::BTreeSet<_> = coverage.keys().map(|(word, _)| word).collect();
+    let inputs: std::collections::BTreeSet<_> = coverage.keys().map(|(input, _)| input).collect();
     println!(
-        "{} kinds of words in {} states, {} in all",
-        words.len(),
+        "{} kinds of inputs in {} states, {} in all",
+        inputs.len(),
         coverage.len(),
         coverage.values().sum::<u64>()
     );
-    assert_eq!(words.len(), 12);
+    assert_eq!(inputs.len(), 12);
     assert!(coverage.len() > 400, "{}", coverage.len());
 }
 
 #[test]
-fn a_difference_is_named_by_tick_robot_and_field() {
+fn a_difference_is_reported_with_tick_robot_and_field() {
     let lab = Lab::new();
     lab.mission("a", &["--limit", "60"]).expect(1);
     let altered = "[alliance.robots.gold.sets.find-locations-wander]\nfast_impatience = 2.0\n";
@@ -186,7 +185,7 @@ fn a_difference_is_named_by_tick_robot_and_field() {
     assert_eq!(json["result"], "differs");
     assert_eq!(json["robot"], "gold");
 
-    // An input that is not there any more makes another run of it.
+    // A changed parameter changes the replay.
     let path = lab.path("a").join("run.json");
     let mut run: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();

@@ -1,5 +1,5 @@
-//! Storms: hundreds of orders and a hundred signals by hand at once, while what was ordered of processes is still under way. The log
-//! has one order of all of it, and repeats it to the byte.
+//! A fault fuzzer by real processes: hundreds of orders and a hundred manual signals at once, while earlier process
+//! orders are still pending. The log has one order of all inputs and repeats the run byte for byte.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -20,7 +20,7 @@ use crate::harness::Lab;
 use crate::hostile::announced;
 use crate::team::Team;
 
-/// Of some robot where it is `{}`. Who is killed for a while, or restarted, has another process afterwards.
+/// Orders with `{}` for a robot name. After a kill with an end or a restart the robot has another process.
 const ORDERS: [&str; 16] = [
     r#"{"fault":{"restart":"{}"}}"#,
     r#"{"fault":{"restart":"{}"}}"#,
@@ -47,35 +47,35 @@ const SIGNALS: [Signal; 4] = [
     Signal::SIGCONT,
 ];
 
-/// Storms by real processes; `ALLIANCE_REPLAYS` asks for more.
+/// Runs `ALLIANCE_REPLAYS` or 20 missions by real processes.
 #[test]
-fn every_storm_of_orders_and_signals_is_repeated_to_the_byte() {
-    let storms = std::env::var("ALLIANCE_REPLAYS").map_or(20, |storms| storms.parse().unwrap());
+fn every_fuzzed_run_is_repeated_byte_for_byte() {
+    let runs = std::env::var("ALLIANCE_REPLAYS").map_or(20, |runs| runs.parse().unwrap());
     let mut all = (0, 0);
-    for seed in 0..storms {
+    for seed in 0..runs {
         let lab = Lab::new();
-        let (orders, signals) = storm(&lab, seed);
+        let (orders, signals) = fuzz(&lab, seed);
         assert_items_accounted_for(&lab.log("run"));
         let again = lab.run(&["replay", "run", "--out", "again"]).expect(0);
         assert!(
             again.stderr.starts_with("identical"),
-            "storm {seed}: {}",
+            "seed {seed}: {}",
             again.stderr
         );
         lab.assert_same_bytes("run", "again");
         all = (all.0 + orders, all.1 + signals);
     }
-    eprintln!("{storms} storms: {} orders, {} signals", all.0, all.1);
-    let (orders, signals) = (all.0 / storms, all.1 / storms);
+    eprintln!("{runs} runs: {} orders, {} signals", all.0, all.1);
+    let (orders, signals) = (all.0 / runs, all.1 / runs);
     assert!(
         orders >= 100 && signals >= 25,
         "{orders} and {signals} each"
     );
 }
 
-/// A mission in a storm; how many orders the world obeyed, and how many signals were sent.
-fn storm(lab: &Lab, seed: u64) -> (u64, u64) {
-    let mut chance = ChaCha8Rng::seed_from_u64(seed);
+/// Runs a mission with random orders and signals. Returns the number of accepted orders and of sent signals.
+fn fuzz(lab: &Lab, seed: u64) -> (u64, u64) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut team = Team::start(lab, &["--robots", "6", "--limit", "400", "--speed", "100x"]);
     team.wait_for_row("events.csv", &["joined"]);
     let robots = team.robots();
@@ -95,20 +95,21 @@ fn storm(lab: &Lab, seed: u64) -> (u64, u64) {
             break;
         }
         for _ in 0..3 {
-            let robot = &robots[chance.random_range(0..robots.len())];
-            let order = ORDERS[chance.random_range(0..ORDERS.len())].replace("{}", robot);
+            let robot = &robots[rng.random_range(0..robots.len())];
+            let order = ORDERS[rng.random_range(0..ORDERS.len())].replace("{}", robot);
             let order: Order = serde_json::from_str(&order).unwrap();
             let operator = Arc::clone(&operator);
-            let ask = async move { query(&operator, ControlCommand::Fault(order)).await.is_ok() };
-            replies.spawn_on(ask, runtime.handle());
+            let request =
+                async move { query(&operator, ControlCommand::Fault(order)).await.is_ok() };
+            replies.spawn_on(request, runtime.handle());
         }
-        // Between the orders, after them, or while the world still waits for what they ask of processes.
-        std::thread::sleep(Duration::from_millis(chance.random_range(0..60)));
-        let robot = &robots[chance.random_range(0..robots.len())];
-        team.try_signal_latest(robot, SIGNALS[chance.random_range(0..SIGNALS.len())]);
+        // The signal comes between the orders, after them, or while the world waits for processes.
+        std::thread::sleep(Duration::from_millis(rng.random_range(0..60)));
+        let robot = &robots[rng.random_range(0..robots.len())];
+        team.try_signal_latest(robot, SIGNALS[rng.random_range(0..SIGNALS.len())]);
         signals += 1;
     }
-    // Whoever stands still shall go on, so that the run has an end that does not wait for them.
+    // Stopped robots continue, so that the run can end.
     for robot in &robots {
         team.try_signal_latest(robot, Signal::SIGCONT);
     }
@@ -116,12 +117,12 @@ fn storm(lab: &Lab, seed: u64) -> (u64, u64) {
     let orders = runtime.block_on(replies.join_all());
     assert!(
         matches!(finished.status.code(), Some(0 | 1)),
-        "storm {seed}: {}",
+        "seed {seed}: {}",
         finished.stderr
     );
-    let obeyed = orders
+    let accepted = orders
         .into_iter()
-        .filter(|is_answered| *is_answered)
+        .filter(|is_accepted| *is_accepted)
         .count();
-    (obeyed as u64, signals)
+    (accepted as u64, signals)
 }

@@ -1,16 +1,15 @@
-//! World, router and agents, each started by hand on its host.
+//! World, router and agents, each started separately on its host.
 
 use nix::sys::signal::Signal;
 
 use super::{Machines, Run, STALL_AFTER, WORLD, sleep};
 use crate::harness::Process;
 
-/// Where the router of `h2` is reached.
 const ROUTER: &str = "tls/10.0.0.2:7447";
 
 const BEHIND: [&str; 2] = ["gold", "green"];
 
-/// A run whose robots gold and green are on `h2` behind a router, and blue on `h3` by itself.
+/// A run with robots gold and green on `h2` behind a router, and blue on `h3` without one.
 struct Parts<'m> {
     run: Run<'m>,
     router: Process,
@@ -73,11 +72,11 @@ fn start<'m>(machines: &'m Machines, arguments: &[&str]) -> Parts<'m> {
 }
 
 #[test]
-fn behind_a_router_and_by_itself_gives_the_bytes_of_one_machine() {
+fn robots_behind_a_router_and_without_one_give_the_bytes_of_one_machine() {
     let Some(machines) = Machines::enter(3, &places()) else {
         return;
     };
-    // Robots of two hosts speak by way of the world alone.
+    // The two hosts can communicate only through the world.
     machines.hosts.cut("h2", "h3");
     machines.hosts.cut("h3", "h2");
     let parts = start(&machines, &["--limit", "60", "--stall-after", "30"]);
@@ -86,12 +85,12 @@ fn behind_a_router_and_by_itself_gives_the_bytes_of_one_machine() {
         agent.wait().expect(0);
     }
     parts.router.wait().expect(0);
-    machines.assert_as_alone("60");
-    machines.repeated();
+    machines.assert_same_as_one_machine("60");
+    machines.replayed_log();
 }
 
 #[test]
-fn a_router_that_is_killed_ends_the_lives_behind_it_and_back_again_they_join_anew() {
+fn a_killed_router_ends_the_incarnations_behind_it_and_they_join_again() {
     let Some(machines) = Machines::enter(3, &places()) else {
         return;
     };
@@ -112,20 +111,20 @@ fn a_router_that_is_killed_ends_the_lives_behind_it_and_back_again_they_join_ane
     first.signal(Signal::SIGKILL);
     let _ = first.wait();
     run.wait_for("gone", &BEHIND, 1);
-    run.go_on(5);
+    run.run_for(5);
     let second = router(&machines);
-    run.wait_for_second_lives(&BEHIND);
+    run.wait_for_second_incarnations(&BEHIND);
     run.end_soon();
-    // The processes are still those of the beginning.
+    // The agents' processes are still the first ones.
     for agent in agents {
         agent.wait().expect(0);
     }
     second.wait().expect(0);
-    machines.assert_fates(&["life 1", "end of 1", "life 2"]);
+    machines.assert_inputs(&["joined 1", "gone 1", "joined 2"]);
 }
 
 #[test]
-fn a_router_that_is_stopped_makes_those_behind_it_silent() {
+fn a_stopped_router_stalls_the_robots_behind_it() {
     let Some(machines) = Machines::enter(3, &places()) else {
         return;
     };
@@ -146,7 +145,7 @@ fn a_router_that_is_stopped_makes_those_behind_it_silent() {
     router.signal(Signal::SIGSTOP);
     sleep(3);
     run.wait_for("stalled", &BEHIND, 1);
-    run.go_on(5);
+    run.run_for(5);
     router.signal(Signal::SIGCONT);
     run.wait_for("back", &BEHIND, 1);
     run.end_soon();
@@ -154,5 +153,5 @@ fn a_router_that_is_stopped_makes_those_behind_it_silent() {
         agent.wait().expect(0);
     }
     router.wait().expect(0);
-    machines.assert_fates(&["life 1", "silent", "back"]);
+    machines.assert_inputs(&["joined 1", "stalled", "back"]);
 }

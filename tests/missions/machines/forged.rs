@@ -1,4 +1,4 @@
-//! Certificates that `alliance keys` does not make: signed by the team's authority, of any dates.
+//! Certificates that `alliance keys` does not make: signed by the team's authority, with any dates.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,28 +10,25 @@ use rcgen::{
 use time::{Duration, OffsetDateTime};
 use x509_parser::pem::parse_x509_pem;
 
-/// From when until when.
+/// The start and the end of a certificate's validity.
 pub type Dates = (OffsetDateTime, OffsetDateTime);
 
-/// Until yesterday.
 pub fn over() -> Dates {
     let now = OffsetDateTime::now_utc();
     (now - Duration::days(30), now - Duration::days(1))
 }
 
-/// As a member's are.
 pub fn holds() -> Dates {
     let now = OffsetDateTime::now_utc();
     (now - Duration::days(1), now + Duration::days(1))
 }
 
-/// From tomorrow on.
 pub fn ahead() -> Dates {
     let now = OffsetDateTime::now_utc();
     (now + Duration::days(1), now + Duration::days(30))
 }
 
-/// Writes a member's certificate of those dates and its key into a new folder; the folder.
+/// Writes a member's certificate with these dates and its key into a new folder, and returns the folder.
 pub fn signed_by_the_team(
     keys: &Path,
     folder: &Path,

@@ -1,5 +1,5 @@
-//! A hostile host on the network: without a certificate of the team, with one that is over, and with that of a robot, it does what it can
-//! while a mission runs. Nothing gets in, and the bytes stay those of an undisturbed run.
+//! A hostile host on the network: without a certificate of the team, with an expired one, and with a robot's
+//! certificate. The run keeps the bytes of an undisturbed run.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
@@ -27,19 +27,18 @@ use super::{Machines, WORLD};
 use crate::harness::wait_until;
 use crate::hostile::{MEMORY_MIB, peak_memory};
 
-/// Connections that are held open at once.
+/// The number of connections that are open at once.
 const CROWD: usize = 500;
 
-/// How often each thing is tried, at least.
+/// The minimum number of tries per attack.
 const EACH: u32 = 5;
 
-/// The round in which the crowd has been there for a while.
+/// The round in which the crowd of connections has existed for a while.
 const CROWDED: u32 = EACH + 20;
 
-/// Messages that the insider has heard, and puts again.
-const HEARD: usize = 200;
+/// The number of messages that the insider captures and replays.
+const CAPTURED: usize = 200;
 
-/// What was tried, how many times.
 type Tries = BTreeMap<&'static str, u32>;
 
 #[test]
@@ -53,68 +52,66 @@ fn a_hostile_host_changes_no_byte() {
     run.wait_for("activated", &["gold"], 1);
     run.pace("2x");
     let mut tries = Tries::new();
-    let mut stranger = Stranger::of(&machines);
-    // From a host that belongs to nobody. Whatever threads zenoh starts are on it, too.
+    let mut outsider = Outsider::of(&machines);
+    // The threads of zenoh run on that host, too.
     machines.hosts.within("h3", || {
         let insider = Insider::enter(&machines);
         for round in 0.. {
             match round {
-                0..EACH => stranger.logs_in(&mut tries),
-                // Who fails makes the world wait before it looks at the next one: no more of these, then.
-                EACH => stranger.crowds(&mut tries),
+                0..EACH => outsider.log_in(&mut tries),
+                // A failed login delays the next login at the world, so there are no more of them.
+                EACH => outsider.open_crowd(&mut tries),
                 CROWDED => run.pace("max"),
-                _ => stranger.dawdles(&mut tries),
+                _ => outsider.send_slowly(&mut tries),
             }
-            insider.tries(&mut tries);
+            insider.attack(&mut tries);
             for process in run.launcher.children() {
                 let peak = peak_memory(process).unwrap_or(0);
                 assert!(peak < MEMORY_MIB, "{peak} MiB");
             }
             if !run.launcher.is_running() {
-                assert!(round > CROWDED, "it ended in round {round}");
+                assert!(round > CROWDED, "the run ended in round {round}");
                 break;
             }
         }
-        insider.leaves();
+        insider.leave();
     });
     println!("tries: {tries:?}");
-    for (what, times) in &tries {
-        assert!(*times >= EACH, "{what}: {times}");
+    for (attack, times) in &tries {
+        assert!(*times >= EACH, "{attack}: {times}");
     }
     run.end();
     daemon.wait().expect(0);
     let host = std::fs::read(machines.lab.path("run/host.json")).unwrap();
     let host: serde_json::Value = serde_json::from_slice(&host).unwrap();
     println!("refused by the world: {}", host["refused"]);
-    // What is gold's to say arrives, and has no true seal. All else is stopped by its router.
+    // Reports of gold reach the world without a valid seal. The router stops all other messages.
     assert!(host["refused"]["report"].as_u64().unwrap() >= u64::from(EACH));
     for kind in ["process", "control", "token", "team"] {
         assert_eq!(host["refused"][kind].as_u64().unwrap_or(0), 0, "{kind}");
     }
-    machines.assert_as_alone("100");
-    machines.repeated();
+    machines.assert_same_as_one_machine("100");
+    machines.replayed_log();
 }
 
-/// One without a certificate that counts.
-struct Stranger {
-    /// Who asks for a session, and why it gets none.
+struct Outsider {
+    /// The logins that must be refused, by description.
     logins: Vec<(&'static str, Login)>,
-    /// Configuration of who connects by TLS without a certificate.
-    nameless: String,
-    /// First words of a connection by TLS.
+    no_certificate: String,
+    /// The first bytes of a TLS connection.
     greeting: Vec<u8>,
     crowd: Vec<TcpStream>,
-    chance: ChaCha8Rng,
+    rng: ChaCha8Rng,
 }
 
-impl Stranger {
+impl Outsider {
     fn of(machines: &Machines) -> Self {
         let lab = &machines.lab;
         lab.run(&["keys", "cluster.toml", "--out", "other"])
             .expect(0);
-        let own = lab.path("keys");
-        let of = |folder: &Path, identity| keyring(folder, &own, identity);
-        let gold = of(&own, "robot-gold");
+        let team_keys = lab.path("keys");
+        let of = |folder: &Path, identity| keyring(folder, &team_keys, identity);
+        let gold = of(&team_keys, "robot-gold");
         let tls = |keyring: &Keyring, user: &str, password: &str| Login {
             endpoint: WORLD.to_owned(),
             user: user.to_owned(),
@@ -125,7 +122,7 @@ impl Stranger {
         let other = lab.path("other");
         let folders = [("over", over()), ("ahead", ahead())];
         let [past, future] = folders.map(|(name, dates)| {
-            let folder = signed_by_the_team(&own, &lab.path(name), "robot-gold", dates);
+            let folder = signed_by_the_team(&team_keys, &lab.path(name), "robot-gold", dates);
             known(&of(&folder, "robot-gold"))
         });
         let logins = vec![
@@ -138,7 +135,7 @@ impl Stranger {
                 tls(
                     &of(&other, "host-h2"),
                     "host-h2",
-                    &of(&own, "host-h2").secret,
+                    &of(&team_keys, "host-h2").secret,
                 ),
             ),
             ("certificate that is over", past),
@@ -165,75 +162,74 @@ impl Stranger {
             ),
         ];
         Self {
-            nameless: session::client(&known(&gold), true)
+            no_certificate: session::client(&known(&gold), true)
                 .replace("enable_mtls: true", "enable_mtls: false"),
             greeting: greeting(machines, &known(&gold)),
             logins,
             crowd: Vec::new(),
-            chance: ChaCha8Rng::seed_from_u64(5),
+            rng: ChaCha8Rng::seed_from_u64(5),
         }
     }
 
-    /// Asks for a session, each way once.
-    fn logs_in(&mut self, tries: &mut Tries) {
-        for (what, login) in &self.logins {
-            assert!(open(login).is_err(), "{what}");
-            *tries.entry(what).or_default() += 1;
+    /// Tries each login once.
+    fn log_in(&mut self, tries: &mut Tries) {
+        for (attack, login) in &self.logins {
+            assert!(open(login).is_err(), "{attack}");
+            *tries.entry(attack).or_default() += 1;
         }
-        // It knows the team's authority, and shows nothing of its own.
-        assert!(open_by(&self.nameless).is_err(), "no certificate");
+        // The client trusts the team's authority but has no certificate.
+        assert!(open_by(&self.no_certificate).is_err(), "no certificate");
         *tries.entry("no certificate").or_default() += 1;
     }
 
-    /// Connects with no greeting, half of one, junk, or a whole one, which the world answers at some cost; and says nothing more.
-    fn crowds(&mut self, tries: &mut Tries) {
+    /// Opens connections that send nothing, half a greeting, junk, or a whole greeting, and then stay idle.
+    fn open_crowd(&mut self, tries: &mut Tries) {
         for number in 0..CROWD {
             let mut junk = [0; 300];
-            self.chance.fill_bytes(&mut junk);
+            self.rng.fill_bytes(&mut junk);
             let whole = &self.greeting[..];
-            let (what, bytes) = match number % 4 {
-                0 => ("says nothing", &whole[..0]),
+            let (attack, bytes) = match number % 4 {
+                0 => ("no greeting", &whole[..0]),
                 1 => ("half a greeting", &whole[..whole.len() / 2]),
                 2 => ("junk", &junk[..]),
                 _ => ("a greeting", whole),
             };
             let mut socket = TcpStream::connect(WORLD.trim_start_matches("tls/")).unwrap();
-            // It may have been hung up on already.
+            // The world may have closed the connection already.
             let _ = socket.write_all(bytes);
             socket.set_nonblocking(true).unwrap();
-            *tries.entry(what).or_default() += 1;
+            *tries.entry(attack).or_default() += 1;
             self.crowd.push(socket);
         }
     }
 
-    /// One byte more from each who has not been hung up on.
-    fn dawdles(&mut self, tries: &mut Tries) {
+    /// Sends one more byte on each open connection.
+    fn send_slowly(&mut self, tries: &mut Tries) {
         for mut socket in &self.crowd {
-            let said = socket.write_all(&[self.chance.random()]);
-            *tries.entry("one byte at a time").or_default() += u32::from(said.is_ok());
+            let sent = socket.write_all(&[self.rng.random()]);
+            *tries.entry("one byte at a time").or_default() += u32::from(sent.is_ok());
         }
         std::thread::sleep(Duration::from_millis(50));
     }
 }
 
-/// Messages, each with its key.
-type Heard = Vec<(String, Vec<u8>)>;
+type Captured = Vec<(String, Vec<u8>)>;
 
-/// One with gold's keys, copied from its host, who says what is not gold's.
+/// An attacker with a copy of gold's keys that sends messages of other members.
 struct Insider {
     session: Session,
     keys: Keys,
     secret: Secret,
-    heard: Arc<Mutex<Heard>>,
+    captured: Arc<Mutex<Captured>>,
 }
 
 impl Insider {
     fn enter(machines: &Machines) -> Self {
-        let own = machines.lab.path("keys");
-        // The same as those that are over, but for their dates: these do count.
+        let team_keys = machines.lab.path("keys");
+        // These dates are valid, unlike those of the outsider.
         let folder = machines.lab.path("holds");
-        let folder = signed_by_the_team(&own, &folder, "robot-gold", holds());
-        let keyring = keyring(&folder, &own, "robot-gold");
+        let folder = signed_by_the_team(&team_keys, &folder, "robot-gold", holds());
+        let keyring = keyring(&folder, &team_keys, "robot-gold");
         let login = Login {
             endpoint: WORLD.to_owned(),
             user: "robot-gold".to_owned(),
@@ -244,22 +240,22 @@ impl Insider {
         let worlds = session.liveliness().get(ALIVE_WORLDS).wait().unwrap();
         let world = worlds.recv().unwrap().into_result().unwrap();
         let keys = Keys::new(run_of_world(world.key_expr()).unwrap());
-        let heard = Arc::new(Mutex::new(Heard::new()));
+        let captured = Arc::new(Mutex::new(Captured::new()));
         for key in [
             keys.team_all(),
             keys.tick("gold"),
             keys.tick("blue"),
             keys.all(),
         ] {
-            let heard = Arc::clone(&heard);
+            let captured = Arc::clone(&captured);
             session
                 .declare_subscriber(key)
                 .allowed_origin(Locality::Remote)
                 .callback(move |sample| {
-                    let mut heard = heard.lock().unwrap();
-                    if heard.len() < HEARD {
+                    let mut captured = captured.lock().unwrap();
+                    if captured.len() < CAPTURED {
                         let key = sample.key_expr().to_string();
-                        heard.push((key, sample.payload().to_bytes().into_owned()));
+                        captured.push((key, sample.payload().to_bytes().into_owned()));
                     }
                 })
                 .background()
@@ -270,29 +266,29 @@ impl Insider {
             session,
             keys,
             secret: Secret::of(&keyring.secret),
-            heard,
+            captured,
         };
-        // It is really inside: it hears what gold may hear.
+        // The insider has joined: it receives what gold may receive.
         wait_until("broadcasts", || {
-            insider.heard.lock().unwrap().len() == HEARD
+            insider.captured.lock().unwrap().len() == CAPTURED
         });
-        let heard = insider.heard.lock().unwrap();
+        let captured = insider.captured.lock().unwrap();
         let tick = |robot| {
-            heard
+            captured
                 .iter()
                 .any(|(key, _)| *key == insider.keys.tick(robot))
         };
-        assert!(!tick("blue"), "what is for blue alone");
-        drop(heard);
+        assert!(!tick("blue"), "a message for blue only");
+        drop(captured);
         insider
     }
 
-    fn tries(&self, tries: &mut Tries) {
-        let mut tried = |what| *tries.entry(what).or_default() += 1;
+    fn attack(&self, tries: &mut Tries) {
+        let mut tried = |attack| *tries.entry(attack).or_default() += 1;
         let keys = &self.keys;
-        for (key, bytes) in self.heard.lock().unwrap().iter() {
+        for (key, bytes) in self.captured.lock().unwrap().iter() {
             self.put(key, bytes.clone());
-            tried("what was said before");
+            tried("replayed messages");
         }
         for robot in ["blue", "green"] {
             for key in [
@@ -301,9 +297,9 @@ impl Insider {
                 keys.tick(robot),
             ] {
                 self.put(&key, self.secret.seal(&key, &7_u64).unwrap());
-                tried("another's word under gold's seal");
+                tried("messages of other members under gold's seal");
             }
-            // Of a robot that lives; as if it were there twice, or had gone.
+            // The token of a live robot, to suggest a second incarnation or its end.
             let alive = self.secret.stamp(&keys.alive(robot, 1));
             let token = self
                 .session
@@ -312,11 +308,11 @@ impl Insider {
                 .wait()
                 .unwrap();
             token.undeclare().wait().unwrap();
-            tried("another's life");
-            assert_eq!(self.asks_to_be(robot), None);
-            tried("to join as another");
+            tried("liveliness tokens of other robots");
+            assert_eq!(self.join_as(robot), None);
+            tried("joins as another robot");
         }
-        let refused = self.asks_to_be("gold");
+        let refused = self.join_as("gold");
         assert!(
             matches!(
                 refused,
@@ -324,7 +320,7 @@ impl Insider {
             ),
             "{refused:?}"
         );
-        tried("to join as gold, who lives");
+        tried("joins as gold, which has joined");
         for key in [
             keys.process(LAUNCHER_HOST),
             keys.process("h2"),
@@ -336,7 +332,7 @@ impl Insider {
         ] {
             self.put(&key, vec![7; 64]);
             self.session.delete(&key).wait().unwrap();
-            tried("what no robot says");
+            tried("messages that no robot may send");
         }
     }
 
@@ -344,7 +340,7 @@ impl Insider {
         self.session.put(key, bytes).wait().unwrap();
     }
 
-    fn asks_to_be(&self, robot: &str) -> Option<JoinReply> {
+    fn join_as(&self, robot: &str) -> Option<JoinReply> {
         let key = self.keys.join(robot);
         let nonce = random().unwrap();
         let request = JoinRequest {
@@ -364,32 +360,33 @@ impl Insider {
         self.secret.open(&answer, &reply.payload().to_bytes()).ok()
     }
 
-    fn leaves(self) {
+    fn leave(self) {
         let _ = self.session.close().wait();
     }
 }
 
-/// The keys of a member in that folder, with its true secret. What is over is none that it would read by itself.
-fn keyring(folder: &Path, own: &Path, identity: &str) -> Keyring {
+/// Returns a member's keyring from a folder, with its real secret. The loader of the program would refuse expired
+/// certificates.
+fn keyring(folder: &Path, team_keys: &Path, identity: &str) -> Keyring {
     let read = |path: PathBuf| std::fs::read_to_string(path).unwrap();
     let file = |ending: &str| read(folder.join(format!("{identity}.{ending}")));
-    let secret = read(own.join(format!("{identity}.secret")));
+    let secret = read(team_keys.join(format!("{identity}.secret")));
     Keyring {
         identity: identity.to_owned(),
-        // That of the team: a stranger, too, wants to talk to this world.
-        ca: read(own.join("ca.pem")),
+        // The authority of the team, which an outsider also needs to reach this world.
+        ca: read(team_keys.join("ca.pem")),
         certificate: file("pem"),
         key: file("key"),
         secret: secret.trim().to_owned(),
     }
 }
 
-/// What zenoh says first to whoever is reached by TLS.
+/// Returns the first bytes that zenoh sends over TLS.
 fn greeting(machines: &Machines, login: &Login) -> Vec<u8> {
     let at = SocketAddrV4::new(machines.hosts.address("h3"), 7447);
     machines.hosts.within("h3", || {
         let listener = TcpListener::bind(at).unwrap();
-        let ear = std::thread::spawn(move || {
+        let receiver = std::thread::spawn(move || {
             let mut bytes = vec![0; 4096];
             let length = listener.accept().unwrap().0.read(&mut bytes).unwrap();
             bytes.truncate(length);
@@ -403,11 +400,11 @@ fn greeting(machines: &Machines, login: &Login) -> Vec<u8> {
             })
             .is_err()
         );
-        ear.join().unwrap()
+        receiver.join().unwrap()
     })
 }
 
-/// Tries once, without patience.
+/// Opens a session with one try.
 fn open(login: &Login) -> zenoh::Result<Session> {
     open_by(&session::client(login, true))
 }
@@ -416,21 +413,21 @@ fn open_by(config: &str) -> zenoh::Result<Session> {
     zenoh::open(zenoh::Config::from_json5(config)?).wait()
 }
 
-/// What a hostile host costs: ticks per second of a run with and without it, in turns. The run has one core, as a host of its own has, and
-/// the attackers have another.
+/// Prints the ticks per second of a run with and without a hostile host, in turn. The run has one core and the
+/// attackers another.
 ///
-/// `cargo test --release -p alliance-tests --test missions -- --ignored --nocapture what_a_hostile_host_costs`
+/// `cargo test --release -p alliance-tests --test missions -- --ignored --nocapture the_cost_of_a_hostile_host`
 #[test]
-#[ignore = "a benchmark: it prints figures and asserts none"]
-#[allow(clippy::disallowed_methods)] // The clock on the wall is what it is about.
-fn what_a_hostile_host_costs() {
+#[ignore = "a benchmark that prints figures without assertions"]
+#[allow(clippy::disallowed_methods)] // The benchmark measures wall-clock time.
+fn the_cost_of_a_hostile_host() {
     const ROUNDS: usize = 9;
     let places: [(&str, &[&str]); 2] = [("h1", &["blue"]), ("h2", &["gold", "green"])];
     let Some(machines) = Machines::enter(3, &places) else {
         return;
     };
-    // More than they bring away.
-    machines.of_scenario(
+    // More items than the team can carry away.
+    machines.use_scenario(
         "name = 'long'\n[[waste.spills]]\nname = 'top'\nitems = 1000\ny_fraction = 0.667\n\
          [[waste.spills]]\nname = 'bottom'\nitems = 1000\ny_fraction = 0.333\n",
     );
@@ -445,27 +442,27 @@ fn what_a_hostile_host_costs() {
         let rate = machines.hosts.within("h3", || {
             stay_on(1);
             let mut attackers = is_attacked.then(|| {
-                // First: a crowd keeps newcomers out.
+                // The insider joins first, because a crowd blocks new connections.
                 let insider = Insider::enter(&machines);
-                let mut stranger = Stranger::of(&machines);
-                stranger.logs_in(&mut tries);
-                stranger.crowds(&mut tries);
-                (stranger, insider)
+                let mut outsider = Outsider::of(&machines);
+                outsider.log_in(&mut tries);
+                outsider.open_crowd(&mut tries);
+                (outsider, insider)
             });
             run.pace("max");
             let (from, began) = (run.now_ms(), Instant::now());
             while run.launcher.is_running() {
                 match &mut attackers {
-                    Some((stranger, insider)) => {
-                        stranger.dawdles(&mut tries);
-                        insider.tries(&mut tries);
+                    Some((outsider, insider)) => {
+                        outsider.send_slowly(&mut tries);
+                        insider.attack(&mut tries);
                     }
                     None => std::thread::sleep(Duration::from_millis(10)),
                 }
             }
             let ticks = (run.now_ms() - from) / 50;
             if let Some((_, insider)) = attackers {
-                insider.leaves();
+                insider.leave();
             }
             ticks as f64 / began.elapsed().as_secs_f64()
         });
@@ -491,10 +488,10 @@ fn what_a_hostile_host_costs() {
     );
 }
 
-/// This thread, and all that it starts, on one core.
+/// Binds this thread and its later children to one core.
 fn stay_on(core: usize) {
     let mut cores = CpuSet::new();
     cores.set(core).unwrap();
-    // Where there is one core, they share it.
+    // On a machine with one core, run and attackers share it.
     let _ = sched_setaffinity(Pid::from_raw(0), &cores);
 }

@@ -1,4 +1,4 @@
-//! Runs over several machines, each a host of the test's own network: real processes, real TLS, and a network that fails as networks do.
+//! Runs over several machines, which are hosts of a test network: real processes, real TLS, and network failures.
 
 mod by_hand;
 mod forged;
@@ -16,26 +16,25 @@ use alliance_tests::hosts::Hosts;
 
 use crate::harness::{Finished, Lab, Process, wait_until};
 
-/// Where the world is reached.
 const WORLD: &str = "tls/10.0.0.1:7447";
 
-/// Silence for which an agent is left out, s: long for a busy machine, short for a test.
+/// The silence in s after which an agent counts as stalled: long for a busy machine, short for a test.
 const STALL_AFTER: &str = "2";
 
-/// Hosts of a team, with its cluster file, and with the keys of each.
+/// The hosts of a team with its cluster file and keys.
 struct Machines {
     hosts: Hosts,
     lab: Lab,
 }
 
-/// A run over them.
 struct Run<'m> {
     machines: &'m Machines,
     launcher: Process,
 }
 
 impl Machines {
-    /// So many hosts, of which these have these robots; the world is on `h1`. `None` as in [`Hosts::enter`].
+    /// Creates `count` hosts, of which `places` lists the robots. The world is on `h1`. Returns `None` as
+    /// [`Hosts::enter`] does.
     #[track_caller]
     fn enter(count: u8, places: &[(&str, &[&str])]) -> Option<Self> {
         let hosts = Hosts::enter(count)?;
@@ -55,15 +54,14 @@ impl Machines {
         Some(Self { hosts, lab })
     }
 
-    /// From now on another scenario of the same team.
-    fn of_scenario(&self, text: &str) {
+    fn use_scenario(&self, text: &str) {
         fs::write(self.lab.path("scenario.toml"), text).unwrap();
         let file = self.lab.path("cluster.toml");
         let cluster = fs::read_to_string(&file).unwrap();
         fs::write(file, cluster.replace("waste-cleanup", "scenario.toml")).unwrap();
     }
 
-    /// A copy of the keys of these members alone, as somebody carries it to another machine.
+    /// Copies the keys of these members to a new folder, as for another machine, and returns its name.
     fn keys_of(&self, members: &[&str]) -> String {
         let name = format!("keys-{}", members.join("-"));
         let folder = self.lab.path(&name);
@@ -80,7 +78,7 @@ impl Machines {
         name
     }
 
-    /// The daemon of the host of that name with these robots, on any host; it ends with the run.
+    /// Starts the daemon of the host `name` on host `on`. It ends with the run.
     fn daemon(&self, on: &str, name: &str, robots: &[&str]) -> Process {
         let mut members = vec![format!("host-{name}")];
         members.extend(robots.iter().map(|robot| format!("robot-{robot}")));
@@ -101,12 +99,10 @@ impl Machines {
         )
     }
 
-    /// The command with these arguments, on a host.
     fn start(&self, host: &str, arguments: &[&str]) -> Process {
         self.lab.start_on(&self.hosts, host, arguments)
     }
 
-    /// World and launcher, with these further arguments.
     fn up(&self, arguments: &[&str]) -> Run<'_> {
         let common = ["cluster", "up", "cluster.toml", "--no-page", "--out", "run"];
         Run {
@@ -115,62 +111,62 @@ impl Machines {
         }
     }
 
-    /// Asserts that the run in the folder `run` has the bytes of one on one machine, of that limit, in which nothing happened.
+    /// Checks that the run in the folder `run` has the bytes of an undisturbed run on one machine.
     #[track_caller]
-    fn assert_as_alone(&self, limit: &str) {
+    fn assert_same_as_one_machine(&self, limit: &str) {
         let arguments = ["--in-process", "--limit", limit];
         let alone = self.lab.mission("alone", &arguments).expect(1);
         drop(alone);
         let (run, alone) = (self.lab.log("run").run, self.lab.log("alone").run);
-        assert!(!run.unscripted, "nobody did anything to it");
+        assert!(!run.unscripted, "there must be no unscripted input");
         assert!(run.hash.is_some());
         assert_eq!(run.hash, alone.hash);
         self.lab.assert_same_bytes("run", "alone");
     }
 
-    /// Asserts that from outside this happened to gold and green, in order, to blue nothing, and that the run is repeated from that.
+    /// Checks the external inputs of gold and green, that blue only joined, and that a replay is identical.
     #[track_caller]
-    fn assert_fates(&self, expected: &[&str]) {
-        let log = self.repeated();
+    fn assert_inputs(&self, expected: &[&str]) {
+        let log = self.replayed_log();
         for robot in ["gold", "green"] {
-            assert_eq!(fate(&log, robot), expected, "{robot}");
+            assert_eq!(inputs_of(&log, robot), expected, "{robot}");
         }
-        assert_eq!(fate(&log, "blue"), ["life 1"]);
+        assert_eq!(inputs_of(&log, "blue"), ["joined 1"]);
     }
 
-    /// The log of the run in the folder `run`, which is repeated from its inputs.
+    /// Checks that a replay of the run is identical, and returns the log of the run.
     #[track_caller]
-    fn repeated(&self) -> RunLog {
+    fn replayed_log(&self) -> RunLog {
         let replay = self.lab.run(&["replay", "run"]).expect(0);
-        let said = &replay.stderr;
-        assert!(said.starts_with("identical"), "{said}");
+        let stderr = &replay.stderr;
+        assert!(stderr.starts_with("identical"), "{stderr}");
         self.lab.log("run")
     }
 }
 
 impl Run<'_> {
-    /// Waits until this has happened to all these robots, so many times.
+    /// Waits until an event of this kind has occurred `times` times for each of the robots.
     #[track_caller]
     fn wait_for(&mut self, kind: &str, robots: &[&str], times: usize) {
         let path = self.machines.lab.path("run/events.csv");
         let launcher = &mut self.launcher;
         wait_until(&format!("{kind} of {robots:?}, {times} times"), || {
             let events = fs::read_to_string(&path).unwrap_or_default();
-            let happened = robots
+            let found = robots
                 .iter()
                 .all(|robot| events.matches(&format!(",{kind},{robot},")).count() >= times);
             assert!(
-                happened || launcher.is_running(),
+                found || launcher.is_running(),
                 "ended without {kind} of {robots:?}:\n{}",
                 launcher.stderr()
             );
-            happened
+            found
         });
     }
 
-    /// Waits until all these robots live for the second time.
+    /// Waits until each of the robots has its second incarnation.
     #[track_caller]
-    fn wait_for_second_lives(&mut self, robots: &[&str]) {
+    fn wait_for_second_incarnations(&mut self, robots: &[&str]) {
         let lab = &self.machines.lab;
         for robot in robots {
             let joined = format!(",joined,{robot},");
@@ -182,9 +178,9 @@ impl Run<'_> {
         }
     }
 
-    /// Waits until so many further seconds of simulated time have passed, for those who are there.
+    /// Waits until `seconds` more of simulated time have passed.
     #[track_caller]
-    fn go_on(&mut self, seconds: u64) {
+    fn run_for(&mut self, seconds: u64) {
         let until = self.now_ms() + 1000 * seconds;
         wait_until(&format!("simulated time {until} ms"), || {
             let is_running = self.launcher.is_running();
@@ -193,7 +189,6 @@ impl Run<'_> {
         });
     }
 
-    /// The latest simulated time in its log.
     fn now_ms(&self) -> u64 {
         let path = self.machines.lab.path("run/poses.csv");
         let text = fs::read_to_string(path).unwrap_or_default();
@@ -202,49 +197,49 @@ impl Run<'_> {
         last.split(',').next().unwrap().parse().unwrap_or(0)
     }
 
-    /// From now on so fast: `max`, or such as `2x`.
+    /// Sets the speed: `max`, or a factor such as `2x`.
     #[track_caller]
     fn pace(&self, speed: &str) {
         let clock = self.machines.start("h1", &["clock", "speed", speed]);
         clock.wait().expect(0);
     }
 
-    /// Its end, at its limit.
+    /// Waits for the end of the run at its limit.
     #[track_caller]
     fn end(self) -> Finished {
         self.launcher.wait().expect(1)
     }
 
-    /// Goes on for a while, and is soon over.
+    /// Runs for a while, then at full speed to the end.
     #[track_caller]
     fn end_soon(mut self) {
-        self.go_on(5);
+        self.run_for(5);
         self.pace("max");
         self.end();
     }
 }
 
-/// What came from outside to that robot, in order.
-fn fate(log: &RunLog, robot: &str) -> Vec<String> {
+/// Returns the external inputs about a robot, in order.
+fn inputs_of(log: &RunLog, robot: &str) -> Vec<String> {
     let lines = log.inputs().unwrap().into_iter();
-    let words = lines.filter_map(|line| match line.input {
+    let inputs = lines.filter_map(|line| match line.input {
         Input::Join {
             robot, incarnation, ..
-        } => Some((robot, format!("life {incarnation}"))),
+        } => Some((robot, format!("joined {incarnation}"))),
         Input::Gone {
             robot, incarnation, ..
-        } => Some((robot, format!("end of {incarnation}"))),
-        Input::StallBegin { robot, .. } => Some((robot, "silent".to_owned())),
+        } => Some((robot, format!("gone {incarnation}"))),
+        Input::StallBegin { robot, .. } => Some((robot, "stalled".to_owned())),
         Input::StallEnd { robot, .. } => Some((robot, "back".to_owned())),
         _ => None,
     });
-    words
-        .filter(|(whose, _)| whose == robot)
-        .map(|(_, word)| word)
+    inputs
+        .filter(|(of_robot, _)| of_robot == robot)
+        .map(|(_, input)| input)
         .collect()
 }
 
-/// Waits by the clock on the wall: what a network does takes time.
+/// Waits by the wall clock, because a network needs real time.
 fn sleep(seconds: u64) {
     std::thread::sleep(Duration::from_secs(seconds));
 }

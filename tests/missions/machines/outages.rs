@@ -1,6 +1,7 @@
-//! A network that is gone for a while: the robots behind it are silent, come back as they were, and all of it is repeated from the log.
+//! A network outage: the robots behind it are stalled and return with the same incarnation, and the log repeats the
+//! run.
 
-#![allow(clippy::disallowed_methods)] // An outage is one of the real clock.
+#![allow(clippy::disallowed_methods)] // An outage lasts real time.
 
 use std::time::{Duration, Instant};
 
@@ -9,7 +10,7 @@ use crate::harness::Process;
 
 const AWAY: [&str; 2] = ["gold", "green"];
 
-/// A run whose robots gold and green are on `h2`, in the middle of its work, from now on at that pace.
+/// Starts a run with robots gold and green on `h2`, waits until they work, and sets the speed.
 fn at_work<'m>(machines: &'m Machines, speed: &str) -> (Run<'m>, Process) {
     let daemon = machines.daemon("h2", "h2", &AWAY);
     let mut run = machines.up(&[
@@ -22,35 +23,35 @@ fn at_work<'m>(machines: &'m Machines, speed: &str) -> (Run<'m>, Process) {
     ]);
     run.wait_for("activated", &AWAY, 1);
     run.pace(speed);
-    run.go_on(2);
+    run.run_for(2);
     (run, daemon)
 }
 
-/// Cuts the two off for the `times`-th time, and mends it after so many seconds on the wall.
-fn cut_off(run: &mut Run<'_>, seconds: u64, cut: impl Fn(), mend: impl Fn(), times: usize) {
+/// Disconnects the two robots for the `times`-th time, and reconnects them after `seconds` of real time.
+fn cut_off(run: &mut Run<'_>, seconds: u64, cut: impl Fn(), reconnect: impl Fn(), times: usize) {
     let until = Instant::now() + Duration::from_secs(seconds);
     cut();
     run.wait_for("stalled", &AWAY, times);
-    // Blue goes on alone.
-    run.go_on(5);
+    // Blue continues alone.
+    run.run_for(5);
     std::thread::sleep(until.saturating_duration_since(Instant::now()));
-    mend();
+    reconnect();
     run.wait_for("back", &AWAY, times);
-    run.go_on(2);
+    run.run_for(2);
 }
 
-/// The run's end, and that nothing else happened than that they were silent so many times.
-fn ends(machines: &Machines, run: Run<'_>, daemon: Process, times: usize) {
+/// Ends the run, and checks that the two robots were stalled `times` times and had no other input.
+fn assert_only_stalls(machines: &Machines, run: Run<'_>, daemon: Process, times: usize) {
     run.pace("max");
     run.end();
     daemon.wait().expect(0);
-    let mut expected = vec!["life 1"];
+    let mut expected = vec!["joined 1"];
     for _ in 0..times {
-        expected.extend(["silent", "back"]);
+        expected.extend(["stalled", "back"]);
     }
-    machines.assert_fates(&expected);
+    machines.assert_inputs(&expected);
     let run = machines.lab.log("run").run;
-    assert!(run.unscripted, "nobody's scenario asked for it");
+    assert!(run.unscripted, "the scenario does not contain the outage");
 }
 
 fn places() -> [(&'static str, &'static [&'static str]); 2] {
@@ -71,21 +72,21 @@ fn cable_out(seconds: u64, speed: &str) {
         || hosts.plug("h2"),
         1,
     );
-    ends(&machines, run, daemon, 1);
+    assert_only_stalls(&machines, run, daemon, 1);
 }
 
 #[test]
-fn a_cable_out_for_six_seconds_is_a_silence() {
+fn an_unplugged_cable_for_six_seconds_is_a_stall() {
     cable_out(6, "5x");
 }
 
 #[test]
-fn a_cable_out_for_twenty_seconds_is_a_silence() {
+fn an_unplugged_cable_for_twenty_seconds_is_a_stall() {
     cable_out(20, "2x");
 }
 
 #[test]
-fn a_partition_is_a_silence_one_way_the_other_way_and_both() {
+fn a_partition_is_a_stall_in_each_direction_and_in_both() {
     let Some(machines) = Machines::enter(2, &places()) else {
         return;
     };
@@ -100,5 +101,5 @@ fn a_partition_is_a_silence_one_way_the_other_way_and_both() {
         let cut = || ways.iter().for_each(|(from, to)| hosts.cut(from, to));
         cut_off(&mut run, 3, cut, || hosts.heal(), number + 1);
     }
-    ends(&machines, run, daemon, 3);
+    assert_only_stalls(&machines, run, daemon, 3);
 }

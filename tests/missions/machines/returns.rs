@@ -1,4 +1,4 @@
-//! Hosts that die and come back: their robots' lives end, new ones begin, and all of it is repeated from the log.
+//! Hosts that crash and return: the incarnations of their robots end, new ones begin, and the log repeats the run.
 
 use nix::sys::signal::Signal;
 
@@ -21,7 +21,7 @@ fn start<'m>(machines: &'m Machines) -> (Run<'m>, Process) {
     (run, daemon)
 }
 
-/// Kills a daemon, and waits for the end of its agents, whom nobody else tells.
+/// Kills a daemon and waits for the end of its agents, which detect it by themselves.
 fn kill(daemon: Process) {
     let agents = daemon.children();
     assert_eq!(agents.len(), AWAY.len());
@@ -33,7 +33,7 @@ fn kill(daemon: Process) {
 }
 
 #[test]
-fn a_host_that_is_killed_and_started_again_has_new_lives() {
+fn a_killed_and_restarted_host_has_new_incarnations() {
     let places: [(&str, &[&str]); 2] = [("h1", &["blue"]), ("h2", &AWAY)];
     let Some(machines) = Machines::enter(2, &places) else {
         return;
@@ -41,17 +41,17 @@ fn a_host_that_is_killed_and_started_again_has_new_lives() {
     let (mut run, daemon) = start(&machines);
     kill(daemon);
     run.wait_for("gone", &AWAY, 1);
-    run.go_on(5);
+    run.run_for(5);
     let daemon = machines.daemon("h2", "h2", &AWAY);
-    run.wait_for_second_lives(&AWAY);
+    run.wait_for_second_incarnations(&AWAY);
     run.end_soon();
     daemon.wait().expect(0);
-    machines.assert_fates(&["life 1", "end of 1", "life 2"]);
+    machines.assert_inputs(&["joined 1", "gone 1", "joined 2"]);
 }
 
-/// No socket is ever closed of which the world could learn it.
+/// The world receives no closed connection from the lost host.
 #[test]
-fn a_host_that_vanishes_for_good_and_comes_back_elsewhere_supersedes_the_silent_lives() {
+fn a_lost_host_that_returns_elsewhere_supersedes_the_stalled_incarnations() {
     let places: [(&str, &[&str]); 2] = [("h1", &["blue"]), ("h2", &AWAY)];
     let Some(machines) = Machines::enter(3, &places) else {
         return;
@@ -61,10 +61,10 @@ fn a_host_that_vanishes_for_good_and_comes_back_elsewhere_supersedes_the_silent_
     kill(daemon);
     run.wait_for("stalled", &AWAY, 1);
     sleep(2);
-    run.go_on(5);
+    run.run_for(5);
     let daemon = machines.daemon("h3", "h2", &AWAY);
-    run.wait_for_second_lives(&AWAY);
+    run.wait_for_second_incarnations(&AWAY);
     run.end_soon();
     daemon.wait().expect(0);
-    machines.assert_fates(&["life 1", "silent", "end of 1", "life 2"]);
+    machines.assert_inputs(&["joined 1", "stalled", "gone 1", "joined 2"]);
 }

@@ -10,7 +10,7 @@ use crate::harness::{ALLIANCE, command_line, wait_until};
 
 const PLACES: [(&str, &[&str]); 3] = [("h1", &["blue"]), ("h2", &["gold"]), ("h3", &["green"])];
 
-/// Three hosts, and no folder of keys.
+/// Creates three hosts without a folder of keys.
 #[track_caller]
 fn enter() -> Option<Machines> {
     let machines = Machines::enter(3, &PLACES)?;
@@ -18,22 +18,23 @@ fn enter() -> Option<Machines> {
     Some(machines)
 }
 
-/// What is `alliance` on the host of that name. As with `ssh`, a process stays in between that passes on no signal.
+/// Returns the command that starts `alliance` on a host. As with `ssh`, an intermediate process does not pass on
+/// signals.
 fn start() -> String {
     format!(
         "sh -c 'env XDG_RUNTIME_DIR=/run/{{name}} ip netns exec {{name}} {ALLIANCE} \"$@\"; exit $?' sh"
     )
 }
 
-/// The agent's process, as the log of its host has it.
+/// Returns the process id of an agent from the log of its host.
 #[track_caller]
 fn agent(run: &mut Run<'_>, host: &str, robot: &str) -> u32 {
     let path = run.machines.lab.path(&format!("run/logs/host-{host}.log"));
-    let said = format!("{robot} is process ");
+    let prefix = format!("{robot} is process ");
     let mut found = None;
-    wait_until(&said, || {
+    wait_until(&prefix, || {
         let log = fs::read_to_string(&path).unwrap_or_default();
-        let mut lines = log.lines().filter_map(|line| line.strip_prefix(&said));
+        let mut lines = log.lines().filter_map(|line| line.strip_prefix(&prefix));
         found = lines.next().and_then(|pid| pid.parse().ok());
         assert!(
             run.launcher.is_running(),
@@ -45,12 +46,12 @@ fn agent(run: &mut Run<'_>, host: &str, robot: &str) -> u32 {
     found.unwrap()
 }
 
-/// Whether a private key is in some file of that folder.
-fn holds_a_key(folder: &Path) -> bool {
+/// Returns whether a file in the folder contains a private key.
+fn contains_a_key(folder: &Path) -> bool {
     fs::read_dir(folder).unwrap().any(|entry| {
         let entry = entry.unwrap();
         match entry.file_type().unwrap() {
-            kind if kind.is_dir() => holds_a_key(&entry.path()),
+            kind if kind.is_dir() => contains_a_key(&entry.path()),
             kind if kind.is_file() => fs::read(entry.path()).is_ok_and(|bytes| {
                 let text = String::from_utf8_lossy(&bytes);
                 text.contains("PRIVATE KEY")
@@ -82,7 +83,7 @@ fn hosts_are_started_with_keys_that_are_in_no_file() {
         .into_iter()
         .chain([machines.lab.path(".").as_path()])
     {
-        assert!(!holds_a_key(folder), "{}", folder.display());
+        assert!(!contains_a_key(folder), "{}", folder.display());
     }
     let resume = machines.start("h1", &["clock", "resume"]);
     resume.wait().expect(0);
@@ -90,33 +91,33 @@ fn hosts_are_started_with_keys_that_are_in_no_file() {
     for agent in agents {
         assert_eq!(command_line(agent), None);
     }
-    machines.assert_as_alone("60");
+    machines.assert_same_as_one_machine("60");
 }
 
 #[test]
-fn a_host_that_cannot_be_started_is_told_of_before_the_run_begins() {
+fn a_host_that_cannot_be_started_is_reported_before_the_run_begins() {
     let Some(machines) = enter() else { return };
     let run = machines.up(&["--start", "sh -c 'echo no way to {name} >&2; exit 7' sh"]);
-    let said = run.launcher.wait().expect(3).stderr;
+    let stderr = run.launcher.wait().expect(3).stderr;
     assert!(
-        said.contains(
+        stderr.contains(
             "the run could not begin: host h2 ended with exit status 7:\n    no way to h2"
         ),
-        "{said}"
+        "{stderr}"
     );
 }
 
-/// A host that is reached by another program learns by the end of its standard input that nobody holds it; this one by nothing else, for
-/// it has never found the world.
+/// A started host ends when its standard input is closed. Here this is the only signal, because the host has never
+/// reached the world.
 #[test]
-fn hosts_end_with_who_started_them() {
+fn started_hosts_end_with_their_launcher() {
     let Some(machines) = enter() else { return };
     machines.hosts.unplug("h2");
     let run = machines.up(&["--start", &start()]);
     let log = machines.lab.path("run/logs/host-h2.log");
-    wait_until("a host that looks for the world", || {
-        let said = fs::read_to_string(&log).unwrap_or_default();
-        said.contains("trying again")
+    wait_until("a host that searches for the world", || {
+        let text = fs::read_to_string(&log).unwrap_or_default();
+        text.contains("trying again")
     });
     run.launcher.signal(Signal::SIGKILL);
     let _ = run.launcher.wait();

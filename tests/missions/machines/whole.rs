@@ -1,18 +1,18 @@
-//! Where the network loses nothing for good, a run over hosts has the bytes of one on one machine.
+//! Without permanent loss, a run on several hosts has the bytes of a run on one machine.
 
 use std::time::Duration;
 
 use alliance_proto::log::EventRow;
 
-use super::{Machines, fate};
+use super::{Machines, inputs_of};
 
 #[test]
-fn a_team_on_three_hosts_gives_the_bytes_of_one_on_one() {
+fn a_team_on_three_hosts_gives_the_bytes_of_one_machine() {
     let places: [(&str, &[&str]); 3] = [("h1", &[]), ("h2", &["gold", "green"]), ("h3", &["blue"])];
     let Some(machines) = Machines::enter(3, &places) else {
         return;
     };
-    // Daemons are there before the world, and after it.
+    // One daemon starts before the world, the other after it.
     let early = machines.daemon("h2", "h2", &["gold", "green"]);
     let run = machines.up(&["--limit", "60", "--stall-after", "30"]);
     let late = machines.daemon("h3", "h3", &["blue"]);
@@ -20,26 +20,26 @@ fn a_team_on_three_hosts_gives_the_bytes_of_one_on_one() {
     for daemon in [early, late] {
         daemon.wait().expect(0);
     }
-    machines.assert_as_alone("60");
-    let log = machines.repeated();
+    machines.assert_same_as_one_machine("60");
+    let log = machines.replayed_log();
     for robot in ["blue", "gold", "green"] {
-        assert_eq!(fate(&log, robot), ["life 1"], "{robot}");
+        assert_eq!(inputs_of(&log, robot), ["joined 1"], "{robot}");
     }
     assert_eq!(machines.hosts.frames().stopped, 0);
     assert!(
         machines.hosts.frames().passed > 1000,
-        "all over the network"
+        "all messages must use the network"
     );
 }
 
-/// Signals and restarts go to the robot's host, which answers for what it did.
+/// Signals and restarts go to the robot's host, which reports their result.
 #[test]
-fn faults_of_processes_reach_robots_on_every_host() {
+fn process_faults_reach_robots_on_every_host() {
     let places: [(&str, &[&str]); 3] = [("h1", &["blue"]), ("h2", &["gold"]), ("h3", &["green"])];
     let Some(machines) = Machines::enter(3, &places) else {
         return;
     };
-    machines.of_scenario(FAULTS);
+    machines.use_scenario(FAULTS);
     let daemons = [
         machines.daemon("h2", "h2", &["gold"]),
         machines.daemon("h3", "h3", &["green"]),
@@ -49,13 +49,13 @@ fn faults_of_processes_reach_robots_on_every_host() {
     for daemon in daemons {
         daemon.wait().expect(0);
     }
-    let log = machines.repeated();
-    assert_eq!(fate(&log, "gold"), ["life 1", "end of 1", "life 2"]);
+    let log = machines.replayed_log();
+    assert_eq!(inputs_of(&log, "gold"), ["joined 1", "gone 1", "joined 2"]);
     assert_eq!(
-        fate(&log, "green"),
-        ["life 1", "silent", "back", "end of 1", "life 2"]
+        inputs_of(&log, "green"),
+        ["joined 1", "stalled", "back", "gone 1", "joined 2"]
     );
-    assert_eq!(fate(&log, "blue"), ["life 1", "end of 1", "life 2"]);
+    assert_eq!(inputs_of(&log, "blue"), ["joined 1", "gone 1", "joined 2"]);
     let events: Vec<EventRow> = log.rows().unwrap();
     let when = |kind: &str, robot: &str| -> Vec<f64> {
         let rows = events.iter().filter(|row| row.kind == kind);
@@ -71,7 +71,7 @@ fn faults_of_processes_reach_robots_on_every_host() {
     assert_eq!(when("joined", "green"), [0.0, 40.0]);
     assert_eq!(when("gone", "blue"), [35.0]);
     assert_eq!(when("joined", "blue"), [0.0, 45.0]);
-    // The same with all of them on one machine.
+    // The same faults on one machine give the same bytes.
     let arguments = ["scenario.toml", "--limit", "60", "--stall-after", "30"];
     machines.lab.mission("alone", &arguments).expect(1);
     machines.lab.assert_same_bytes("run", "alone");
@@ -116,15 +116,15 @@ fn a_network_that_loses_one_frame_in_twenty_changes_no_byte() {
 }
 
 #[track_caller]
-fn over_a_bad_network(limit: &str, spoil: impl Fn(&Machines)) -> Option<Machines> {
+fn over_a_bad_network(limit: &str, impair: impl Fn(&Machines)) -> Option<Machines> {
     let places: [(&str, &[&str]); 2] = [("h1", &["blue"]), ("h2", &["gold", "green"])];
     let machines = Machines::enter(2, &places)?;
-    spoil(&machines);
+    impair(&machines);
     let daemon = machines.daemon("h2", "h2", &["gold", "green"]);
     let run = machines.up(&["--limit", limit, "--stall-after", "60"]);
     run.end();
     daemon.wait().expect(0);
-    machines.assert_as_alone(limit);
-    machines.repeated();
+    machines.assert_same_as_one_machine(limit);
+    machines.replayed_log();
     Some(machines)
 }

@@ -1,4 +1,4 @@
-//! A real browser, driven as a person would: headless Chromium under its WebDriver.
+//! A real browser, controlled like by a user: headless Chromium with its WebDriver.
 
 use std::fs::File;
 use std::path::PathBuf;
@@ -17,13 +17,13 @@ use tokio::runtime::Runtime;
 
 use crate::harness::wait_until;
 
-/// A laptop's window.
+/// The window size of a laptop.
 pub const LAPTOP: (u32, u32) = (1280, 800);
 
-/// A phone held upright.
+/// The window size of an upright phone.
 pub const PHONE: (u32, u32) = (390, 844);
 
-/// And held sideways.
+/// The window size of a sideways phone.
 pub const LANDSCAPE: (u32, u32) = (844, 390);
 
 /// A browser with one window. It ends when dropped.
@@ -31,13 +31,13 @@ pub struct Browser {
     runtime: Runtime,
     client: Client,
     driver: Child,
-    /// What driver and browser say, the pages' consoles among it.
+    /// The output of driver and browser, including the console messages of the pages.
     log: PathBuf,
     _folder: TempDir,
 }
 
 impl Browser {
-    /// Starts one whose pages are of that size; `None` where there is none and a test may be skipped.
+    /// Starts a browser with this page size. Returns `None` without a browser, if the test may be skipped.
     pub fn start((width, height): (u32, u32)) -> Option<Self> {
         let folder = TempDir::new().unwrap();
         let log = folder.path().join("driver.log");
@@ -55,8 +55,8 @@ impl Browser {
         };
         let mut port = None;
         wait_until("the browser's driver", || {
-            let said = std::fs::read_to_string(&log).unwrap_or_default();
-            port = said.lines().find_map(|line| {
+            let text = std::fs::read_to_string(&log).unwrap_or_default();
+            port = text.lines().find_map(|line| {
                 let number = line.split("successfully on port ").nth(1)?;
                 number.trim_end_matches('.').parse::<u16>().ok()
             });
@@ -97,8 +97,8 @@ impl Browser {
             builder.capabilities(capabilities).connect(&url).await
         });
         let client = client.unwrap_or_else(|error| {
-            let said = std::fs::read_to_string(&log).unwrap_or_default();
-            panic!("the browser does not start: {error}\n{said}")
+            let text = std::fs::read_to_string(&log).unwrap_or_default();
+            panic!("the browser does not start: {error}\n{text}")
         });
         Some(Self {
             runtime,
@@ -109,12 +109,11 @@ impl Browser {
         })
     }
 
-    /// Goes to a page.
     pub fn open(&self, url: &str) {
         self.runtime.block_on(self.client.goto(url)).unwrap();
     }
 
-    /// What an expression is on the page.
+    /// Returns the value of an expression on the page.
     #[track_caller]
     pub fn eval(&self, expression: &str) -> Value {
         let script = format!("return ({expression});");
@@ -122,7 +121,7 @@ impl Browser {
         evaluated.unwrap_or_else(|error| panic!("{expression}: {error}"))
     }
 
-    /// Waits until an expression is something, and says what.
+    /// Waits until an expression is neither null nor false, and returns it.
     #[track_caller]
     pub fn wait_for(&self, expression: &str) -> Value {
         let mut found = Value::Null;
@@ -133,7 +132,7 @@ impl Browser {
         found
     }
 
-    /// Text of the first element, as it is seen.
+    /// Returns the visible text of the first matching element.
     #[track_caller]
     pub fn text(&self, selector: &str) -> String {
         let element = self.wait_for(&format!(
@@ -142,7 +141,7 @@ impl Browser {
         element.as_str().unwrap().to_owned()
     }
 
-    /// Clicks on the first element, where it is seen.
+    /// Clicks on the first matching element.
     #[track_caller]
     pub fn click(&self, selector: &str) {
         self.runtime.block_on(async {
@@ -154,7 +153,6 @@ impl Browser {
         });
     }
 
-    /// Chooses an option by its value.
     #[track_caller]
     pub fn choose(&self, selector: &str, value: &str) {
         self.runtime.block_on(async {
@@ -164,7 +162,7 @@ impl Browser {
         });
     }
 
-    /// Moves the mouse there, in pixels of the window, presses, moves on, and lets go.
+    /// Drags the mouse between two points, in pixels of the window.
     pub fn drag(&self, from: (i64, i64), to: (i64, i64)) {
         let at = |(x, y): (i64, i64)| PointerAction::MoveTo {
             duration: Some(Duration::from_millis(50)),
@@ -184,7 +182,6 @@ impl Browser {
             .unwrap();
     }
 
-    /// Presses a key.
     pub fn press(&self, key: char) {
         let keys = KeyActions::new("keyboard".to_owned())
             .then(KeyAction::Down { value: key })
@@ -194,17 +191,17 @@ impl Browser {
             .unwrap();
     }
 
-    /// A picture of the window, in the build's folder for temporary files.
+    /// Saves a picture of the window in the build's folder for temporary files.
     pub fn screenshot(&self, name: &str) {
         let png = self.runtime.block_on(self.client.screenshot()).unwrap();
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
         std::fs::write(folder.join(format!("{name}.png")), png).unwrap();
     }
 
-    /// What the pages' consoles have said: a page that is well says nothing.
+    /// Returns the console messages of the pages. A correct page has none.
     pub fn console(&self) -> Vec<String> {
-        let said = std::fs::read_to_string(&self.log).unwrap_or_default();
-        said.lines()
+        let text = std::fs::read_to_string(&self.log).unwrap_or_default();
+        text.lines()
             .filter(|line| line.contains("CONSOLE"))
             .map(ToOwned::to_owned)
             .collect()
@@ -213,7 +210,7 @@ impl Browser {
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        // The browser first, which is the driver's child.
+        // The browser is a child of the driver, so it closes first.
         let _ = self.runtime.block_on(self.client.clone().close());
         let _ = self.driver.kill();
         let _ = self.driver.wait();

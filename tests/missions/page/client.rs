@@ -1,4 +1,4 @@
-//! A page's server asked by a program that is no browser: it can send what a browser would not.
+//! A client of a page's server that is no browser, and can send requests that a browser would not send.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -8,19 +8,18 @@ use tungstenite::client::IntoClientRequest;
 use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
 
-/// A link that a command has printed.
+/// The link that a command has printed.
 #[derive(Clone, Debug)]
 pub struct Page {
-    /// Of 127.0.0.1.
+    /// The server's port on 127.0.0.1.
     pub port: u16,
     pub token: String,
 }
 
 impl Page {
-    /// The link in what a command has said.
     #[track_caller]
-    pub fn in_words(said: &str) -> Self {
-        let link = said.split("http://127.0.0.1:").nth(1).unwrap();
+    pub fn from_output(output: &str) -> Self {
+        let link = output.split("http://127.0.0.1:").nth(1).unwrap();
         let link = link.split_whitespace().next().unwrap();
         let (port, token) = link.split_once("/#").unwrap();
         Self {
@@ -29,17 +28,15 @@ impl Page {
         }
     }
 
-    /// The link itself.
     pub fn link(&self) -> String {
         format!("http://{}/#{}", self.host(), self.token)
     }
 
-    /// The address of its server.
     pub fn host(&self) -> String {
         format!("127.0.0.1:{}", self.port)
     }
 
-    /// A request with exactly these headers: status and body of the answer.
+    /// Sends a request with exactly these headers. Returns status and body of the response.
     pub fn ask(&self, request: &str, headers: &[(&str, &str)], body: &str) -> (u16, String) {
         let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
         let mut text = format!("{request} HTTP/1.1\r\nConnection: close\r\n");
@@ -55,7 +52,7 @@ impl Page {
         (status, body.to_owned())
     }
 
-    /// What the page itself would get.
+    /// Sends a GET request like the page itself.
     #[track_caller]
     pub fn get(&self, path: &str) -> Value {
         let bearer = format!("Bearer {}", self.token);
@@ -68,7 +65,7 @@ impl Page {
         serde_json::from_str(&body).unwrap()
     }
 
-    /// A command as the page itself would send it.
+    /// Sends a command like the page itself.
     #[track_caller]
     pub fn control(&self, command: &str) -> Value {
         let bearer = format!("Bearer {}", self.token);
@@ -86,12 +83,12 @@ impl Page {
         serde_json::from_str(&body).unwrap()
     }
 
-    /// A WebSocket as that origin would open it, with that token; `None` when it is refused.
-    pub fn connect(&self, origin: &str, token: &str) -> Option<Ears> {
+    /// Opens a WebSocket with this origin and token. Returns `None` if the server refuses it.
+    pub fn connect(&self, origin: &str, token: &str) -> Option<LiveStream> {
         self.connect_to("/api/live", origin, token)
     }
 
-    fn connect_to(&self, path: &str, origin: &str, token: &str) -> Option<Ears> {
+    fn connect_to(&self, path: &str, origin: &str, token: &str) -> Option<LiveStream> {
         let mut request = format!("ws://{}{path}", self.host())
             .into_client_request()
             .unwrap();
@@ -100,35 +97,35 @@ impl Page {
         let protocols = format!("alliance, {token}");
         headers.insert("sec-websocket-protocol", protocols.parse().unwrap());
         let (socket, _) = tungstenite::connect(request).ok()?;
-        Some(Ears { socket })
+        Some(LiveStream { socket })
     }
 
-    /// What tells the server of a log that a page is open, until it is dropped.
-    pub fn accompany(&self) -> Ears {
+    /// Opens the connection that marks a page of a log as open, until it is dropped.
+    pub fn open_page(&self) -> LiveStream {
         let origin = format!("http://{}", self.host());
         self.connect_to("/api/page", &origin, &self.token).unwrap()
     }
 
-    /// A WebSocket as the page itself opens it.
-    pub fn live(&self) -> Ears {
+    /// Opens a WebSocket like the page itself.
+    pub fn live(&self) -> LiveStream {
         let origin = format!("http://{}", self.host());
         self.connect(&origin, &self.token).unwrap()
     }
 }
 
-/// What the server tells a live page.
-pub struct Ears {
+/// The stream of frames that the server sends to a live page.
+pub struct LiveStream {
     socket: WebSocket<MaybeTlsStream<TcpStream>>,
 }
 
-impl Ears {
-    /// The next frame; `None` when the server has closed, which is answered as a browser does.
+impl LiveStream {
+    /// Returns the next frame, or `None` after the server has closed the stream.
     pub fn next(&mut self) -> Option<Value> {
         loop {
             match self.socket.read() {
                 Ok(Message::Text(text)) => return Some(serde_json::from_str(&text).unwrap()),
                 Ok(Message::Close(_)) => {
-                    // The server may be gone already.
+                    // The server may have ended already.
                     let _ = self.socket.flush();
                     return None;
                 }
@@ -138,7 +135,7 @@ impl Ears {
         }
     }
 
-    /// The next frame of that kind.
+    /// Returns the content of the next frame of this kind.
     #[track_caller]
     pub fn wait_for(&mut self, kind: &str) -> Value {
         loop {
@@ -149,12 +146,11 @@ impl Ears {
         }
     }
 
-    /// The next view of which this is true.
     #[track_caller]
-    pub fn wait_for_view(&mut self, wanted: impl Fn(&Value) -> bool) -> Value {
+    pub fn wait_for_view(&mut self, condition: impl Fn(&Value) -> bool) -> Value {
         loop {
             let view = self.wait_for("view");
-            if wanted(&view) {
+            if condition(&view) {
                 return view;
             }
         }

@@ -1,4 +1,4 @@
-//! A finished run on the page: every tick of it, as it was.
+//! A finished run on the page: every tick equals the log.
 
 use alliance_proto::log::{MissionRow, MotivationRow, PoseRow};
 use nix::sys::signal::Signal;
@@ -11,11 +11,10 @@ use crate::team::Team;
 fn view(lab: &Lab) -> (Process, Page) {
     let mut view = lab.start(&["view", "run"]);
     view.wait_for_stderr("/#");
-    let page = Page::in_words(&view.stderr());
+    let page = Page::from_output(&view.stderr());
     (view, page)
 }
 
-/// Every view of a run.
 fn views(page: &Page) -> Vec<Value> {
     let ticks = page.get("/api/run")["log"]["ticks"].as_u64().unwrap();
     let mut views = Vec::new();
@@ -31,9 +30,9 @@ fn views(page: &Page) -> Vec<Value> {
 }
 
 #[test]
-fn every_tick_is_shown_as_it_was_logged() {
+fn every_tick_is_shown_as_logged() {
     let lab = Lab::new();
-    // A kill, an obstacle and losses on the way.
+    // The run has a kill, an obstacle and message loss.
     std::fs::write(
         lab.path("day.toml"),
         "[[faults.timeline]]\nfault.kill = 'gold'\nat_s = 20.0\nfor_s = 5.0\n\
@@ -60,29 +59,29 @@ fn every_tick_is_shown_as_it_was_logged() {
         &views[t_ms as usize / 50]["robots"][rank.unwrap()]
     };
     for pose in log.rows::<PoseRow>().unwrap() {
-        let seen = at(pose.t_ms.0, &pose.robot);
-        let place = &seen["pose"]["position"];
+        let shown = at(pose.t_ms.0, &pose.robot);
+        let place = &shown["pose"]["position"];
         let number = |value: &Value| value.as_f64().unwrap() as f32;
         assert_eq!(
             (
                 number(&place[0]),
                 number(&place[1]),
-                number(&seen["pose"]["heading_rad"])
+                number(&shown["pose"]["heading_rad"])
             ),
             (pose.x_m, pose.y_m, pose.heading_rad),
             "{pose:?}"
         );
-        assert_eq!(!seen["carrying"].is_null(), pose.carrying, "{pose:?}");
+        assert_eq!(!shown["carrying"].is_null(), pose.carrying, "{pose:?}");
     }
     let sets: Vec<Value> = about["catalog"]["sets"].as_array().unwrap().clone();
     for row in log.rows::<MotivationRow>().unwrap() {
-        // A view stands between two ticks: motivations of the one before.
+        // A view is between two ticks and has the motivations of the previous one.
         let robot = at(row.t_ms.0 + 50, &row.robot);
         let seen = robot["sets"].as_array().unwrap().iter().find(|seen| {
             let set = seen["motivation"]["set"].as_u64().unwrap();
             sets[set as usize]["name"] == row.behavior_set
         });
-        // A robot that died in this tick shows nothing any more.
+        // A robot that crashed in this tick has no motivations.
         let Some(seen) = seen else {
             assert_eq!((row.robot.as_str(), row.t_ms.0), ("gold", 20_000));
             continue;
@@ -93,14 +92,14 @@ fn every_tick_is_shown_as_it_was_logged() {
     }
     let columns = about["mission"]["columns"].as_array().unwrap();
     for row in log.rows::<MissionRow>().unwrap() {
-        let told: Vec<(String, Option<f64>)> = views[row.t_ms.0 as usize / 50 + 1]["mission"]
+        let shown: Vec<(String, Option<f64>)> = views[row.t_ms.0 as usize / 50 + 1]["mission"]
             .as_array()
             .unwrap()
             .iter()
             .zip(columns)
             .map(|(value, column)| (column["name"].as_str().unwrap().to_owned(), value.as_f64()))
             .collect();
-        assert_eq!(told, row.values, "{row:?}");
+        assert_eq!(shown, row.values, "{row:?}");
     }
     let labels: Vec<&Value> = views[0]["marks"]
         .as_array()
@@ -130,7 +129,7 @@ fn every_tick_is_shown_as_it_was_logged() {
     let events = page.get("/api/events");
     let lines = std::fs::read_to_string(lab.path("run/events.csv")).unwrap();
     assert_eq!(events.as_array().unwrap().len(), lines.lines().count() - 1);
-    // Few of many, and beyond the end.
+    // A thinned range, and ranges up to and beyond the end.
     let thinned = page.get("/api/views?from=100&count=3&step=50");
     let ticks: Vec<&Value> = thinned
         .as_array()
@@ -152,7 +151,7 @@ fn every_tick_is_shown_as_it_was_logged() {
 }
 
 #[test]
-fn the_log_of_a_killed_world_is_shown_as_far_as_it_is_whole() {
+fn the_log_of_a_killed_world_is_shown_up_to_its_last_complete_tick() {
     let lab = Lab::new();
     let mut team = Team::start(&lab, &["--speed", "20x", "--log", "summary"]);
     team.wait_for_row("events.csv", &[",position-update,"]);
@@ -170,7 +169,7 @@ fn the_log_of_a_killed_world_is_shown_as_far_as_it_is_whole() {
 }
 
 #[test]
-fn what_is_no_run_is_answered_in_one_line() {
+fn a_missing_run_gives_one_line() {
     let lab = Lab::new();
     let nothing = lab.run(&["view", "nowhere"]).expect(2);
     assert!(
@@ -181,9 +180,9 @@ fn what_is_no_run_is_answered_in_one_line() {
         nothing.stderr
     );
     assert_eq!(nothing.stderr.lines().count(), 1);
-    let nobody = lab.run(&["watch"]).expect(3);
+    let no_run = lab.run(&["watch"]).expect(3);
     assert_eq!(
-        nobody.stderr,
+        no_run.stderr,
         "alliance watch: no run is live; start one with `alliance run` or `alliance world`\n"
     );
 }

@@ -1,4 +1,4 @@
-//! A team of hundreds in a real browser: what is looked at is there, and nothing else is built.
+//! A team of hundreds of robots in a real browser: the page builds only visible elements.
 
 use serde_json::json;
 
@@ -8,7 +8,7 @@ use crate::harness::{Lab, Process};
 
 const ROBOTS: usize = 300;
 
-/// Opens the log of two seconds of 300 robots, at its end; the process that shows it.
+/// Opens the log of two seconds with 300 robots, at its end. Returns the process that serves it.
 #[must_use]
 fn open(lab: &Lab, browser: &Browser) -> Process {
     lab.run(&[
@@ -28,7 +28,7 @@ fn open(lab: &Lab, browser: &Browser) -> Process {
     .expect(1);
     let mut view = lab.start(&["view", "run"]);
     view.wait_for_stderr("/#");
-    let page = Page::in_words(&view.stderr());
+    let page = Page::from_output(&view.stderr());
     browser.open(&page.link());
     browser.wait_for("window.alliance?.view");
     browser.press('\u{e010}');
@@ -42,28 +42,28 @@ fn count(browser: &Browser, selector: &str) -> u64 {
 }
 
 #[test]
-fn a_page_of_hundreds_has_what_is_looked_at_and_no_more() {
+fn a_page_of_hundreds_builds_only_visible_elements() {
     let Some(browser) = Browser::start(LAPTOP) else {
         return;
     };
     let lab = Lab::new();
     let _view = open(&lab, &browser);
-    // 192,000 nodes of before were a table of links that nobody saw.
+    // The limit excludes an invisible table of all links.
     let nodes = count(&browser, "*");
     assert!(nodes < 4_000, "{nodes} nodes");
     assert_eq!(count(&browser, "[data-link]"), 0);
     assert_eq!(count(&browser, "#robot-cards [data-robot]"), 40);
 
-    // Who does what is one picture, in which a click selects.
+    // The task matrix is one picture. A click on it selects.
     assert_eq!(count(&browser, "[data-chart]"), 0);
-    let said = browser.wait_for("document.querySelector('#matrix-canvas').ariaLabel");
-    let said = said.as_str().unwrap();
-    assert!(said.starts_with("300 robots by 202 tasks: "), "{said}");
+    let label = browser.wait_for("document.querySelector('#matrix-canvas').ariaLabel");
+    let label = label.as_str().unwrap();
+    assert!(label.starts_with("300 robots by 202 tasks: "), "{label}");
     browser.click("#matrix-canvas");
     browser.wait_for("document.querySelectorAll('[data-selected=yes]').length == 1");
     assert!(count(&browser, "#robot-cards [data-robot]") <= 41);
 
-    // The links are those of the robot that is selected.
+    // The table of links has only those of the selected robot.
     browser.click("#tab-links");
     browser.wait_for("document.querySelectorAll('[data-link]').length > 0");
     assert_eq!(count(&browser, "[data-link]"), 2 * (ROBOTS as u64 - 1));
@@ -74,7 +74,7 @@ fn a_page_of_hundreds_has_what_is_looked_at_and_no_more() {
         json!(false)
     );
 
-    // Curves of some robots, with the sets that matter to them.
+    // A few robots have curves, for the behavior sets with the largest motivations.
     browser.choose("#chart-kind", "curves");
     browser.wait_for("document.querySelectorAll('[data-chart] canvas').length == 6");
     assert!(count(&browser, "#legend .chip") <= 48);
@@ -84,7 +84,7 @@ fn a_page_of_hundreds_has_what_is_looked_at_and_no_more() {
 }
 
 #[test]
-fn a_robot_among_hundreds_is_found_looked_at_and_followed() {
+fn a_robot_among_hundreds_can_be_found_selected_and_followed() {
     let Some(browser) = Browser::start(LAPTOP) else {
         return;
     };
@@ -97,7 +97,7 @@ fn a_robot_among_hundreds_is_found_looked_at_and_followed() {
     browser.click("#robot-cards [data-action=select]");
     browser.wait_for("!document.querySelector('#follow').disabled");
 
-    // It stands in the middle, four times as large.
+    // The robot is in the middle, at four times the size.
     let scale = "alliance.toScreen(1, 0).x - alliance.toScreen(0, 0).x";
     let before = browser.eval(scale).as_f64().unwrap();
     browser.press('f');

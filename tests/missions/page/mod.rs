@@ -1,4 +1,4 @@
-//! The page of a run: what its server tells and takes, and the page itself in a real browser.
+//! The page of a run: its server, and the page itself in a real browser.
 
 mod browser;
 mod client;

@@ -1,4 +1,4 @@
-//! A live run with its page: what it tells, and that the run is the same whatever becomes of it.
+//! A live run with its page: the frames of the page, and that a page never changes the run.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ use crate::harness::{Lab, command_line, wait_until};
 use crate::team::Team;
 
 #[test]
-fn whatever_becomes_of_the_page_no_byte_of_the_run_changes() {
+fn a_page_never_changes_a_byte_of_the_run() {
     let lab = Lab::new();
     let arguments = ["--limit", "120", "--seed", "5"];
     lab.mission("without", &arguments).expect(1);
@@ -19,48 +19,48 @@ fn whatever_becomes_of_the_page_no_byte_of_the_run_changes() {
     let paced = [arguments.as_slice(), &["--speed", "20x"]].concat();
     let mut team = Team::start_with_page(&lab, &paced);
     let pid = team.wait_for_page();
-    let page = Page::in_words(&team.launcher().stderr());
-    // Pages come and go; two of them never read, one is paused and goes on.
+    let page = Page::from_output(&team.launcher().stderr());
+    // Pages come and go. Two of them never read, and one pauses and resumes the run.
     let silent = [page.live(), page.live()];
     for _ in 0..20 {
-        let mut ears = page.live();
-        assert!(ears.wait_for("past")["views"].is_array());
+        let mut stream = page.live();
+        assert!(stream.wait_for("past")["views"].is_array());
     }
-    let mut ears = page.live();
-    ears.wait_for_view(|view| view["tick"].as_u64() > Some(0));
+    let mut stream = page.live();
+    stream.wait_for_view(|view| view["tick"].as_u64() > Some(0));
     page.control(r#"{"clock": "pause"}"#);
-    ears.wait_for_view(|view| view["clock"]["paused"] == true);
+    stream.wait_for_view(|view| view["clock"]["paused"] == true);
     page.control(r#"{"clock": "resume"}"#);
-    ears.wait_for_view(|view| view["clock"]["paused"] == false);
+    stream.wait_for_view(|view| view["clock"]["paused"] == false);
 
     kill(Pid::from_raw(pid as i32), Signal::SIGKILL).unwrap();
     wait_until("the end of the page", || command_line(pid).is_none());
-    while ears.next().is_some() {}
+    while stream.next().is_some() {}
     drop(silent);
-    // Another one, by hand, any number of times.
+    // `alliance watch` can serve further pages.
     for _ in 0..2 {
         let mut watch = lab.start(&["watch"]);
         watch.wait_for_stderr("/#");
-        let mut ears = Page::in_words(&watch.stderr()).live();
-        ears.wait_for("view");
+        let mut stream = Page::from_output(&watch.stderr()).live();
+        stream.wait_for("view");
         watch.signal(Signal::SIGINT);
         watch.wait().expect(0);
     }
-    let said = team.launcher().stderr();
+    let stderr = team.launcher().stderr();
     assert!(
-        said.contains("the page was killed by SIGKILL; the run goes on"),
-        "{said}"
+        stderr.contains("the page was killed by SIGKILL; the run continues"),
+        "{stderr}"
     );
     team.wait().expect(1);
     lab.assert_same_bytes("without", "run");
 }
 
 #[test]
-fn a_page_is_told_everything_and_how_the_run_ended() {
+fn a_page_receives_all_events_messages_and_the_end_of_the_run() {
     let lab = Lab::new();
     let mut team = Team::start_with_page(&lab, &["--paused", "--speed", "max", "--limit", "90"]);
     team.wait_for_page();
-    let page = Page::in_words(&team.launcher().stderr());
+    let page = Page::from_output(&team.launcher().stderr());
 
     let about = page.get("/api/run");
     assert_eq!(
@@ -72,43 +72,43 @@ fn a_page_is_told_everything_and_how_the_run_ended() {
     assert_eq!(about["catalog"]["sets"][2]["name"], "move-spill(top)");
     assert_eq!(about["catalog"]["sets"][2]["task"], 1);
 
-    let mut ears = page.live();
+    let mut stream = page.live();
     assert_eq!(
-        ears.wait_for("past"),
-        json!({"views": ears_views(&page), "messages": {"receptions": [], "left_out": 0}, "events": [], "bends": []})
+        stream.wait_for("past"),
+        json!({"views": past_views(&page), "messages": {"receptions": [], "left_out": 0}, "events": [], "bends": []})
     );
-    let view = ears.wait_for_view(|view| !view["robots"][0]["pid"].is_null());
+    let view = stream.wait_for_view(|view| !view["robots"][0]["pid"].is_null());
     assert_eq!(
         (&view["tick"], &view["clock"]["paused"]),
         (&json!(0), &json!(true))
     );
     assert_eq!(view["items"].as_array().unwrap().len(), 24);
 
-    // One step, and one step only.
+    // A step of one tick.
     page.control(r#"{"clock": {"step": 1}}"#);
-    let view = ears.wait_for_view(|view| view["tick"] != 0);
+    let view = stream.wait_for_view(|view| view["tick"] != 0);
     assert_eq!(
         (&view["tick"], &view["clock"]["steps_left"]),
         (&json!(1), &json!(0))
     );
     assert_eq!(view["robots"][0]["sets"].as_array().unwrap().len(), 5);
-    // An obstacle takes effect and is seen while the clock stands still, and so does its removal.
+    // An obstacle and its removal take effect while the clock is paused.
     let obstacle = r#"{"fault": {"fault": {"obstacle": {"x_m": 5, "y_m": 4, "width_m": 0.5, "height_m": 1}}}}"#;
     let armed = page.control(obstacle);
-    let view = ears.wait_for_view(|view| view["obstacles"] != json!([]));
+    let view = stream.wait_for_view(|view| view["obstacles"] != json!([]));
     assert_eq!(view["tick"], armed["armed"]["tick"]);
     assert_eq!(view["faults"][0]["phase"], "in-force");
     page.control(r#"{"clear": "f1"}"#);
-    ears.wait_for_view(|view| view["obstacles"] == json!([]));
+    stream.wait_for_view(|view| view["obstacles"] == json!([]));
 
     page.control(r#"{"clock": {"speed": 20}}"#);
     page.control(r#"{"clock": "resume"}"#);
-    let mut told: Vec<Value> = Vec::new();
+    let mut received: Vec<Value> = Vec::new();
     let mut deliveries = BTreeSet::new();
     let ended = loop {
-        let frame = ears.next().unwrap();
+        let frame = stream.next().unwrap();
         if let Some(Value::Array(events)) = frame.get("events") {
-            told.extend_from_slice(events);
+            received.extend_from_slice(events);
         }
         if let Some(messages) = frame.get("messages") {
             assert_eq!(messages["left_out"], 0);
@@ -128,11 +128,11 @@ fn a_page_is_told_everything_and_how_the_run_ended() {
     };
     assert_eq!(ended["outcome"], "time-limit");
     assert_eq!(ended["folder"], lab.path("run").to_str().unwrap());
-    assert!(ears.next().is_none());
+    assert!(stream.next().is_none());
     assert!(deliveries.contains("Heard"), "{deliveries:?}");
     team.wait().expect(1);
 
-    // The events are the log's, all of them, in order.
+    // The events are those of the log, complete and in order.
     let logged: Vec<Value> = lab
         .log("run")
         .each_row::<alliance_proto::log::EventRow>()
@@ -141,39 +141,42 @@ fn a_page_is_told_everything_and_how_the_run_ended() {
             json!({"t_ms": row.t_ms, "kind": row.kind, "robot": row.robot, "subject": row.subject, "reason": row.reason, "detail": row.detail})
         })
         .collect();
-    let from = logged.len() - told.len();
-    assert_eq!(told, logged[from..]);
-    // What came before the page was opened it was told as the past, or there was nothing yet.
+    let from = logged.len() - received.len();
+    assert_eq!(received, logged[from..]);
+    // Earlier events are in the past frame, or there was none yet.
     assert!(logged[..from].iter().all(|event| event["t_ms"] == 0));
 }
 
-/// A browser on a busy machine reads late; the process that serves it stays until it has.
+/// The server stays until a slow browser has read all frames.
 #[test]
-fn a_page_that_reads_late_still_hears_how_the_run_ended() {
+fn a_page_that_reads_late_still_receives_the_end_of_the_run() {
     let lab = Lab::new();
     let mut team = Team::start_with_page(&lab, &["--paused", "--speed", "max", "--limit", "10"]);
     let server = team.wait_for_page();
     let world = team.pid("world");
-    let page = Page::in_words(&team.launcher().stderr());
-    let mut ears = page.live();
+    let page = Page::from_output(&team.launcher().stderr());
+    let mut stream = page.live();
     page.control(r#"{"clock": "resume"}"#);
 
     wait_until("the end of the world", || command_line(world).is_none());
-    assert!(command_line(server).is_some(), "it has not been heard yet");
-    assert_eq!(ears.wait_for("ended")["outcome"], "time-limit");
-    assert!(ears.next().is_none());
+    assert!(
+        command_line(server).is_some(),
+        "the frames have not been read yet"
+    );
+    assert_eq!(stream.wait_for("ended")["outcome"], "time-limit");
+    assert!(stream.next().is_none());
     wait_until("the end of the server", || command_line(server).is_none());
     team.wait().expect(1);
 }
 
-/// The past of a run that stands at its beginning: its first view, if there has been one.
-fn ears_views(page: &Page) -> Value {
+/// Returns the views in the past frame of a run at its beginning.
+fn past_views(page: &Page) -> Value {
     page.live().wait_for("past")["views"].clone()
 }
 
-/// What grows with the square of the team stays out of what a page is told.
+/// Data that grows with the square of the team size is not sent to a page.
 #[test]
-fn a_large_team_that_has_not_come_yet_has_a_page() {
+fn a_large_team_that_has_not_joined_yet_has_a_page() {
     let lab = Lab::new();
     let robots: String = (0..300)
         .map(|rank| format!("[[robots]]\nname = \"r{rank}\"\n"))
@@ -184,18 +187,18 @@ fn a_large_team_that_has_not_come_yet_has_a_page() {
     world.wait_for_stderr("waiting for robots");
     let mut watch = lab.start(&["watch"]);
     watch.wait_for_stderr("/#");
-    let page = Page::in_words(&watch.stderr());
+    let page = Page::from_output(&watch.stderr());
     let about = page.get("/api/run");
     assert_eq!(about["scenario"]["robots"].as_array().unwrap().len(), 300);
     assert_eq!(about["alliance"]["threshold"], 100.0);
-    let mut ears = page.live();
-    let view = ears.wait_for("view");
+    let mut stream = page.live();
+    let view = stream.wait_for("view");
     let robots = view["robots"].as_array().unwrap();
     assert_eq!(robots.len(), 300);
     assert!(robots.iter().all(|robot| robot["state"] == "coming"));
-    // Only this server goes: nothing is said of the run's end.
+    // Only this server ends, so the stream does not report the end of the run.
     watch.signal(Signal::SIGINT);
-    while let Some(frame) = ears.next() {
+    while let Some(frame) = stream.next() {
         assert_eq!(frame.get("ended"), None);
     }
     watch.wait().expect(0);

@@ -1,4 +1,4 @@
-//! A finished run in a real browser: its time goes back and forth.
+//! A finished run in a real browser: seeking and playing.
 
 use nix::sys::signal::Signal;
 
@@ -7,7 +7,7 @@ use super::client::Page;
 use crate::harness::Lab;
 
 #[test]
-fn a_finished_run_is_played_sought_and_jumped_through() {
+fn a_finished_run_can_be_played_and_sought() {
     let Some(browser) = Browser::start(LAPTOP) else {
         return;
     };
@@ -21,9 +21,9 @@ fn a_finished_run_is_played_sought_and_jumped_through() {
         .expect(1);
     let mut view = lab.start(&["view", "run"]);
     view.wait_for_stderr("/#");
-    browser.open(&Page::in_words(&view.stderr()).link());
+    browser.open(&Page::from_output(&view.stderr()).link());
     browser.wait_for("document.body.dataset.mode == 'log' && alliance.view != null");
-    // Nothing can be broken any more.
+    // The controls for faults are hidden.
     assert_eq!(
         browser.eval("[...document.querySelectorAll('[data-interfere], .live-only')].filter(e => e.checkVisibility()).length"),
         0
@@ -37,7 +37,7 @@ fn a_finished_run_is_played_sought_and_jumped_through() {
         ));
     };
     let gold = "document.querySelector('[data-robot=gold]')?.dataset.state ?? null";
-    // Forth, back and forth again.
+    // Seek forward, backward and forward again.
     for (tick, state) in [
         (2200, "dead"),
         (1000, "present"),
@@ -46,18 +46,18 @@ fn a_finished_run_is_played_sought_and_jumped_through() {
     ] {
         seek(tick);
         browser.wait_for(&format!("({gold}) == '{state}'"));
-        // Its curves, too, where it is dead: those of the time before.
+        // A crashed robot shows its earlier curves.
         browser
             .wait_for("document.querySelector('[data-chart=gold] .values').childElementCount >= 4");
     }
     browser.screenshot("page-replay");
-    // The event after the start of the kill's tick: the events of gold's death.
+    // The next event is gold's crash.
     seek(1990);
     browser.press('n');
     browser.wait_for("alliance.view.tick >= 2000 && alliance.view.tick <= 2001");
     browser.press('p');
     browser.wait_for("alliance.view.tick < 2000");
-    // Played, it goes on by itself; held, it stands.
+    // The clock plays, and pauses.
     seek(100);
     browser.press(' ');
     browser.wait_for("alliance.view.tick > 120");

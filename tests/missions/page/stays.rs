@@ -1,14 +1,15 @@
-//! What the command does for whoever looks on: a pace for eyes, a page that stays, a link to the newest run, and the next step.
+//! Conveniences of the command for observers: real-time speed, a page that stays, a link to the newest run, and the
+//! next commands.
 
 use nix::sys::signal::Signal;
 
 use super::client::Page;
 use crate::harness::{Lab, Process};
 
-/// No program that could open a browser.
+/// An environment in which no browser can be opened.
 const NO_BROWSER: [(&str, &str); 1] = [("PATH", "")];
 
-/// A run whose page would be opened, held at its beginning.
+/// Starts a run with `--open`, paused at its beginning.
 fn opened(lab: &Lab, arguments: &[&str]) -> (Process, Page) {
     let all = [
         &["run", "--open", "--out", "run", "--limit", "5"],
@@ -18,12 +19,12 @@ fn opened(lab: &Lab, arguments: &[&str]) -> (Process, Page) {
     let mut run = lab.start_with(&all, &NO_BROWSER);
     run.wait_for_stderr("/#");
     run.wait_for_stderr("the clock is held");
-    let page = Page::in_words(&run.stderr());
+    let page = Page::from_output(&run.stderr());
     (run, page)
 }
 
 #[test]
-fn who_looks_on_gets_real_time_unless_another_speed_is_asked_for() {
+fn an_opened_page_or_a_paused_start_means_real_time_unless_a_speed_is_stated() {
     for (arguments, speed) in [
         (&["--open"][..], Some(1.0)),
         (&["--paused"], Some(1.0)),
@@ -34,18 +35,18 @@ fn who_looks_on_gets_real_time_unless_another_speed_is_asked_for() {
         let all = [&["run", "--out", "run", "--limit", "5"], arguments].concat();
         let mut run = lab.start_with(&all, &NO_BROWSER);
         run.wait_for_stderr("/#");
-        let page = Page::in_words(&run.stderr());
+        let page = Page::from_output(&run.stderr());
         let view = page.live().wait_for_view(|view| !view["clock"].is_null());
         assert_eq!(view["clock"]["speed"].as_f64(), speed, "{arguments:?}");
         assert_eq!(view["clock"]["paused"], true);
         run.signal(Signal::SIGINT);
-        // Whoever ends the run does not want to look at it.
+        // After an interrupt the page does not stay.
         run.wait().expect(1);
     }
 }
 
 #[test]
-fn a_page_that_was_opened_stays_with_the_log() {
+fn an_opened_page_stays_with_the_log() {
     let lab = Lab::new();
     let (mut run, page) = opened(&lab, &["--speed", "max"]);
     assert_eq!(page.get("/api/run")["stays"], true);
@@ -56,9 +57,9 @@ fn a_page_that_was_opened_stays_with_the_log() {
         (&about["mode"], &about["log"]["ticks"]),
         (&"log".into(), &100.into())
     );
-    // Loaded again it is there again; when it is closed the command ends.
-    drop(page.accompany());
-    let _again = page.accompany();
+    // The command continues after a reload, and ends when the page is closed.
+    drop(page.open_page());
+    let _again = page.open_page();
     assert!(run.is_running());
     run.signal(Signal::SIGINT);
     run.wait().expect(1);
@@ -67,7 +68,7 @@ fn a_page_that_was_opened_stays_with_the_log() {
     let (mut run, page) = opened(&lab, &["--speed", "max"]);
     page.control(r#"{"clock": "resume"}"#);
     run.wait_for_stderr("shows the log");
-    drop(page.accompany());
+    drop(page.open_page());
     let ended = run.wait().expect(1);
     assert!(
         !ended.stderr.contains("alliance report"),
@@ -77,7 +78,7 @@ fn a_page_that_was_opened_stays_with_the_log() {
 }
 
 #[test]
-fn a_run_without_a_page_that_stays_names_the_next_commands() {
+fn a_run_without_a_staying_page_prints_the_next_commands() {
     let lab = Lab::new();
     let ended = lab.mission("run", &["--limit", "5"]).expect(1);
     let last: Vec<&str> = ended.stderr.lines().rev().take(2).collect();
@@ -88,7 +89,7 @@ fn a_run_without_a_page_that_stays_names_the_next_commands() {
 }
 
 #[test]
-fn the_link_to_the_newest_run_is_there_while_it_lives_and_after_its_world_was_killed() {
+fn the_link_to_the_newest_run_exists_during_a_run_and_after_a_kill_of_its_world() {
     let lab = Lab::new();
     let leads_to = || std::fs::canonicalize(lab.path("runs/latest")).unwrap();
     lab.mission("elsewhere", &["--limit", "5"]).expect(1);
@@ -106,7 +107,7 @@ fn the_link_to_the_newest_run_is_there_while_it_lives_and_after_its_world_was_ki
     nix::sys::signal::kill(nix::unistd::Pid::from_raw(world), Signal::SIGKILL).unwrap();
     run.wait().expect(3);
     assert_eq!(leads_to(), newest);
-    // A world by hand is a run, too.
+    // A separate world is also a run.
     let mut by_hand = lab.start(&["world", "--out", "by-hand"]);
     by_hand.wait_for_stderr("waiting for robots");
     assert_eq!(leads_to(), lab.path("by-hand").canonicalize().unwrap());

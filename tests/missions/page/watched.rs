@@ -1,4 +1,4 @@
-//! A live run in a real browser, watched and interfered with as a person does it.
+//! A live run in a real browser, watched and controlled like by a user.
 
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, TcpListener};
@@ -15,15 +15,15 @@ use super::client::Page;
 use crate::harness::{Lab, command_line};
 use crate::team::Team;
 
-/// A notice says that the first fault is acknowledged, and from when on.
+/// The condition that a notice acknowledges the first fault with its time.
 const NOTICE: &str = "/f1: .* from .* s .tick /.test(document.querySelector('#notices').innerText)";
 
-/// A run that stands at its beginning, on the page.
+/// Opens the page of a run that is paused at its beginning.
 fn open<'l>(lab: &'l Lab, browser: &Browser, arguments: &[&str]) -> (Team<'l>, Page) {
     open_with(lab, browser, arguments, &[])
 }
 
-/// The same, with these environment variables.
+/// Opens such a page with additional environment variables.
 fn open_with<'l>(
     lab: &'l Lab,
     browser: &Browser,
@@ -32,7 +32,7 @@ fn open_with<'l>(
 ) -> (Team<'l>, Page) {
     let mut team = Team::start_with(lab, &[arguments, &["--paused"]].concat(), variables);
     team.wait_for_page();
-    let page = Page::in_words(&team.launcher().stderr());
+    let page = Page::from_output(&team.launcher().stderr());
     browser.open(&page.link());
     browser.wait_for(
         "document.body.dataset.state == 'paused' && alliance.view.robots.every(r => r.pid != null)",
@@ -40,8 +40,7 @@ fn open_with<'l>(
     (team, page)
 }
 
-/// Lets the run go on to its end, as fast as it can.
-fn let_go(page: &Page) {
+fn resume_at_full_speed(page: &Page) {
     page.control(r#"{"clock": {"speed": null}}"#);
     page.control(r#"{"clock": "resume"}"#);
 }
@@ -50,17 +49,17 @@ fn tick(browser: &Browser) -> u64 {
     browser.eval("alliance.view.tick").as_u64().unwrap()
 }
 
-/// Holds the clock at that tick, or soon after.
-fn run_to(browser: &Browser, page: &Page, wanted: u64) {
-    let left = wanted - tick(browser);
+/// Steps the clock to a tick.
+fn run_to(browser: &Browser, page: &Page, target: u64) {
+    let left = target - tick(browser);
     page.control(&format!(r#"{{"clock": {{"step": {left}}}}}"#));
     browser.wait_for(&format!(
-        "alliance.view.tick == {wanted} && document.body.dataset.tick == '{wanted}'"
+        "alliance.view.tick == {target} && document.body.dataset.tick == '{target}'"
     ));
 }
 
-/// Where a point of the room is on the screen, in pixels of the window. What is shown around the room comes and goes, and the room
-/// moves with it: it counts once several looks have found the same.
+/// Returns the position of a point of the room, in pixels of the window. Waits until several checks give the same
+/// result, because the room moves when elements around it appear.
 fn canvas(browser: &Browser, x_m: f32, y_m: f32) -> (i64, i64) {
     browser.eval("window.placed = null");
     let at = browser.wait_for(&format!(
@@ -70,9 +69,9 @@ fn canvas(browser: &Browser, x_m: f32, y_m: f32) -> (i64, i64) {
             const now = [Math.round(box.x + at.x), Math.round(box.y + at.y)];
             if (window.placed?.now.join() != now.join()) window.placed = {{ now, pictures: 0 }};
             const placed = window.placed;
-            if (!placed.asked) {{
-                placed.asked = true;
-                setTimeout(() => requestAnimationFrame(() => {{ placed.pictures += 1; placed.asked = false; }}), 100);
+            if (!placed.waiting) {{
+                placed.waiting = true;
+                setTimeout(() => requestAnimationFrame(() => {{ placed.pictures += 1; placed.waiting = false; }}), 100);
             }}
             return placed.pictures >= 5 ? now : null;
         }})()"
@@ -81,7 +80,7 @@ fn canvas(browser: &Browser, x_m: f32, y_m: f32) -> (i64, i64) {
 }
 
 #[test]
-fn robots_move_and_the_clock_is_held_stepped_and_let_go() {
+fn robots_move_and_the_clock_can_be_paused_stepped_and_resumed() {
     let Some(browser) = Browser::start(LAPTOP) else {
         return;
     };
@@ -89,7 +88,7 @@ fn robots_move_and_the_clock_is_held_stepped_and_let_go() {
     let (team, _) = open(&lab, &browser, &["--speed", "5x", "--limit", "60"]);
     assert_eq!(browser.eval("document.body.dataset.mode"), "live");
     assert_eq!(tick(&browser), 0);
-    // By key, one step and ten; by button, on and off.
+    // Keys for one and for ten steps, and the button for pause and resume.
     browser.press('.');
     browser.wait_for("document.body.dataset.tick == '1'");
     browser.press('>');
@@ -101,22 +100,22 @@ fn robots_move_and_the_clock_is_held_stepped_and_let_go() {
     browser.press(' ');
     browser.wait_for("document.body.dataset.state == 'paused'");
     assert_ne!(browser.eval(places), before);
-    // It is really the barrier that stands: the world's own log gets no further.
-    let held = || {
+    // The world is paused, too: its status does not advance.
+    let status_tick = || {
         let status = lab.run(&["status", "--json"]).expect(0).json();
         assert_eq!(status["status"]["clock"]["paused"], true);
         status["status"]["tick"].as_u64().unwrap()
     };
-    // The tick that was under way may end after the clock has said that it is held.
-    let stands = held();
-    browser.wait_for(&format!("alliance.view.tick == {stands}"));
-    assert_eq!(held(), stands);
+    // The current tick may end after the clock reports the pause.
+    let paused_tick = status_tick();
+    browser.wait_for(&format!("alliance.view.tick == {paused_tick}"));
+    assert_eq!(status_tick(), paused_tick);
     browser.click("#step");
-    let next = stands + 1;
+    let next = paused_tick + 1;
     browser.wait_for(&format!("alliance.view.tick == {next}"));
     assert_eq!(tick(&browser), next);
 
-    // Words, numbers and colors of the robots are on the page.
+    // The page shows texts, numbers and colors of the robots.
     assert_eq!(
         browser.text("[data-robot=blue] [data-field=state]"),
         "present"
@@ -146,15 +145,15 @@ fn robots_move_and_the_clock_is_held_stepped_and_let_go() {
 }
 
 #[test]
-fn an_obstacle_drawn_where_a_robot_will_go_is_avoided_and_can_be_undone() {
+fn an_obstacle_drawn_ahead_of_a_robot_is_avoided_and_can_be_undone() {
     let Some(browser) = Browser::start(LAPTOP) else {
         return;
     };
     let lab = Lab::new();
-    // Where blue is a little later if nobody interferes.
+    // Blue's path in the undisturbed run.
     let arguments = ["--speed", "max", "--limit", "60"];
     lab.mission("before", &arguments).expect(1);
-    let way: Vec<PoseRow> = lab
+    let path: Vec<PoseRow> = lab
         .log("before")
         .rows::<PoseRow>()
         .unwrap()
@@ -162,8 +161,8 @@ fn an_obstacle_drawn_where_a_robot_will_go_is_avoided_and_can_be_undone() {
         .filter(|row| row.robot == "blue")
         .collect();
     let from = 400;
-    let start = &way[from];
-    let ahead = way[from..]
+    let start = &path[from];
+    let ahead = path[from..]
         .iter()
         .find(|row| (row.x_m - start.x_m).hypot(row.y_m - start.y_m) > 1.5)
         .unwrap();
@@ -195,18 +194,22 @@ fn an_obstacle_drawn_where_a_robot_will_go_is_avoided_and_can_be_undone() {
         (size.0 - 0.6).abs() < 0.1 && (size.1 - 0.6).abs() < 0.1,
         "{drawn}"
     );
-    // Without it, blue would go there.
-    assert!(way[from..].iter().any(|row| inside(row, corner, size, 0.2)));
-    // The page says since when it is there.
+    // Without the obstacle blue would go there.
+    assert!(
+        path[from..]
+            .iter()
+            .any(|row| inside(row, corner, size, 0.2))
+    );
+    // The page shows the time from which the obstacle exists.
     browser.wait_for(NOTICE);
 
     run_to(&browser, &page, 1000);
-    // Undone from the list of faults: it is gone again.
+    // The undo button in the list of faults removes the obstacle.
     browser.click("#tab-faults");
     browser.click("#faults [data-undo=f1]");
     browser.wait_for("alliance.view.obstacles.length == 0");
     assert_eq!(browser.console(), Vec::<String>::new());
-    let_go(&page);
+    resume_at_full_speed(&page);
     team.wait().expect(1);
 
     let log = lab.log("run");
@@ -216,10 +219,10 @@ fn an_obstacle_drawn_where_a_robot_will_go_is_avoided_and_can_be_undone() {
     }
     let events = log.rows::<EventRow>().unwrap();
     let times = |kind: &str| -> Vec<u64> {
-        let of_it = events
+        let of_fault = events
             .iter()
             .filter(|row| row.kind == kind && row.subject == "f1");
-        of_it.map(|row| row.t_ms.0).collect()
+        of_fault.map(|row| row.t_ms.0).collect()
     };
     assert_eq!(times("applied"), [20_000]);
     assert_eq!(times("healed"), [50_000]);
@@ -227,13 +230,13 @@ fn an_obstacle_drawn_where_a_robot_will_go_is_avoided_and_can_be_undone() {
 }
 
 #[test]
-fn gold_is_killed_on_the_page_and_its_task_is_seen_to_be_taken_over() {
+fn gold_is_killed_on_the_page_and_the_page_shows_the_takeover_of_its_task() {
     let Some(browser) = Browser::start(LAPTOP) else {
         return;
     };
     let lab = Lab::new();
     let (mut team, page) = open(&lab, &browser, &["--speed", "max", "--limit", "250"]);
-    // Until gold has a spill.
+    // The run continues until gold moves items of a spill.
     let task = |robot: &str| {
         format!(
             "[...document.querySelectorAll('[data-task]')].find(row => row.querySelector('[data-field=executes]').dataset.robots.split(' ').includes('{robot}'))?.dataset.task ?? null"
@@ -257,10 +260,10 @@ fn gold_is_killed_on_the_page_and_its_task_is_seen_to_be_taken_over() {
     assert_eq!(browser.eval(&format!("{kill}.ariaLabel")), "Kill gold");
     browser.click("[data-robot=gold] [data-action=kill]");
     browser.wait_for(NOTICE);
-    // The card says so, and the room does not jump.
+    // The card shows the fault, and the room keeps its size.
     browser.wait_for("document.querySelector('[data-robot=gold] .faults').innerText.includes('(from the next tick)')");
     assert_eq!(browser.eval(height), before);
-    // With the clock held the kill takes effect in the next tick: a real SIGKILL.
+    // While the clock is paused, the kill takes effect in the next tick: a real SIGKILL.
     browser.press('.');
     browser.press('.');
     browser.wait_for("document.querySelector('[data-robot=gold]').dataset.state == 'dead'");
@@ -270,19 +273,19 @@ fn gold_is_killed_on_the_page_and_its_task_is_seen_to_be_taken_over() {
     assert_eq!(browser.eval(&task("gold")), Value::Null);
 
     browser.press(' ');
-    let heir = browser.wait_for(&format!(
+    let successor = browser.wait_for(&format!(
         "document.querySelector({:?}).dataset.robots || null",
         format!("[data-task={spill:?}] [data-field=executes]")
     ));
     browser.click("#tab-events");
     browser.wait_for("document.querySelector('#event-list').innerText.includes('gold')");
-    // Back again, by the button.
+    // The restart button starts a new incarnation.
     browser.click("[data-robot=gold] [data-action=restart]");
     browser.wait_for("document.querySelector('[data-robot=gold]').dataset.state == 'present'");
     assert_eq!(browser.text("[data-robot=gold] [data-field=life]"), "2");
     assert_eq!(browser.console(), Vec::<String>::new());
     team.wait_for_row("events.csv", &[",joined,gold,", "incarnation 2"]);
-    let_go(&page);
+    resume_at_full_speed(&page);
     team.wait();
 
     let log = lab.log("run");
@@ -292,12 +295,12 @@ fn gold_is_killed_on_the_page_and_its_task_is_seen_to_be_taken_over() {
     let taken = events
         .iter()
         .find(|row| row.t_ms > gone.t_ms && row.kind == "activated" && row.subject == spill);
-    assert_eq!(json!(taken.unwrap().robot), heir);
+    assert_eq!(json!(taken.unwrap().robot), successor);
     lab.run(&["replay", "run"]).expect(0);
 }
 
 #[test]
-fn a_link_is_cut_and_a_sensor_broken_by_clicking_and_both_are_undone() {
+fn a_link_and_a_sensor_are_broken_by_clicks_and_both_faults_are_undone() {
     let Some(browser) = Browser::start(LAPTOP) else {
         return;
     };
@@ -324,18 +327,18 @@ fn a_link_is_cut_and_a_sensor_broken_by_clicking_and_both_are_undone() {
     browser.wait_for("alliance.view.faults.length == 1");
     browser.press('u');
     browser.wait_for("alliance.view.faults.length == 0");
-    // Waste cannot be undone: it has happened.
+    // Added waste cannot be undone.
     assert_eq!(browser.eval("alliance.view.items.length"), 24);
     browser.press('w');
-    // With the tool come its options, and these move the room.
+    // The options of the tool move the room.
     browser.wait_for("document.querySelector('#room-canvas').dataset.tool == 'fault-waste'");
     let place = canvas(&browser, 6.0, 4.5);
     browser.drag(place, place);
     browser.wait_for("alliance.view.items.length == 25");
-    let lies = browser.eval("alliance.view.items[24].position");
-    let off = |axis: usize, wanted: f64| (lies[axis].as_f64().unwrap() - wanted).abs();
-    assert!(off(0, 6.0) < 0.1 && off(1, 4.5) < 0.1, "{lies}");
-    // A click on an item takes it, the next one says where to.
+    let position = browser.eval("alliance.view.items[24].position");
+    let off = |axis: usize, expected: f64| (position[axis].as_f64().unwrap() - expected).abs();
+    assert!(off(0, 6.0) < 0.1 && off(1, 4.5) < 0.1, "{position}");
+    // The first click selects an item, the second one its new position.
     browser.click("[data-tool-button=fault-move-waste]");
     let place = canvas(&browser, 6.0, 4.5);
     browser.drag(place, place);
@@ -345,23 +348,22 @@ fn a_link_is_cut_and_a_sensor_broken_by_clicking_and_both_are_undone() {
     browser.wait_for("alliance.view.items[24].position[1] < 3.1");
     browser.screenshot("page-own-faults");
     assert_eq!(browser.console(), Vec::<String>::new());
-    let_go(&page);
+    resume_at_full_speed(&page);
     team.wait().expect(1);
     let mut faults = lab.log("run").run.faults;
     assert_eq!(faults.pop().unwrap().order.fault.name(), "move-waste");
     let waste = faults.pop().unwrap();
     assert_eq!((waste.order.fault.name(), waste.hits), ("waste", 1));
-    let told: Vec<(&str, bool)> = faults
+    let shown: Vec<(&str, bool)> = faults
         .iter()
         .map(|fault| (fault.order.fault.name(), fault.hits > 0))
         .collect();
-    assert_eq!(told, [("partition", true), ("sensor", true)]);
+    assert_eq!(shown, [("partition", true), ("sensor", true)]);
     assert!(faults.iter().all(|fault| fault.healed_ms.is_some()));
 }
 
-/// The page has never heard of its mission: devices, tool, fields and words are what the mission declares.
 #[test]
-fn the_faults_and_devices_of_a_mission_of_somebody_else_are_on_the_page() {
+fn the_faults_and_devices_of_an_external_mission_are_on_the_page() {
     let Some(browser) = Browser::start(LAPTOP) else {
         return;
     };
@@ -375,32 +377,32 @@ fn the_faults_and_devices_of_a_mission_of_somebody_else_are_on_the_page() {
     assert_eq!(browser.eval(left), 6);
     let tools =
         "[...document.querySelectorAll('#fault-tools button')].map(it => [it.innerText, it.title])";
-    let touch = ["Touch", "Somebody else touches all places there (c)"];
+    let touch = ["Touch", "Marks all places within the radius as visited (c)"];
     assert_eq!(browser.eval(tools), json!([touch]));
-    // By its key: what is no place is a field, with what the mission says of it.
+    // The key of the fault. An argument that is no position has a field with the mission's text.
     browser.press('c');
     let fields = "[...document.querySelectorAll('#fault-fields label')].map(it => [it.innerText, it.title, it.querySelector('input').value])";
     browser.wait_for(&format!("({fields}).length == 1"));
-    let within = ["within\nm", "How far around it, m", "0.5"];
+    let within = ["within\nm", "The radius around the position, m", "0.5"];
     assert_eq!(browser.eval(fields), json!([within]));
-    // What is out of its range is not even sent.
+    // An argument out of range is not sent.
     let field = "document.querySelector('#fault-fields [data-field=within_m]')";
     browser.eval(&format!("{field}.value = 101"));
-    let beside = |x, y| {
+    let click_at = |x, y| {
         let place = canvas(&browser, x, y);
         browser.drag(place, place);
     };
-    beside(4.3, 2.0);
+    click_at(4.3, 2.0);
     assert_eq!(browser.eval(&format!("{field}.matches(':invalid')")), true);
     assert_eq!(page.control(r#""list""#)["faults"], json!([]));
-    // Place "d" is near enough; beside "e" no place is within so little.
+    // Place "d" is within the default radius. No place is within the small radius near "e".
     browser.eval(&format!("{field}.value = ''"));
-    beside(4.3, 2.0);
+    click_at(4.3, 2.0);
     browser.wait_for(&format!("{left} == 5"));
     browser.wait_for(NOTICE);
     browser.screenshot("page-of-somebody-else");
     browser.eval(&format!("{field}.value = 0.2"));
-    beside(7.8, 1.0);
+    click_at(7.8, 1.0);
     browser.click("[data-robot=blue] [data-action=sensors]");
     let devices = "[...document.querySelectorAll('#menu [data-field=device] option')].map(it => it.innerText)";
     assert_eq!(
@@ -416,24 +418,24 @@ fn the_faults_and_devices_of_a_mission_of_somebody_else_are_on_the_page() {
     browser.choose("#menu [data-field=device]", "touch");
     browser.click("#menu [data-action=break]");
     browser.wait_for("alliance.view.faults.some(it => it.order.fault.sensor?.device == 'touch')");
-    // What has happened in a tick is told at its end.
+    // Events of a tick are shown at its end.
     run_to(&browser, &page, 1);
     browser.click("#tab-faults");
-    let told = "touch --within-m 0.2 --x-m 7.8 --y-m 1";
+    let row_text = "touch --within-m 0.2 --x-m 7.8 --y-m 1";
     browser.wait_for(&format!(
-        "document.querySelector('#fault-rows').innerText.includes({told:?})"
+        "document.querySelector('#fault-rows').innerText.includes({row_text:?})"
     ));
     assert_eq!(browser.eval(left), 5);
     assert_eq!(browser.console(), Vec::<String>::new());
-    let_go(&page);
+    resume_at_full_speed(&page);
     team.wait().expect(0);
     let replayed = lab.start_with(&["replay", "run"], &[("VISIT", "1")]);
     replayed.wait().expect(0);
 }
 
-/// An allocator without motivations has utilities, which have no threshold.
+/// An allocator without motivations has utilities without a threshold.
 #[test]
-fn utilities_are_drawn_where_there_are_no_motivations() {
+fn utilities_are_drawn_for_an_allocator_without_motivations() {
     let Some(browser) = Browser::start(LAPTOP) else {
         return;
     };
@@ -448,31 +450,32 @@ fn utilities_are_drawn_where_there_are_no_motivations() {
     assert_eq!(browser.eval(measures), utilities);
     let active = browser.eval("alliance.run.catalog.sets[alliance.view.robots[0].active].name");
     let shown = format!("[data-chart=blue] [data-motivation={active}]");
-    // What is under way is worth at least 1.
+    // The utility of an active behavior is at least 1.
     browser.wait_for(&format!(
         "Number(document.querySelector({shown:?}).innerText) >= 1"
     ));
     browser.screenshot("page-utilities");
     assert_eq!(browser.console(), Vec::<String>::new());
-    let_go(&page);
+    resume_at_full_speed(&page);
     team.wait().expect(1);
 }
 
-/// Another page in the same browser, which knows the address and even the token, tries whatever a page can.
+/// Sends all kinds of requests from a page of another origin in the same browser, with the address and even the token.
 #[test]
-fn a_page_elsewhere_in_the_same_browser_cannot_kill_a_robot() {
+fn a_page_of_another_origin_in_the_same_browser_cannot_kill_a_robot() {
     let Some(browser) = Browser::start(LAPTOP) else {
         return;
     };
     let lab = Lab::new();
     let (team, page) = open(&lab, &browser, &["--speed", "max", "--limit", "60"]);
-    // It comes from another server on this machine, which lets everybody do everything.
-    let elsewhere = Elsewhere::start();
+    // The page is served by another local server that accepts all requests.
+    let elsewhere = OpenServer::start();
     let token = &page.token;
     let kill = r#"{\"fault\": {\"fault\": {\"kill\": \"gold\"}}}"#;
     let tries = |host: &str| {
         [
-            // As a form would, which asks nobody; with the token where nobody is asked; with the token, which asks first.
+            // A simple request as of a form; a simple request with the token in the address; a request with the
+            // token, which needs a preflight; a WebSocket.
             format!(
                 "fetch('http://{host}/api/control', {{method: 'POST', mode: 'no-cors', body: \"{kill}\"}})"
             ),
@@ -497,17 +500,17 @@ fn a_page_elsewhere_in_the_same_browser_cannot_kill_a_robot() {
             .unwrap()
             .to_owned()
     };
-    // The browser does send them: they come to a server that stands open.
+    // The browser sends these requests: an open server receives them.
     browser.open(&elsewhere.url());
-    let open = Elsewhere::start();
+    let open = OpenServer::start();
     for each in tries(&open.host()) {
         let before = open.requests();
         attempt(&each);
-        assert!(open.requests() > before, "{each} is never sent");
+        assert!(open.requests() > before, "{each} was not sent");
     }
     for each in tries(&page.host()) {
         let tried = attempt(&each);
-        // What it may send unasked it does not get to read.
+        // The page cannot read the response of a simple request.
         assert!(
             tried == "refused" || tried == "done opaque",
             "{each}: {tried}"
@@ -516,18 +519,18 @@ fn a_page_elsewhere_in_the_same_browser_cannot_kill_a_robot() {
     let listed = page.control(r#""list""#);
     assert_eq!(listed, json!({"faults": []}));
     assert!(command_line(team.pid("gold")).is_some());
-    let_go(&page);
+    resume_at_full_speed(&page);
     team.wait().expect(1);
     assert!(lab.log("run").run.faults.is_empty());
 }
 
-/// A server on this machine that answers everything, to anybody, with an empty page; it ends with the test's process.
-struct Elsewhere {
+/// A local server that answers all requests with an empty page. It ends with the test's process.
+struct OpenServer {
     port: u16,
     requests: Arc<AtomicUsize>,
 }
 
-impl Elsewhere {
+impl OpenServer {
     fn start() -> Self {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
         let port = listener.local_addr().unwrap().port();
@@ -536,7 +539,7 @@ impl Elsewhere {
         std::thread::spawn(move || {
             for stream in listener.incoming() {
                 let mut stream = stream.unwrap();
-                // A browser also opens connections on which it says nothing.
+                // A browser also opens connections without a request.
                 let _ = stream.set_read_timeout(Some(Duration::from_secs(1)));
                 let mut request = [0; 4096];
                 if stream.read(&mut request).is_ok_and(|length| length > 0) {
@@ -563,7 +566,7 @@ impl Elsewhere {
 }
 
 #[test]
-fn it_fits_a_laptop_and_a_phone() {
+fn the_page_fits_a_laptop_and_a_phone() {
     for (name, size) in [
         ("laptop", LAPTOP),
         ("phone", PHONE),
@@ -586,13 +589,13 @@ fn it_fits_a_laptop_and_a_phone() {
         let robots = browser.eval("document.querySelector('#robots').clientHeight");
         assert!(robots.as_u64().unwrap() >= 150, "{name}: {robots} px");
         browser.screenshot(&format!("page-{name}"));
-        let_go(&page);
+        resume_at_full_speed(&page);
         team.wait().expect(1);
     }
 }
 
 #[test]
-fn a_run_that_stands_still_is_not_shown_as_running() {
+fn a_frozen_or_waiting_run_is_not_shown_as_running() {
     let Some(browser) = Browser::start(LAPTOP) else {
         return;
     };
@@ -603,7 +606,7 @@ fn a_run_that_stands_still_is_not_shown_as_running() {
     team.signal("world", Signal::SIGSTOP);
     browser.wait_for("document.body.dataset.state == 'frozen'");
     let status = lab.run(&["status"]).expect(3);
-    let cure = format!("`kill -CONT {}` lets it go on", team.pid("world"));
+    let cure = format!("`kill -CONT {}` resumes it", team.pid("world"));
     assert!(status.stderr.contains(&cure), "{}", status.stderr);
     team.signal("world", Signal::SIGCONT);
     browser.wait_for("document.body.dataset.state == 'running'");

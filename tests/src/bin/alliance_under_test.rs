@@ -1,8 +1,9 @@
-//! The `alliance` command, for the tests of this package. Three things are added: an agent that gets SIGUSR1 panics, as an agent
-//! with a bug would; it reads scenarios of the drill, whose robots may lack any behavior; and with the environment variable `VISIT` the
-//! command knows the mission of the examples, as its user's would.
+//! The `alliance` command for the tests of this package, with three additions.
+//!
+//! An agent panics on SIGUSR1, like an agent with a bug. The command reads scenarios of the drill mission, whose
+//! robots may lack any behavior. With the environment variable `VISIT` it has the mission of the examples.
 
-// As its author wrote and formats it.
+// The examples have their own formatting.
 #[rustfmt::skip]
 #[path = "../../../docs/examples/own-mission/src/data.rs"]
 mod data;
@@ -21,7 +22,7 @@ use nix::sys::signal::{SigSet, Signal};
 use robot_agent::mission::MissionMind;
 use world_server::mission::MissionWorld;
 
-/// It can be read, and is never run.
+/// The drill mission, which can be read but not run.
 const READ_ONLY: MissionParts = MissionParts {
     world: MissionWorld {
         data: DRILL,
@@ -44,11 +45,10 @@ fn main() -> ExitCode {
     })
 }
 
-/// The thread does nothing but wait, so it is no concern of whoever needs to be alone in the process.
 fn panic_on_signal() {
     let mut bug = SigSet::empty();
     bug.add(Signal::SIGUSR1);
-    // Blocked in this thread and in all that it starts, so that the one below gets it.
+    // The signal is blocked in this thread and its children, so that only the new thread receives it.
     if bug.thread_block().is_ok() {
         std::thread::spawn(move || {
             if bug.wait().is_ok() {

@@ -1,9 +1,9 @@
-//! The limit that the bus sets: the barrier of a run with everything but the bus taken out.
+//! The rate limit of the bus: the barrier of a run without all other work.
 //!
-//! The same number of processes, sessions, callbacks, keys and messages of the same sizes as in a run, over zenoh in the same
-//! configuration; nothing is sensed, thought, moved or logged. Started by the benchmark, one process per part.
+//! Processes, sessions, callbacks, keys and message sizes equal those of a run, over zenoh with the same
+//! configuration. There are no sensors, controllers, motion or logs. The benchmark starts one process per part.
 
-#![allow(clippy::disallowed_methods)] // Times itself with the real clock: that is what it is for.
+#![allow(clippy::disallowed_methods)] // The program measures wall-clock time.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -21,7 +21,7 @@ use zenoh::qos::Priority;
 use zenoh::sample::{Locality, SampleKind};
 use zenoh::{Session, Wait};
 
-/// Exchange the messages of a run, and nothing else.
+/// Exchange the messages of a run without other work
 #[derive(Parser)]
 struct BarrierCli {
     #[command(subcommand)]
@@ -30,9 +30,9 @@ struct BarrierCli {
 
 #[derive(Subcommand)]
 enum Part {
-    /// Send ticks, gather reports, print ticks per second
+    /// Send ticks, collect reports and print ticks per second
     World(World),
-    /// Answer ticks with reports, now and then with a broadcast before
+    /// Answer each tick with a report, and send a broadcast before some of them
     Agent(Agent),
 }
 
@@ -41,10 +41,10 @@ struct World {
     /// Locator to listen on
     #[arg(long)]
     endpoint: String,
-    /// Number of agents
+    /// Number of agents in the team
     #[arg(long)]
     agents: usize,
-    /// Number of ticks
+    /// Number of ticks of the run
     #[arg(long)]
     ticks: u64,
     /// Size of a tick message, at least 8
@@ -75,7 +75,7 @@ fn main() -> zenoh::Result<()> {
     session::prepare_process();
     set_pdeathsig(Signal::SIGKILL)?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
-        // As in world and agent.
+        // The world and the agents use one worker thread, too.
         .worker_threads(1)
         .enable_all()
         .build()?;
@@ -87,12 +87,10 @@ fn main() -> zenoh::Result<()> {
     })
 }
 
-/// Robots have no names here, but numbers.
 fn name(rank: impl std::fmt::Display) -> String {
     format!("r{rank}")
 }
 
-/// An agent that is there.
 fn token(name: &str) -> String {
     format!("alliance/bare/alive/{name}")
 }
@@ -101,7 +99,7 @@ fn keys() -> Keys {
     Keys::new("bare")
 }
 
-/// What a run would announce.
+/// Returns the rendezvous that a run would announce.
 fn rendezvous(endpoint: &str) -> Rendezvous {
     Rendezvous {
         run: "bare".to_owned(),
@@ -117,12 +115,11 @@ fn rendezvous(endpoint: &str) -> Rendezvous {
     }
 }
 
-/// The barrier: how far it is.
 struct Barrier {
     ticks: Vec<Publisher<'static>>,
     tick_bytes: usize,
-    /// Tokens of the agents that are there; an agent may come before the world listens, and its token be seen twice.
-    here: BTreeSet<String>,
+    /// The tokens of the agents that have joined. A set, because a token can be received twice.
+    joined: BTreeSet<String>,
     tick: u64,
     last: u64,
     reports: usize,
@@ -132,9 +129,9 @@ struct Barrier {
 
 impl Barrier {
     fn arrive(&mut self, token: &str, over: &Notify) {
-        if self.here.insert(token.to_owned()) && self.here.len() == self.ticks.len() {
+        if self.joined.insert(token.to_owned()) && self.joined.len() == self.ticks.len() {
             self.began = Some(Instant::now());
-            self.ask(over);
+            self.send_ticks(over);
         }
     }
 
@@ -143,12 +140,12 @@ impl Barrier {
         if self.reports == self.ticks.len() {
             self.reports = 0;
             self.tick += 1;
-            self.ask(over);
+            self.send_ticks(over);
         }
     }
 
-    /// Sends the tick, or after the last one an empty message, which ends the agents.
-    fn ask(&mut self, over: &Notify) {
+    /// Sends the next tick. After the last one it sends an empty message, which ends the agents.
+    fn send_ticks(&mut self, over: &Notify) {
         let is_over = self.tick == self.last;
         let mut message = self.tick.to_le_bytes().to_vec();
         message.resize(if is_over { 0 } else { self.tick_bytes }, 0);
@@ -182,7 +179,7 @@ impl World {
         let barrier = Arc::new(Mutex::new(Barrier {
             ticks,
             tick_bytes: self.tick_bytes.max(8),
-            here: BTreeSet::new(),
+            joined: BTreeSet::new(),
             tick: 0,
             last: self.ticks,
             reports: 0,
@@ -214,7 +211,7 @@ impl World {
         if let Some(took) = lock(&barrier).took {
             println!("{}", self.ticks as f64 / took.as_secs_f64());
         }
-        // The agents' last message is still on its way.
+        // The last message to the agents may not have been delivered yet.
         tokio::time::sleep(Duration::from_millis(200)).await;
         Ok(())
     }
@@ -241,7 +238,7 @@ impl Agent {
                 let Some(tick) = message.first_chunk() else {
                     return end.notify_one();
                 };
-                // Robots do not all speak in the same tick.
+                // The agents broadcast in different ticks.
                 if (u64::from_le_bytes(*tick) + rank).is_multiple_of(every) {
                     publish(&team, vec![0; broadcast_bytes]);
                 }
@@ -265,13 +262,13 @@ async fn open(config: &str) -> zenoh::Result<Session> {
     zenoh::open(zenoh::Config::from_json5(config)?).await
 }
 
-/// In the priority of a run's lockstep.
+/// Declares a publisher with the priority of a run's lockstep.
 async fn declare(session: &Session, key: String) -> zenoh::Result<Publisher<'static>> {
     let declared = session.declare_publisher(key);
     declared.priority(Priority::InteractiveHigh).await
 }
 
-/// A message that is lost stops the barrier, and the benchmark says so.
+/// Sends a message. A lost message blocks the barrier, so an error is printed.
 fn publish(publisher: &Publisher<'_>, message: Vec<u8>) {
     if let Err(error) = publisher.put(message).wait() {
         eprintln!("{error}");

@@ -1,76 +1,80 @@
-//! A test that runs once more, in namespaces of its own.
+//! Repeats a test in new namespaces.
 
 use std::process::Command;
 use std::sync::OnceLock;
 
-/// Set for all processes inside, and no others: who began it, and for which test.
+/// The environment variable of all processes in the namespaces. Its value is the process id of the outer test and its
+/// name.
 pub const INSIDE: &str = "ALLIANCE_TEST_HOSTS";
 
-/// What must be possible inside: a place for namespaces (the machine's own /run stays out of sight), and interfaces.
+/// A trial of the required permissions: a mount that hides the machine's own /run, a namespace, and an interface.
 const TRIAL: &str = "mount -t tmpfs none /run && mkdir /run/netns && ip netns add trial && ip tuntap add dev trial mode tap";
 
-/// Arguments of `unshare` that are needed beside those for everybody.
-pub type Way = &'static [&'static str];
+/// The user-dependent arguments of `unshare`.
+pub type UnshareOptions = &'static [&'static str];
 
-/// As root, and as anybody who may be root among namespaces.
-const WAYS: [Way; 2] = [&[], &["--user", "--map-root-user"]];
+/// The arguments for root, and for a user that becomes root in a user namespace.
+const UNSHARE_OPTIONS: [UnshareOptions; 2] = [&[], &["--user", "--map-root-user"]];
 
-/// Whether this process has been started by [`run`].
+/// Returns whether this process was started by [`run`].
 pub fn is_inside() -> bool {
     std::env::var_os(INSIDE).is_some()
 }
 
-/// Which way this process may make namespaces, or why it may not.
-pub fn way() -> Result<Way, &'static str> {
-    static FOUND: OnceLock<Result<Way, String>> = OnceLock::new();
+/// Returns the arguments with which this process can create namespaces, or the reason why it cannot.
+pub fn unshare_options() -> Result<UnshareOptions, &'static str> {
+    static FOUND: OnceLock<Result<UnshareOptions, String>> = OnceLock::new();
     let found = FOUND.get_or_init(|| {
-        let mut why = Vec::new();
-        for way in WAYS {
-            match isolated(way, TRIAL).output() {
-                Ok(tried) if tried.status.success() => return Ok(way),
-                Ok(tried) => why.push(String::from_utf8_lossy(&tried.stderr).trim().to_owned()),
-                Err(error) => why.push(format!("unshare: {error}")),
+        let mut reasons = Vec::new();
+        for options in UNSHARE_OPTIONS {
+            match isolated(options, TRIAL).output() {
+                Ok(tried) if tried.status.success() => return Ok(options),
+                Ok(tried) => reasons.push(String::from_utf8_lossy(&tried.stderr).trim().to_owned()),
+                Err(error) => reasons.push(format!("unshare: {error}")),
             }
         }
-        Err(why.join("; "))
+        Err(reasons.join("; "))
     });
     found.as_ref().copied().map_err(String::as_str)
 }
 
-/// Runs a test of this very binary inside.
+/// Runs a test of this binary in new namespaces.
 ///
 /// # Errors
-/// If it fails or is not there, with what it has said.
-pub fn run(way: Way, test: &str) -> Result<(), String> {
-    // The shell stays, as the first process of the namespace: it collects orphans, and all end with it.
-    let output = isolated(way, &format!("{TRIAL} && \"$@\"; exit $?"))
+/// Returns the output if the test fails or does not exist.
+pub fn run(options: UnshareOptions, test: &str) -> Result<(), String> {
+    // The shell is the first process of the namespace: it collects orphans, and all processes end with it.
+    let output = isolated(options, &format!("{TRIAL} && \"$@\"; exit $?"))
         .arg("sh")
         .arg(std::env::current_exe().unwrap())
         .args(["--exact", test, "--nocapture", "--include-ignored"])
         .env(INSIDE, inside(test))
         .output()
         .unwrap();
-    let said = [output.stdout, output.stderr].concat();
-    let said = String::from_utf8_lossy(&said).into_owned();
-    print!("{said}");
-    if output.status.success() && said.contains("1 passed") {
+    let output_text = [output.stdout, output.stderr].concat();
+    let output_text = String::from_utf8_lossy(&output_text).into_owned();
+    print!("{output_text}");
+    if output.status.success() && output_text.contains("1 passed") {
         Ok(())
     } else {
-        Err(format!("{test} ended with {}: {said}", output.status))
+        Err(format!(
+            "{test} ended with {}: {output_text}",
+            output.status
+        ))
     }
 }
 
-/// What processes inside have as [`INSIDE`].
+/// Returns the value of [`INSIDE`] in the namespaces.
 pub fn inside(test: &str) -> String {
     format!("{} {test}", std::process::id())
 }
 
-/// A shell inside, with this script. It ends with whoever has started it.
-fn isolated(way: Way, script: &str) -> Command {
+/// Returns the command for a script in new namespaces. It ends with its parent.
+fn isolated(options: UnshareOptions, script: &str) -> Command {
     let mut command = Command::new("setpriv");
     command
         .args(["--pdeathsig", "KILL", "unshare"])
-        .args(way)
+        .args(options)
         .args(["--net", "--mount", "--pid", "--mount-proc"])
         .args(["--fork", "--kill-child", "sh", "-c", script]);
     command

@@ -1,10 +1,11 @@
-//! Several machines for a test: hosts `h1` … `hN` at 10.0.0.1 … N, each a network namespace, on a switch that can do what networks do:
-//! cables that are pulled, partitions one way or both, loss and delay.
+//! Several machines for a test: hosts `h1` … `hN` at 10.0.0.1 … N. Each is a network namespace on a switch that
+//! simulates unplugged cables, partitions, loss and delay.
 //!
-//! A test begins with `let Some(hosts) = Hosts::enter(3) else { return };`. It is then run once more in namespaces of its own, and what
-//! follows that line happens in there. All of it ends with the test: processes, interfaces and mounts. No route leads out.
+//! A test begins with `let Some(hosts) = Hosts::enter(3) else { return };`. The test is then repeated in new
+//! namespaces, where it continues after this line. Processes, interfaces and mounts end with the test. The hosts have
+//! no route to other networks.
 
-#![allow(clippy::unwrap_used)] // What fails here fails the test.
+#![allow(clippy::unwrap_used)] // An error here fails the test.
 
 mod isolation;
 mod switch;
@@ -25,32 +26,32 @@ use crate::needs::cannot_run;
 pub use switch::Frames;
 use switch::Switch;
 
-/// The hosts of one test.
 pub struct Hosts {
     names: Vec<String>,
     switch: Switch,
 }
 
 impl Hosts {
-    /// So many hosts, where the test has been run once more inside; `None` where that has been done, or cannot be done here.
+    /// Returns `count` hosts inside the namespaces. Outside, repeats the test inside and returns `None`. Skips the
+    /// test if namespaces are not available.
     ///
     /// # Panics
-    /// If the test fails inside, or must not be left out.
+    /// Panics if the test fails inside, or if tests may not be skipped.
     #[track_caller]
     pub fn enter(count: u8) -> Option<Self> {
         if isolation::is_inside() {
             return Some(Self::connected(count));
         }
-        match isolation::way() {
-            Err(why) => cannot_run(&format!(
-                "no hosts in network namespaces ({why}): install Debian's `iproute2` and `util-linux`, and let this user make namespaces \
+        match isolation::unshare_options() {
+            Err(reason) => cannot_run(&format!(
+                "no hosts in network namespaces ({reason}): install Debian's `iproute2` and `util-linux`, and let this user make namespaces \
                  and open /dev/net/tun"
             )),
-            Ok(way) => {
+            Ok(options) => {
                 let thread = thread::current();
                 let test = thread.name().expect("libtest names threads by tests");
-                if let Err(said) = isolation::run(way, test) {
-                    panic!("among {count} hosts: {said}");
+                if let Err(output) = isolation::run(options, test) {
+                    panic!("among {count} hosts: {output}");
                 }
             }
         }
@@ -63,13 +64,13 @@ impl Hosts {
         let switch = Switch::start(&names);
         for (number, name) in (1..).zip(&names) {
             ip(&format!("netns add {name}"));
-            // Without IPv6, which sends frames that nobody has asked for. Where the kernel has none, this is not there.
+            // IPv6 would send unsolicited frames. The file is missing on a kernel without IPv6.
             within(name, || {
                 fs::write("/proc/sys/net/ipv6/conf/all/disable_ipv6", "1")
             })
             .ok();
             ip(&format!("link set {name} netns {name} name eth0"));
-            // The switch goes by the last byte.
+            // The switch uses the last byte of the address.
             ip(&format!(
                 "-n {name} link set eth0 address 02:00:00:00:00:{number:02x} up"
             ));
@@ -83,12 +84,12 @@ impl Hosts {
         Self { names, switch }
     }
 
-    /// Where a host is reached.
     pub fn address(&self, host: &str) -> Ipv4Addr {
         Ipv4Addr::new(10, 0, 0, self.index(host) as u8 + 1)
     }
 
-    /// A program on a host, with the host's own runtime folder. Its process id is that of the program.
+    /// Returns a command for a program on a host, with the host's own runtime folder. The process id is that of the
+    /// program.
     pub fn command(&self, host: &str, program: impl AsRef<OsStr>) -> Command {
         self.index(host);
         let mut command = Command::new("ip");
@@ -99,46 +100,44 @@ impl Hosts {
         command
     }
 
-    /// Does something on a host, in a thread: sockets that are made there are the host's, and stay it.
+    /// Runs a closure on a host, in a new thread. Sockets that it creates belong to the host.
     pub fn within<T: Send>(&self, host: &str, act: impl FnOnce() -> T + Send) -> T {
         self.index(host);
         within(host, act)
     }
 
-    /// Pulls a host's cable; its interface tells it so.
+    /// Unplugs a host's cable. The interface of the host detects it.
     pub fn unplug(&self, host: &str) {
         self.switch.wires().unplugged.insert(self.index(host));
         ip(&format!("-n {host} link set eth0 carrier off"));
     }
 
-    /// Puts the cable back.
     pub fn plug(&self, host: &str) {
         ip(&format!("-n {host} link set eth0 carrier on"));
         self.switch.wires().unplugged.remove(&self.index(host));
     }
 
-    /// From now on nothing gets from one host to another; the way back stays. No interface tells.
+    /// Drops all frames from one host to another. The opposite direction stays open, and no interface detects it.
     pub fn cut(&self, from: &str, to: &str) {
-        let way = (self.index(from), self.index(to));
-        self.switch.wires().cut.insert(way);
+        let direction = (self.index(from), self.index(to));
+        self.switch.wires().cut.insert(direction);
     }
 
-    /// Undoes all cuts.
     pub fn heal(&self) {
         self.switch.wires().cut.clear();
     }
 
-    /// From now on so many of 100 frames are lost, drawn one by one.
+    /// Sets the percentage of lost frames. Each frame is drawn separately.
     pub fn lose(&self, percent: f64) {
         self.switch.wires().loss = percent / 100.0;
     }
 
-    /// From now on frames take so long, each way.
+    /// Sets the delay of frames in each direction.
     pub fn delay(&self, delay: Duration) {
         self.switch.wires().delay = delay;
     }
 
-    /// What has become of all frames so far.
+    /// Returns the counts of all frames so far.
     pub fn frames(&self) -> Frames {
         self.switch.wires().frames
     }
@@ -149,7 +148,7 @@ impl Hosts {
     }
 }
 
-/// Where iproute2 keeps its namespaces.
+/// The folder in which iproute2 keeps its namespaces.
 const NAMESPACES: &str = "/run/netns";
 
 fn runtime(host: &str) -> String {
@@ -168,10 +167,9 @@ fn within<T: Send>(host: &str, act: impl FnOnce() -> T + Send) -> T {
     done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
-/// One command of iproute2.
 fn ip(arguments: &str) {
-    let said = Command::new("ip").args(arguments.split(' ')).output();
-    let said = said.unwrap();
-    let why = String::from_utf8_lossy(&said.stderr);
-    assert!(said.status.success(), "ip {arguments}: {why}");
+    let output = Command::new("ip").args(arguments.split(' ')).output();
+    let output = output.unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "ip {arguments}: {stderr}");
 }

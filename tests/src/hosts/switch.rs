@@ -1,6 +1,6 @@
-//! A switch in user space: every frame between hosts passes through it, and may be lost or late.
+//! A switch in user space: every frame between hosts passes through it, and can be lost or delayed.
 
-#![allow(clippy::disallowed_methods)] // A delay is one of the real clock.
+#![allow(clippy::disallowed_methods)] // A delay uses the real clock.
 
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
@@ -16,10 +16,9 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-/// Frames that are under way at once, at most; who sends more waits.
-const UNDER_WAY: usize = 1 << 16;
+/// The maximum number of frames in flight. A sender blocks above it.
+const IN_FLIGHT: usize = 1 << 16;
 
-/// A switch with one cable for each host.
 pub struct Switch {
     inner: Arc<Inner>,
 }
@@ -30,33 +29,29 @@ struct Inner {
     wires: Mutex<Wires>,
 }
 
-/// What happens to frames, hosts by index.
+/// The state of the network. Hosts are indices.
 pub struct Wires {
-    /// Hosts without a cable.
     pub unplugged: BTreeSet<usize>,
-    /// From whom nothing gets to whom.
+    /// The blocked directions: sender and receiver.
     pub cut: BTreeSet<(usize, usize)>,
-    /// How likely a frame is lost.
+    /// The probability of the loss of a frame.
     pub loss: f64,
-    /// How long a frame takes.
     pub delay: Duration,
-    /// What has become of frames so far.
     pub frames: Frames,
     draws: ChaCha8Rng,
 }
 
-/// What has become of frames; of a broadcast, one for each host that it is for.
+/// The counts of frames. A broadcast counts once per receiver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Frames {
-    /// Delivered, or under way.
+    /// Frames that were delivered or are in flight.
     pub passed: u64,
-    /// Lost by chance.
     pub lost: u64,
-    /// Stopped where no way was.
+    /// Frames that were dropped at an unplugged cable or a cut.
     pub stopped: u64,
 }
 
-/// A frame that is under way.
+/// A frame in flight, with the time of its delivery.
 struct Late {
     due: Instant,
     to: usize,
@@ -64,7 +59,7 @@ struct Late {
 }
 
 impl Switch {
-    /// One that has an interface of these names each in the present namespace, where frames come and go.
+    /// Creates a switch with one interface per name in the present namespace.
     pub fn start(names: &[String]) -> Self {
         let cables = names.iter().map(|name| tap(name).unwrap()).collect();
         let wires = Wires {
@@ -77,8 +72,8 @@ impl Switch {
         };
         let wires = Mutex::new(wires);
         let inner = Arc::new(Inner { cables, wires });
-        // The delay is the same for all, so frames arrive in the order in which they are sent.
-        let (later, late) = sync_channel(UNDER_WAY);
+        // The delay is the same for all frames, so they arrive in order.
+        let (later, late) = sync_channel(IN_FLIGHT);
         let delivering = Arc::clone(&inner);
         thread::spawn(move || delivering.deliver(&late));
         for from in 0..names.len() {
@@ -88,25 +83,25 @@ impl Switch {
         Self { inner }
     }
 
-    /// What happens to frames from now on.
+    /// Returns the state of the network, for reading and changing.
     pub fn wires(&self) -> MutexGuard<'_, Wires> {
         self.inner.wires.lock().unwrap()
     }
 }
 
 impl Inner {
-    /// Whatever a host sends.
+    /// Forwards the frames of a host.
     fn forward(&self, from: usize, later: &SyncSender<Late>) {
         let mut frame = [0; 2048];
         while let Ok(length) = (&self.cables[from]).read(&mut frame) {
             let frame = &frame[..length];
-            // To a host, by the last byte of its address; or to all.
+            // The last byte of the address selects a host. A group address selects all hosts.
             let group = frame[0] & 1 == 1;
             for to in 0..self.cables.len() {
                 if to == from || !(group || usize::from(frame[5]) == to + 1) {
                     continue;
                 }
-                match self.wires.lock().unwrap().fate(from, to) {
+                match self.wires.lock().unwrap().delivery(from, to) {
                     None => {}
                     Some(Duration::ZERO) => self.hand_over(to, frame),
                     Some(delay) => {
@@ -127,16 +122,16 @@ impl Inner {
     }
 
     fn hand_over(&self, to: usize, frame: &[u8]) {
-        // It fails where the host has shut its interface down: then nobody is there to be told.
+        // The write fails if the host has shut down its interface. The frame is then lost.
         let _ = (&self.cables[to]).write(frame);
     }
 }
 
 impl Wires {
-    /// How long the next frame takes, if it arrives.
-    fn fate(&mut self, from: usize, to: usize) -> Option<Duration> {
-        let out = [from, to].iter().any(|host| self.unplugged.contains(host));
-        if out || self.cut.contains(&(from, to)) {
+    /// Returns the delay of the next frame, or `None` if it is lost.
+    fn delivery(&mut self, from: usize, to: usize) -> Option<Duration> {
+        let is_unplugged = [from, to].iter().any(|host| self.unplugged.contains(host));
+        if is_unplugged || self.cut.contains(&(from, to)) {
             self.frames.stopped += 1;
             return None;
         }
@@ -149,21 +144,21 @@ impl Wires {
     }
 }
 
-/// A new interface, whose frames are read and written by what is returned.
+/// Creates an interface. The returned file reads and writes its frames.
 fn tap(name: &str) -> io::Result<File> {
     nix::ioctl_write_ptr_bad!(attach, TUNSETIFF, ifreq);
     let tap = OpenOptions::new()
         .read(true)
         .write(true)
         .open("/dev/net/tun")?;
-    // SAFETY: an ifreq is plain numbers, for which zero is a value.
+    // SAFETY: an ifreq contains only numbers, for which zero is valid.
     #[allow(unsafe_code)]
     let mut request: ifreq = unsafe { std::mem::zeroed() };
     for (to, from) in request.ifr_name.iter_mut().zip(name.bytes()) {
         *to = from as _;
     }
     request.ifr_ifru.ifru_flags = (IFF_TAP | IFF_NO_PI) as _;
-    // SAFETY: TUNSETIFF takes an ifreq, which lives as long as the call.
+    // SAFETY: TUNSETIFF reads an ifreq, which is valid during the call.
     #[allow(unsafe_code)]
     unsafe { attach(tap.as_raw_fd(), &request) }?;
     Ok(tap)

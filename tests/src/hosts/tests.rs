@@ -1,6 +1,6 @@
-//! The hosts themselves, with plain sockets.
+//! Tests of the hosts with plain sockets.
 
-#![allow(clippy::disallowed_methods)] // A delay is at least as long as it says, on any machine.
+#![allow(clippy::disallowed_methods)] // A delay has its minimum length on any machine.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddrV4, TcpListener, TcpStream, UdpSocket};
@@ -12,7 +12,7 @@ use crate::needs::cannot_run;
 
 const PORT: u16 = 7000;
 
-/// Long enough for a frame that comes; shorter than anybody wants to wait for one that does not.
+/// The longest wait for a frame that should arrive.
 const SOON: Duration = Duration::from_millis(200);
 
 fn udp(hosts: &Hosts, host: &str) -> UdpSocket {
@@ -22,7 +22,7 @@ fn udp(hosts: &Hosts, host: &str) -> UdpSocket {
     socket
 }
 
-/// Whether a word from one to another arrives.
+/// Sends a datagram and returns whether it arrives.
 fn arrives(hosts: &Hosts, from: &UdpSocket, to: &UdpSocket) -> bool {
     let address = to.local_addr().unwrap();
     let before = hosts.frames();
@@ -40,7 +40,6 @@ fn arrives(hosts: &Hosts, from: &UdpSocket, to: &UdpSocket) -> bool {
     }
 }
 
-/// A connection between two hosts.
 fn tcp(hosts: &Hosts, from: &str, to: &str) -> (TcpStream, TcpStream) {
     let at = SocketAddrV4::new(hosts.address(to), PORT);
     let listener = hosts.within(to, || TcpListener::bind(at).unwrap());
@@ -49,7 +48,7 @@ fn tcp(hosts: &Hosts, from: &str, to: &str) -> (TcpStream, TcpStream) {
 }
 
 #[test]
-fn hosts_reach_each_other_and_nobody_else() {
+fn hosts_reach_each_other_and_no_other_network() {
     let Some(hosts) = Hosts::enter(3) else { return };
     let names = ["h1", "h2", "h3"];
     let sockets = names.map(|host| udp(&hosts, host));
@@ -69,16 +68,26 @@ fn hosts_reach_each_other_and_nobody_else() {
         let mut command = hosts.command(host, "sh");
         command.args(["-c", script]).stdout(Stdio::piped());
         let child = command.spawn().unwrap();
-        let (pid, said) = (child.id(), child.wait_with_output().unwrap());
-        let said = String::from_utf8(said.stdout).unwrap();
-        assert!(said.starts_with(&format!("{pid} /run/{host}\n")), "{said}");
-        assert!(said.contains(&format!(" 10.0.0.{number}/24 ")), "{said}");
-        assert_eq!(said.lines().count(), 2, "a folder of its own: {said}");
+        let (pid, output) = (child.id(), child.wait_with_output().unwrap());
+        let output = String::from_utf8(output.stdout).unwrap();
+        assert!(
+            output.starts_with(&format!("{pid} /run/{host}\n")),
+            "{output}"
+        );
+        assert!(
+            output.contains(&format!(" 10.0.0.{number}/24 ")),
+            "{output}"
+        );
+        assert_eq!(
+            output.lines().count(),
+            2,
+            "an empty runtime folder: {output}"
+        );
     }
 }
 
 #[test]
-fn a_pulled_cable_takes_nothing_from_a_connection_but_time() {
+fn an_unplugged_cable_delays_a_connection_without_loss() {
     let Some(hosts) = Hosts::enter(3) else { return };
     let (mut left, mut right) = tcp(&hosts, "h1", "h2");
     right.set_read_timeout(Some(SOON)).unwrap();
@@ -87,8 +96,8 @@ fn a_pulled_cable_takes_nothing_from_a_connection_but_time() {
     right.read_exact(&mut word).unwrap();
     let carrier = || {
         let mut command = hosts.command("h2", "cat");
-        let said = command.arg("/sys/class/net/eth0/carrier").output();
-        String::from_utf8(said.unwrap().stdout).unwrap()
+        let output = command.arg("/sys/class/net/eth0/carrier").output();
+        String::from_utf8(output.unwrap().stdout).unwrap()
     };
     assert_eq!(carrier(), "1\n");
 
@@ -98,7 +107,10 @@ fn a_pulled_cable_takes_nothing_from_a_connection_but_time() {
     let nothing = right.read(&mut word).unwrap_err();
     assert_eq!(nothing.kind(), ErrorKind::WouldBlock);
     let [one, three] = ["h1", "h3"].map(|host| udp(&hosts, host));
-    assert!(arrives(&hosts, &one, &three), "the others go on");
+    assert!(
+        arrives(&hosts, &one, &three),
+        "the other hosts still communicate"
+    );
 
     hosts.plug("h2");
     assert_eq!(carrier(), "1\n");
@@ -111,21 +123,21 @@ fn a_pulled_cable_takes_nothing_from_a_connection_but_time() {
 }
 
 #[test]
-fn a_cut_is_one_way_and_between_two_hosts() {
+fn a_cut_is_directed_and_between_two_hosts() {
     let Some(hosts) = Hosts::enter(3) else { return };
     let [one, two, three] = ["h1", "h2", "h3"].map(|host| udp(&hosts, host));
-    // Whole before; and all know each other's addresses from then on.
-    let whole = || {
+    // All hosts also resolve each other's addresses here.
+    let assert_connected = || {
         for (from, to) in [(&one, &two), (&two, &three), (&three, &one)] {
             assert!(arrives(&hosts, from, to) && arrives(&hosts, to, from));
         }
     };
-    whole();
+    assert_connected();
     assert_eq!(hosts.frames().stopped, 0);
 
     hosts.cut("h1", "h2");
     assert!(!arrives(&hosts, &one, &two));
-    assert!(arrives(&hosts, &two, &one), "the way back");
+    assert!(arrives(&hosts, &two, &one), "the opposite direction");
     assert!(arrives(&hosts, &one, &three) && arrives(&hosts, &three, &two));
 
     hosts.cut("h2", "h1");
@@ -133,11 +145,11 @@ fn a_cut_is_one_way_and_between_two_hosts() {
     assert!(arrives(&hosts, &one, &three) && arrives(&hosts, &three, &two));
 
     hosts.heal();
-    whole();
+    assert_connected();
 }
 
 #[test]
-fn so_many_of_a_hundred_frames_are_lost() {
+fn the_stated_percentage_of_frames_is_lost() {
     let Some(hosts) = Hosts::enter(2) else { return };
     let [one, two] = ["h1", "h2"].map(|host| udp(&hosts, host));
     assert!(arrives(&hosts, &one, &two));
@@ -145,7 +157,7 @@ fn so_many_of_a_hundred_frames_are_lost() {
     let start = hosts.frames();
     hosts.lose(5.0);
     let mut received = 0;
-    // In small groups, for what the switch passes must not be lost for want of memory.
+    // The groups are small, so that no socket buffer overflows.
     for group in 1..=40 {
         for number in 0..50_u8 {
             one.send_to(&[number], to).unwrap();
@@ -162,7 +174,7 @@ fn so_many_of_a_hundred_frames_are_lost() {
     }
     let lost = hosts.frames().lost;
     assert_eq!(received + lost, 2000);
-    // Five standard deviations.
+    // The range is five standard deviations.
     assert!((50..150).contains(&lost), "{lost}");
     hosts.lose(0.0);
     assert!(arrives(&hosts, &one, &two));
@@ -170,7 +182,7 @@ fn so_many_of_a_hundred_frames_are_lost() {
 }
 
 #[test]
-fn a_frame_is_late_and_in_order() {
+fn delayed_frames_arrive_in_order() {
     let Some(hosts) = Hosts::enter(2) else { return };
     let (mut left, mut right) = tcp(&hosts, "h1", "h2");
     let delay = Duration::from_millis(20);
@@ -197,31 +209,31 @@ fn a_frame_is_late_and_in_order() {
 }
 
 #[test]
-fn nothing_is_left_behind() {
-    let name = "hosts::tests::nothing_is_left_behind";
+fn no_process_is_left_after_a_test() {
+    let name = "hosts::tests::no_process_is_left_after_a_test";
     if let Some(hosts) = Hosts::enter(1) {
-        // In a session of its own, and nobody's child.
+        // The process has its own session and no parent in the test.
         let mut command = hosts.command("h1", "sh");
         command.args(["-c", "setsid sleep 100000 &"]);
         assert!(command.status().unwrap().success());
-        // A process that is about to become another program has no environment for a moment.
-        let there = || inside(name) == 3;
+        // A process has no environment for a short time during exec.
+        let is_complete = || inside(name) == 3;
         let found = (0..1000).any(|_| {
-            there() || {
+            is_complete() || {
                 std::thread::sleep(Duration::from_millis(10));
                 false
             }
         });
-        assert!(found, "the first process, this one and that");
+        assert!(found, "the first process, the test and the new process");
     } else {
         assert_eq!(inside(name), 0);
     }
 }
 
-/// How many processes are inside, for that test of this process or of the one that has started it.
+/// Returns the number of processes in the namespaces of a test, started by this process or its parent.
 fn inside(test: &str) -> usize {
-    let own = std::env::var(isolation::INSIDE).unwrap_or_else(|_| isolation::inside(test));
-    let marked = format!("{}={own}", isolation::INSIDE);
+    let value = std::env::var(isolation::INSIDE).unwrap_or_else(|_| isolation::inside(test));
+    let marked = format!("{}={value}", isolation::INSIDE);
     let entries = std::fs::read_dir("/proc").unwrap().flatten();
     let processes =
         entries.filter(|entry| entry.file_name().to_str().unwrap().parse::<u32>().is_ok());
@@ -236,19 +248,19 @@ fn inside(test: &str) -> usize {
 }
 
 #[test]
-#[ignore = "fails on purpose, for the next test"]
+#[ignore = "fails on purpose, used by the next test"]
 fn fails_inside() {
-    assert!(!isolation::is_inside(), "a failure among hosts");
+    assert!(!isolation::is_inside(), "a failure inside the namespaces");
 }
 
 #[test]
-fn what_fails_inside_fails_outside() {
-    let way = match isolation::way() {
-        Ok(way) => way,
-        Err(why) => return cannot_run(why),
+fn a_failure_inside_the_namespaces_fails_the_outer_test() {
+    let options = match isolation::unshare_options() {
+        Ok(options) => options,
+        Err(reason) => return cannot_run(reason),
     };
-    let why = isolation::run(way, "hosts::tests::fails_inside").unwrap_err();
-    assert!(why.contains("a failure among hosts"), "{why}");
-    let why = isolation::run(way, "hosts::tests::not_there").unwrap_err();
-    assert!(why.contains("0 passed"), "{why}");
+    let error = isolation::run(options, "hosts::tests::fails_inside").unwrap_err();
+    assert!(error.contains("a failure inside the namespaces"), "{error}");
+    let error = isolation::run(options, "hosts::tests::not_there").unwrap_err();
+    assert!(error.contains("0 passed"), "{error}");
 }

@@ -1,5 +1,5 @@
-//! `greedy`: a robot that is free takes the cheapest task that no teammate has lately said to be at, and keeps it until there is
-//! nothing left to do.
+//! The `greedy` allocator: a free robot takes the cheapest task that no teammate has reported lately, and keeps it
+//! until it is done.
 
 use std::collections::BTreeMap;
 
@@ -11,26 +11,26 @@ use robot_agent::allocator::{Allocator, Decision, Input, Me, NoParameters};
 #[derive(Clone, Debug)]
 pub struct Greedy {
     me: Me,
-    /// What each teammate said last: when, and which task it is at.
-    said: BTreeMap<RobotId, (SimTime, Option<TaskId>)>,
+    /// The latest heartbeat of each teammate: the time of receipt and the reported task.
+    reported: BTreeMap<RobotId, (SimTime, Option<TaskId>)>,
 }
 
 impl Allocator for Greedy {
     type Config = NoParameters;
 
     fn new(me: &Me, _: &NoParameters) -> Self {
-        Self { me: me.clone(), said: BTreeMap::new() }
+        Self { me: me.clone(), reported: BTreeMap::new() }
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
-        for broadcast in input.heard.iter().filter(|it| it.sender.index() < self.me.team) {
+        for broadcast in input.heard.iter().filter(|broadcast| broadcast.sender.index() < self.me.team) {
             if let Content::Heartbeat(heartbeat) = &broadcast.body {
-                self.said.insert(broadcast.sender, (input.now, heartbeat.task));
+                self.reported.insert(broadcast.sender, (input.now, heartbeat.task));
             }
         }
         let taken = |task| {
-            let mut said = self.said.values();
-            said.any(|(at, it)| *it == Some(task) && input.now.since(*at) < self.me.ceased_after)
+            let mut reported = self.reported.values();
+            reported.any(|(at, reported_task)| *reported_task == Some(task) && input.now.since(*at) < self.me.ceased_after)
         };
         let can = || input.choices.iter().filter(|choice| choice.applicable);
         if can().any(|choice| Some(choice.behavior) == decision.active) {
@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn greedy_keeps_the_laws_of_every_allocator() {
+    fn greedy_passes_the_allocator_testkit() {
         robot_agent::testkit::allocator::<Greedy>(&NoParameters {});
     }
 }

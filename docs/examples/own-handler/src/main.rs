@@ -1,4 +1,4 @@
-//! An interruption handler of one's own, without agents: a door that is open and closed by turns.
+//! An interruption handler without agents: a door that opens and closes periodically.
 //!
 //! `cargo run -p own-handler`
 
@@ -11,7 +11,7 @@ use world_server::interruption::InterruptionHandler;
 use world_server::recorder::{Event, EventKind, FaultEvent};
 use world_server::world::{ObstacleId, World};
 
-/// Closes and opens every so often.
+/// A door that opens and closes once per `period`.
 struct Door {
     period: SimTime,
     leaf: Obstacle,
@@ -48,9 +48,9 @@ fn main() {
     }
 }
 
-/// What happens in ten seconds.
+/// Returns the events of the first ten seconds, one line per event.
 fn play() -> Vec<String> {
-    let mut told = Vec::new();
+    let mut lines = Vec::new();
     let blue = RobotId(0);
     let scenario = Scenario {
         robots: vec![Robot {
@@ -89,7 +89,7 @@ fn play() -> Vec<String> {
         let now = world.now();
         for event in door.trigger_event(now, &mut world) {
             let x_m = world.pose(blue).position.x;
-            told.push(format!(
+            lines.push(format!(
                 "{now}: {} {}, blue at x = {x_m} m",
                 event.subject, event.kind
             ));
@@ -97,15 +97,15 @@ fn play() -> Vec<String> {
         world.step(&[ahead]);
     }
     let x_m = world.pose(blue).position.x;
-    told.push(format!("{}: blue at x = {x_m} m", world.now()));
-    told
+    lines.push(format!("{}: blue at x = {x_m} m", world.now()));
+    lines
 }
 
 #[test]
 fn blue_waits_behind_the_closed_door_and_goes_through_the_open_one() {
-    let told = play();
-    assert_eq!(told.len(), 3, "{told:?}");
-    assert!(told[0].starts_with("2.000 s: door applied"), "{told:?}");
-    assert!(told[1].starts_with("7.000 s: door healed, blue at x = 2.79"), "{told:?}");
-    assert!(told[2].starts_with("10.000 s: blue at x = 4."), "{told:?}");
+    let lines = play();
+    assert_eq!(lines.len(), 3, "{lines:?}");
+    assert!(lines[0].starts_with("2.000 s: door applied"), "{lines:?}");
+    assert!(lines[1].starts_with("7.000 s: door healed, blue at x = 2.79"), "{lines:?}");
+    assert!(lines[2].starts_with("10.000 s: blue at x = 4."), "{lines:?}");
 }

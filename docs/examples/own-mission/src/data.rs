@@ -1,16 +1,15 @@
-//! What visit is in files: `[visit]` of a scenario, its tasks and its words.
+//! The data of the visit mission: section `[visit]` of a scenario, its tasks and its terms.
 
 use alliance_proto::mission::prelude::ParameterDefault::{Number, Required};
 use alliance_proto::mission::prelude::ParameterRange::{Above, List, Name, X, Y};
 use alliance_proto::mission::prelude::*;
 use serde::{Deserialize, Serialize};
 
-pub const VISIT: Mission = Mission::new("visit", "places to be touched once", &Visit);
+pub const VISIT: Mission = Mission::new("visit", "places that a robot touches once", &Visit);
 
-/// How far the fault `touch` reaches where that is not said.
+/// The default radius of the fault `touch`, in m.
 pub const WITHIN_M: f64 = 0.5;
 
-/// `[visit]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VisitSection {
@@ -42,11 +41,11 @@ impl MissionData for Visit {
 
     fn parameters(&self) -> Vec<ParameterSpec> {
         vec![
-            ParameterSpec::new("places", "", Required, "what is to be touched", List(1, 300)),
-            ParameterSpec::new("places.name", "", Required, "names the place and its task", Name),
-            ParameterSpec::new("places.x_m", "m", Required, "where it is", X),
-            ParameterSpec::new("places.y_m", "m", Required, "where it is", Y),
-            ParameterSpec::new("reach_m", "m", Number(0.3), "from how far", Above(0.0, 1e3)),
+            ParameterSpec::new("places", "", Required, "the places to touch", List(1, 300)),
+            ParameterSpec::new("places.name", "", Required, "the name of the place and of its task", Name),
+            ParameterSpec::new("places.x_m", "m", Required, "the position", X),
+            ParameterSpec::new("places.y_m", "m", Required, "the position", Y),
+            ParameterSpec::new("reach_m", "m", Number(0.3), "the distance from which a robot can touch a place", Above(0.0, 1e3)),
         ]
     }
 
@@ -62,11 +61,11 @@ impl MissionData for Visit {
 
     fn faults(&self) -> &'static [FaultSpec] {
         const ARGUMENTS: &[FaultArgument] = &[
-            FaultArgument::new("x_m", "where, m", FaultRange::X, None),
-            FaultArgument::new("y_m", "where, m", FaultRange::Y, None),
-            FaultArgument::new("within_m", "how far around it, m", FaultRange::Within(0.0, 100.0), Some(WITHIN_M)),
+            FaultArgument::new("x_m", "the position, m", FaultRange::X, None),
+            FaultArgument::new("y_m", "the position, m", FaultRange::Y, None),
+            FaultArgument::new("within_m", "the radius around the position, m", FaultRange::Within(0.0, 100.0), Some(WITHIN_M)),
         ];
-        &[FaultSpec { name: "touch", about: "somebody else touches all places there", arguments: ARGUMENTS }]
+        &[FaultSpec { name: "touch", about: "marks all places within the radius as visited", arguments: ARGUMENTS }]
     }
 
     fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {

@@ -1,4 +1,4 @@
-//! `visit`: places to be touched once, by whoever gets there.
+//! The `visit` mission: each place must be touched once, by any robot.
 
 pub mod data;
 pub mod mind;
@@ -6,7 +6,7 @@ pub mod world;
 
 use missions::MissionParts;
 
-/// All of it.
+/// The world part and the controller part of the mission, for registration.
 pub const VISIT: MissionParts = MissionParts::of::<world::Visit, mind::Visitor>(data::VISIT);
 
 #[cfg(test)]
@@ -14,7 +14,7 @@ mod tests {
     const SCENARIO: &str = include_str!("../visit.toml");
 
     #[test]
-    fn visit_keeps_the_laws_of_every_mission() {
+    fn visit_passes_the_mission_testkit() {
         missions::testkit::mission(super::VISIT, SCENARIO);
     }
 }

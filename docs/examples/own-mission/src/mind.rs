@@ -1,4 +1,6 @@
-//! What a robot of visit knows and does: it drives to the place of its task and touches it; heartbeats say what has been visited.
+//! The controller of the visit mission.
+//!
+//! A robot drives to the place of its task and touches it. Its heartbeats contain the visited places.
 
 use std::collections::BTreeSet;
 
@@ -11,9 +13,9 @@ use crate::world::{Felt, Touch};
 pub struct Visitor {
     section: VisitSection,
     driver: Driver,
-    /// As far as it knows.
+    /// The places that this robot has touched, found without a target or received as visited.
     visited: BTreeSet<usize>,
-    /// What it has touched in the step before.
+    /// The task whose place the robot touched in the previous step.
     progressed: Option<TaskId>,
 }
 
@@ -34,16 +36,16 @@ impl TypedMind for Visitor {
 
     fn perceive(&mut self, moment: &TypedMoment<Self>, heard: &[Heard<Self>], perception: &mut Perception) {
         let places = || 0..self.section.places.len();
-        let told = heard.iter().flat_map(|heard| heard.lore.iter().flatten());
-        self.visited.extend(told.filter(|place| places().contains(place)));
-        // Where nothing is left to be touched, somebody has been.
+        let received = heard.iter().flat_map(|heard| heard.lore.iter().flatten());
+        self.visited.extend(received.filter(|place| places().contains(place)));
+        // If the robot is at a place and senses no target, another robot has visited it.
         if let (Some(position), Felt::Floor) = (moment.position, moment.sensed) {
             let is_here = |&place: &usize| position.distance(self.section.at(place)) < 0.9 * self.section.reach_m;
             self.visited.extend(places().filter(is_here));
         }
         perception.progressed.extend(self.progressed.take());
         let is_left = |task: TaskId| !self.visited.contains(&task.index());
-        perception.applicable.extend(moment.own.iter().map(|own| is_left(own.task)));
+        perception.applicable.extend(moment.own.iter().map(|behavior| is_left(behavior.task)));
     }
 
     fn act(

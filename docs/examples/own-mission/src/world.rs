@@ -1,11 +1,11 @@
-//! What of visit happens in the world: a place within reach can be touched, once.
+//! The world side of the visit mission: a place within reach can be touched once.
 
 use serde::{Deserialize, Serialize};
 use world_server::mission::prelude::*;
 
 use crate::data::{VisitSection, WITHIN_M};
 
-/// What it is at the start never changes; the state is which places have been visited.
+/// The state of the mission: the visited places. The section does not change during a run.
 #[derive(Clone, Serialize)]
 pub struct Visit {
     #[serde(skip)]
@@ -13,17 +13,17 @@ pub struct Visit {
     visited: Vec<bool>,
 }
 
-/// What a robot feels. By default, nothing: its sensor is dead.
+/// The reading of the touch sensor. The default is the reading of a dead sensor.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub enum Felt {
     #[default]
     Nothing,
-    /// No place that is left to be touched is within reach.
+    /// No unvisited place is within reach.
     Floor,
     Place(usize),
 }
 
-/// What a robot does beside driving: it touches a place.
+/// The mission action of a robot: it touches the place with this index.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Touch(pub usize);
 
@@ -48,7 +48,7 @@ impl TypedMission for Visit {
         if self.left_within_reach(robot, floor) == Some(place) {
             self.visited[place] = true;
             happened.tell("visited", Some(robot)).subject = self.section.places[place].name.clone();
-            // Whoever is near it feels something else from now on.
+            // Robots near the place get a different sensor reading from now on.
             floor.changed_near(self.section.at(place), self.section.reach_m);
         }
     }
@@ -57,9 +57,9 @@ impl TypedMission for Visit {
         (self.left_within_reach(robot, floor).map_or(Felt::Floor, Felt::Place), Validity::UntilChange)
     }
 
-    /// The only fault that there is.
+    /// Applies the fault `touch`, the only fault of this mission.
     fn change(&mut self, touch: &MissionFault, floor: &mut Floor) -> Option<Result<String, ChangeError>> {
-        // Checked when it was ordered: only what has a default may be left out.
+        // The order has been checked: only an argument with a default can be missing.
         let number = |key| touch.get(key).unwrap_or(WITHIN_M) as f32;
         let (at, within_m) = (Vec2::new(number("x_m"), number("y_m")), number("within_m"));
         let is_near = |place: &usize| at.distance(self.section.at(*place)) <= within_m;

@@ -1,4 +1,5 @@
-//! The program of this crate, as its user runs it: by processes, one of them killed, in one process, again, as a report and on a page.
+//! Runs the program of this crate by processes with a kill and in one process, then replays, reports, exports and
+//! shows it on a page.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -24,8 +25,8 @@ fn command(folder: &Path) -> Command {
 
 fn own_mission(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     let run = command(folder).args(arguments).output().unwrap();
-    let said = String::from_utf8_lossy(&run.stdout).into_owned() + &String::from_utf8_lossy(&run.stderr);
-    (run.status.code(), said)
+    let output = String::from_utf8_lossy(&run.stdout).into_owned() + &String::from_utf8_lossy(&run.stderr);
+    (run.status.code(), output)
 }
 
 fn read(folder: &Path, file: &str) -> String {
@@ -33,46 +34,46 @@ fn read(folder: &Path, file: &str) -> String {
 }
 
 #[test]
-fn all_places_are_visited_without_gold_and_every_way_of_running_it_gives_the_same_bytes() {
+fn all_places_are_visited_without_gold_and_all_run_modes_write_the_same_bytes() {
     let folder = folder("visit");
     let (listed, all) = own_mission(&folder, &["missions"]);
     assert!(listed == Some(0) && all.contains("visit") && all.contains("waste"), "{all}");
     let (_, described) = own_mission(&folder, &["missions", "visit"]);
     assert!(described.contains("reach_m = 0.3"), "{described}");
 
-    let (status, said) = own_mission(&folder, &["run", "--no-page", "--out", "many", "visit.toml"]);
-    assert_eq!(status, Some(0), "{said}");
-    assert!(said.contains("6 of 6 visited"), "{said}");
+    let (status, output) = own_mission(&folder, &["run", "--no-page", "--out", "many", "visit.toml"]);
+    assert_eq!(status, Some(0), "{output}");
+    assert!(output.contains("6 of 6 visited"), "{output}");
     let events = read(&folder, "many/events.csv");
     let visits = |robot: &str| events.lines().filter(|line| line.contains(&format!(",visited,{robot},"))).count();
     assert_eq!(visits("blue") + visits("gold") + visits("green"), 6, "{events}");
     let killed = events.lines().find(|line| line.contains(",gone,gold,")).expect("gold is killed");
     let after = events.lines().skip_while(|line| *line != killed);
     assert!(!after.clone().any(|line| line.contains(",visited,gold,")), "{events}");
-    assert!(after.filter(|line| line.contains(",visited,")).count() >= 2, "others take over: {events}");
+    assert!(after.filter(|line| line.contains(",visited,")).count() >= 2, "the other robots must take over: {events}");
 
-    let (status, said) = own_mission(&folder, &["run", "--in-process", "--check", "--out", "one", "visit.toml"]);
-    assert_eq!(status, Some(0), "{said}");
+    let (status, output) = own_mission(&folder, &["run", "--in-process", "--check", "--out", "one", "visit.toml"]);
+    assert_eq!(status, Some(0), "{output}");
     for file in ["motivations.csv", "events.csv", "poses.csv", "messages.csv", "mission.csv", "ticks.csv", "run.json"] {
         assert!(read(&folder, &format!("many/{file}")) == read(&folder, &format!("one/{file}")), "{file} differs");
     }
     assert!(read(&folder, "one/mission.csv").starts_with("t_ms,visited,left\n0,0,6\n"));
-    let (status, said) = own_mission(&folder, &["replay", "many"]);
-    assert_eq!(status, Some(0), "{said}");
-    let (status, said) = own_mission(&folder, &["report", "many"]);
-    assert_eq!(status, Some(0), "{said}");
-    assert!(read(&folder, "many/report/report.html").contains("visited"), "{said}");
-    let (status, said) = own_mission(&folder, &["export", "many", "--mcap", "--parquet"]);
-    assert_eq!(status, Some(0), "{said}");
-    page_of(&folder);
+    let (status, output) = own_mission(&folder, &["replay", "many"]);
+    assert_eq!(status, Some(0), "{output}");
+    let (status, output) = own_mission(&folder, &["report", "many"]);
+    assert_eq!(status, Some(0), "{output}");
+    assert!(read(&folder, "many/report/report.html").contains("visited"), "{output}");
+    let (status, output) = own_mission(&folder, &["export", "many", "--mcap", "--parquet"]);
+    assert_eq!(status, Some(0), "{output}");
+    check_page(&folder);
 }
 
-/// The page of the finished run shows its places.
-fn page_of(folder: &Path) {
+/// Checks that the page of the finished run is served.
+fn check_page(folder: &Path) {
     let mut view = command(folder).args(["view", "many"]).stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(view.stderr.take().unwrap()).lines().map_while(Result::ok);
-    let link = lines.find_map(|line| line.split_whitespace().find(|it| it.starts_with("http://")).map(str::to_owned));
-    let link = link.expect("it tells its link");
+    let link = lines.find_map(|line| line.split_whitespace().find(|word| word.starts_with("http://")).map(str::to_owned));
+    let link = link.expect("`view` must print its link");
     let rest = link.strip_prefix("http://").unwrap();
     let (address, path) = rest.split_at(rest.find('/').unwrap());
     let mut stream = TcpStream::connect(address).unwrap();
@@ -85,30 +86,30 @@ fn page_of(folder: &Path) {
 }
 
 #[test]
-fn every_allocator_completes_it() {
+fn every_allocator_completes_the_mission() {
     let folder = folder("allocators");
     for allocator in ["alliance", "nearest", "first-come", "random", "static"] {
         let run = ["run", "--in-process", "--allocator", allocator, "--log", "off", "--out", allocator, "visit.toml"];
-        let (status, said) = own_mission(&folder, &run);
-        // An assignment made beforehand leaves to the dead what was theirs.
+        let (status, output) = own_mission(&folder, &run);
+        // `static` never reassigns the tasks of a crashed robot.
         let expected = if allocator == "static" { Some(1) } else { Some(0) };
-        assert_eq!(status, expected, "{allocator}: {said}");
+        assert_eq!(status, expected, "{allocator}: {output}");
     }
 }
 
 #[test]
-fn a_mistake_in_its_section_is_one_line() {
+fn a_mistake_in_the_mission_section_gives_one_line() {
     let folder = folder("mistakes");
     for (right, wrong, line) in [
         ("x_m = 3.0", "x_m = 99.0", "bad.toml:7: visit.places[0].x_m: 99 is out of range; it must be at least 0 and at most 12 m"),
         ("[visit]", "[visit]\nreach = 1", "bad.toml:6: visit.reach: unknown key; did you mean 'reach_m'?"),
         ("[visit]", "[vist]", "bad.toml:5: vist: unknown key; did you mean 'visit'?"),
-        ("[visit]", "[waste]\n[visit]", "a scenario is of one mission"),
+        ("[visit]", "[waste]\n[visit]", "a scenario has one mission"),
     ] {
         fs::write(folder.join("bad.toml"), SCENARIO.replacen(right, wrong, 1)).unwrap();
-        let (status, said) = own_mission(&folder, &["run", "--no-page", "--out", "bad", "bad.toml"]);
-        assert_eq!(status, Some(2), "{said}");
-        assert!(said.contains(line) && said.lines().count() == 1, "{said}");
-        assert!(!folder.join("bad").exists(), "nothing is half-done");
+        let (status, output) = own_mission(&folder, &["run", "--no-page", "--out", "bad", "bad.toml"]);
+        assert_eq!(status, Some(2), "{output}");
+        assert!(output.contains(line) && output.lines().count() == 1, "{output}");
+        assert!(!folder.join("bad").exists(), "a refused scenario must not create a run folder");
     }
 }

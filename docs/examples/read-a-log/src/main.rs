@@ -1,4 +1,6 @@
-//! What a finished run's log says: who did what, and how often. `cargo run -p read-a-log -- runs/latest`
+//! Prints the number of events of each robot and kind in a run folder.
+//!
+//! `cargo run -p read-a-log -- runs/latest`
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -15,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// How often each robot did each thing, by events.csv.
+/// Counts the rows of events.csv by robot and kind.
 fn counts(folder: &Path) -> Result<BTreeMap<(String, String), usize>, Box<dyn Error>> {
     let log = RunLog::open(folder, &Registry::of_this_program().vocabulary())?;
     let mut counts = BTreeMap::new();

@@ -1,4 +1,4 @@
-//! A run within this process, without a log on the disk: the default mission with each allocator, and what came of it.
+//! Runs the default mission with each allocator in this process, without a log on the disk, and prints the outcomes.
 
 use std::error::Error;
 
@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The default mission with that allocator and seed.
+/// Runs the default mission with the allocator and seed.
 fn run(allocator: &str, seed: u64) -> Result<RunFile, Box<dyn Error>> {
     let mut scenario = Registry::of_this_program().vocabulary().default_scenario()?;
     scenario.allocator = Some(allocator.to_owned());
@@ -29,11 +29,11 @@ fn run(allocator: &str, seed: u64) -> Result<RunFile, Box<dyn Error>> {
             Some(outcome) => finished = Some(running.end(outcome)?.0),
         }
     }
-    finished.ok_or_else(|| "it did not end".into())
+    finished.ok_or_else(|| "the run did not end".into())
 }
 
 #[test]
-fn the_same_seed_gives_the_same_run_and_another_one_another() {
+fn the_same_seed_gives_the_same_run_and_another_seed_a_different_run() {
     let hash = |seed| run("nearest", seed).unwrap().hash.unwrap();
     assert_eq!(hash(1), hash(1));
     assert_ne!(hash(1), hash(2));

@@ -1,5 +1,7 @@
-//! The same program with parts that break after three seconds, as the environment variable `BREAKS` says: for tests of what becomes
-//! of it.
+//! The visit program with parts that fail after three seconds.
+//!
+//! The environment variable `BREAKS` selects the part: `world`, `mind`, `nan` or `allocator`. The tests in
+//! `tests/broken.rs` check the effect.
 
 use std::sync::Arc;
 
@@ -23,7 +25,7 @@ use world_server::world::{ChangeError, Floor};
 const WHEN: SimTime = SimTime(3000);
 
 fn breaks(part: &str) -> bool {
-    std::env::var("BREAKS").is_ok_and(|it| it == part)
+    std::env::var("BREAKS").is_ok_and(|selected| selected == part)
 }
 
 fn main() -> std::process::ExitCode {
@@ -33,7 +35,7 @@ fn main() -> std::process::ExitCode {
     };
     let registry = launch::Registry::built_in().mission(parts);
     launch::main(if breaks("allocator") {
-        registry.allocator::<NotANumber>("alliance", "values that are none")
+        registry.allocator::<NotANumber>("alliance", "a utility that is not a number")
     } else {
         registry
     })
@@ -65,7 +67,7 @@ impl WorldMission for World {
     }
 
     fn settle(&mut self, floor: &mut Floor, _: &mut Happened) {
-        assert!(!breaks("world") || floor.now() < WHEN, "the floor gives way");
+        assert!(!breaks("world") || floor.now() < WHEN, "the world fails on purpose");
     }
 
     fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut Sensed) -> Validity {
@@ -133,7 +135,7 @@ impl RouteCost for Mind {
 impl AgentMission for Mind {
     fn perceive(&mut self, moment: &Moment<'_>, heard: &[Arc<Broadcast>], perception: &mut Perception) {
         let breaks = breaks("mind") && self.robot == RobotId(0);
-        assert!(!breaks || moment.now < WHEN, "it forgets where it is");
+        assert!(!breaks || moment.now < WHEN, "the controller fails on purpose");
         self.mind.perceive(moment, heard, perception);
     }
 
