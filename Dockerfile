@@ -1,6 +1,6 @@
-# The command, for docs/examples/kubernetes-job.yaml and for who wants no Rust:
+# Image of the command `alliance`, for docs/examples/kubernetes-job.yaml and for use without Rust:
 #   docker build -t alliance-sim . && docker run --rm --init -v "$PWD/runs:/home/alliance/runs" alliance-sim run --in-process
-# The page listens on the container's loopback only: to see it, give the container the host's network (--network host).
+# The page listens on the container's loopback only. To open it, use the host's network (--network host).
 FROM rust:1.95-slim-bookworm AS build
 WORKDIR /src
 COPY . .
