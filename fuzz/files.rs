@@ -6,15 +6,15 @@ use std::fmt::Display;
 use std::path::Path;
 use std::sync::LazyLock;
 
-use alliance_proto::log::{
+use analysis::replay::replay;
+use analysis::sweep::{Plan, parse_journal};
+use in_process::Team;
+use missions::Registry;
+use run_log::{
     AllocationRow, EventRow, LogLevel, Memory, MessageRow, MissionRow, MotivationRow, PoseRow,
     RunFile, RunLog, Table, TableRow, TargetRow, TickRow,
 };
-use alliance_proto::scenario::{ParameterFile, Profile, Scenario, Setup, Vocabulary};
-use in_process::Team;
-use missions::Registry;
-use study::replay::replay;
-use study::sweep::{Plan, parse_journal};
+use scenario::{ParameterFile, Profile, Scenario, Setup, Vocabulary};
 
 static VOCABULARY: LazyLock<Vocabulary> = LazyLock::new(|| Registry::built_in().vocabulary());
 

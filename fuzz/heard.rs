@@ -3,15 +3,15 @@
 
 use std::sync::{Arc, LazyLock};
 
-use alliance_proto::codec::{LIMIT_BYTES, decode, encoded_len};
-use alliance_proto::ids::RobotId;
-use alliance_proto::scenario::{Scenario, Setup};
-use alliance_proto::team::Broadcast;
-use alliance_proto::tick::{ManifestEntry, TickMessage};
-use alliance_proto::time::SimTime;
 use missions::Registry;
 use missions::waste::data::{WASTE, default_scenario};
+use proto::codec::{LIMIT_BYTES, decode, encoded_len};
+use proto::team::Broadcast;
+use proto::tick::{ManifestEntry, TickMessage};
 use robot_agent::agent::{Agent, TeamConfig, Workspace};
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
+use scenario::{Scenario, Setup};
 
 /// The default mission with each allocator, and each other mission in a small size.
 static TEAMS: LazyLock<Vec<(Setup, TeamConfig)>> = LazyLock::new(|| {

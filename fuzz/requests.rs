@@ -1,11 +1,11 @@
 //! Properties of any sealed text as a request. The fuzz target and the test over the corpus in `proto` use them.
 
-use alliance_proto::control::ControlCommand;
-use alliance_proto::control::wire::{Form, Wire};
-use alliance_proto::keys::Keys;
-use alliance_proto::scenario::Catalog;
-use alliance_proto::secret::Secret;
 use missions::waste::data::default_scenario;
+use proto::control::ControlCommand;
+use proto::control::wire::{Form, Wire};
+use proto::keys::Keys;
+use proto::secret::Secret;
+use scenario::Catalog;
 
 /// Returns the name of the request's command, as the corpus files begin, or `None` if the text is no request.
 ///

@@ -1,11 +1,11 @@
 //! Properties of any bytes as bus messages. The fuzz target and the test over the corpus in `proto` use them.
 
-use alliance_proto::codec::{decode, encode};
-use alliance_proto::join::{JoinReply, JoinRequest};
-use alliance_proto::process::ProcessNews;
-use alliance_proto::team::Broadcast;
-use alliance_proto::tick::{Report, ToAgent};
-use alliance_proto::view::View;
+use proto::codec::{decode, encode};
+use proto::join::{JoinReply, JoinRequest};
+use proto::process::ProcessNews;
+use proto::team::Broadcast;
+use proto::tick::{Report, ToAgent};
+use proto::view::View;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 

@@ -1,8 +1,8 @@
 //! Properties of any text as the setup of a run.json or as a scenario file. The fuzz target and the test over the
 //! corpus in `proto` use them.
 
-use alliance_proto::scenario::{Scenario, Setup, SetupFile};
 use missions::Registry;
+use scenario::{Scenario, Setup, SetupFile};
 
 /// Returns the kind of file, as the corpus files begin, or `None` if the text is neither. A valid file can be
 /// resolved.

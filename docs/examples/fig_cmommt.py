@@ -1,6 +1,6 @@
 """Compares four policies of CMOMMT from a sweep: prints a table and writes a figure.
 
-    alliance sweep study/sweeps/cmommt.toml --out cmommt
+    alliance sweep analysis/sweeps/cmommt.toml --out cmommt
     python3 docs/examples/fig_cmommt.py cmommt docs/img/cmommt.svg
 
 Needs Python only. A/n is the mean share of targets in sight. Intervals are 95 % bootstrap intervals.

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use alliance_proto::ids::{RobotId, Tick};
-use alliance_proto::team::Broadcast;
-use alliance_proto::tick::ManifestEntry;
+use proto::team::Broadcast;
+use proto::tick::ManifestEntry;
+use scenario::ids::{RobotId, Tick};
 use smallvec::SmallVec;
 
 pub(super) struct Air {
@@ -81,9 +81,9 @@ impl Air {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::mission::items::{ItemsBulletin, Withdrawal};
-    use alliance_proto::team::Content;
-    use alliance_proto::time::SimTime;
+    use proto::mission::items::{ItemsBulletin, Withdrawal};
+    use proto::team::Content;
+    use scenario::time::SimTime;
 
     use super::*;
 
@@ -111,7 +111,7 @@ mod tests {
     fn received(
         air: &Air,
         tick: Tick,
-        incarnation: alliance_proto::ids::Incarnation,
+        incarnation: scenario::ids::Incarnation,
         count: u16,
     ) -> Vec<Option<u64>> {
         let entry = ManifestEntry {

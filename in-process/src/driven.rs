@@ -1,7 +1,7 @@
 //! Commands of external agents for robots' bodies.
 
-use alliance_proto::mission::Deed;
-use alliance_proto::readings::Actuation;
+use proto::mission::Deed;
+use proto::readings::Actuation;
 
 /// The motion command of an external agent for a robot's body. It replaces that of the robot's own agent.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,12 +4,12 @@ use std::collections::VecDeque;
 use std::error::Error;
 use std::sync::Arc;
 
-use alliance_proto::ids::{Incarnation, RobotId, Tick};
-use alliance_proto::log::{ForeignAnswer, ReadError, RunLog};
-use alliance_proto::scenario::Setup;
-use alliance_proto::team::Broadcast;
-use alliance_proto::tick::{Report, TickMessage};
-use world_server::recorder::RecordError;
+use proto::team::Broadcast;
+use proto::tick::{Report, TickMessage};
+use run_log::recorder::RecordError;
+use run_log::{ForeignAnswer, ReadError, RunLog};
+use scenario::Setup;
+use scenario::ids::{Incarnation, RobotId, Tick};
 
 /// A source of answers for robots whose controllers are not part of this program.
 pub trait Foreign: Send {

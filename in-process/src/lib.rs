@@ -10,17 +10,17 @@ mod foreign;
 mod run;
 mod traffic;
 
-use alliance_proto::event::EventLine;
-use alliance_proto::ids::RobotId;
-use alliance_proto::log::{Input, InputLine, LogLevel, RunFile};
-use alliance_proto::scenario::{Profile, Setup};
-use alliance_proto::tick::Outcome;
-use alliance_proto::view::View;
 use missions::Registry;
+use proto::event::EventLine;
+use proto::tick::Outcome;
+use proto::view::View;
 use robot_agent::allocator::ConfigError;
+use run_log::recorder::{RecordError, Recorder, Sink};
+use run_log::{Input, InputLine, LogLevel, RunFile};
+use scenario::ids::RobotId;
+use scenario::{Profile, Setup};
 use world_server::barrier::Presence;
 use world_server::mission::UnknownMission;
-use world_server::recorder::{RecordError, Recorder, Sink};
 use world_server::simulation::Simulation;
 
 pub use driven::Command;

@@ -2,15 +2,15 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use alliance_proto::ids::{Incarnation, RobotId, Tick};
-use alliance_proto::log::{Input, InputLine};
-use alliance_proto::process::ProcessAct;
-use alliance_proto::scenario::{Profile, Setup, Vocabulary};
-use alliance_proto::tick::Outcome;
 use missions::Registry;
+use proto::process::ProcessAct;
+use proto::tick::Outcome;
 use robot_agent::agent::{Agent, TeamConfig, Workspace};
+use run_log::recorder::Record;
+use run_log::{Input, InputLine};
+use scenario::ids::{Incarnation, RobotId, Tick};
+use scenario::{Profile, Setup, Vocabulary};
 use world_server::barrier::Presence;
-use world_server::recorder::Record;
 use world_server::simulation::Simulation;
 
 use crate::StartError;

@@ -1,6 +1,6 @@
 //! Counts of a team's broadcasts by kind.
 
-use alliance_proto::team::{Broadcast, BroadcastKind};
+use proto::team::{Broadcast, BroadcastKind};
 use robot_agent::agent::payload_bytes;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -2,11 +2,11 @@
 
 use std::process::ExitCode;
 
-use alliance_proto::scenario::{AllocatorSpec, instead};
-use alliance_proto::{tell, terminal};
+use analysis::table;
 use clap::Args;
 use missions::Registry;
-use study::table;
+use scenario::{AllocatorSpec, instead};
+use terminal::tell;
 
 use crate::parameters::blocks;
 

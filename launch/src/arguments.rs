@@ -3,10 +3,10 @@
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use alliance_proto::scenario::Vocabulary;
-use alliance_proto::tell;
 use clap::Parser;
 use clap::error::ErrorKind;
+use scenario::Vocabulary;
+use terminal::tell;
 use world_server::size::with_size_words;
 
 /// Parses the arguments of this process. The size options of the missions are accepted like `--size`.

@@ -2,8 +2,8 @@
 
 use std::process::ExitCode;
 
-use alliance_proto::control::{ClockCommand, ClockStatus, ControlCommand, Reply};
 use clap::{Args, Subcommand};
+use proto::control::{ClockCommand, ClockStatus, ControlCommand, Reply};
 use world_server::pace::Speed;
 
 use crate::control::{ControlArgs, unexpected};

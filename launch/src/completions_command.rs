@@ -2,9 +2,9 @@
 
 use std::process::ExitCode;
 
-use alliance_proto::terminal;
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};
+use terminal;
 
 /// Print a completion script for a shell.
 ///

@@ -3,15 +3,15 @@
 use std::process::ExitCode;
 use std::time::Duration;
 
-use alliance_proto::control::wire::{Form, Wire};
-use alliance_proto::control::{ControlCommand, Reply, Request};
-use alliance_proto::os_process::OsProcess;
-use alliance_proto::rendezvous::{self, Rendezvous, User};
-use alliance_proto::secret::random;
-use alliance_proto::{tell, terminal};
 use anyhow::{anyhow, bail};
 use clap::Args;
+use cluster::os_process::OsProcess;
+use cluster::rendezvous::{self, Rendezvous, User};
+use proto::control::wire::{Form, Wire};
+use proto::control::{ControlCommand, Reply, Request};
+use proto::secret::random;
 use serde::Serialize;
+use terminal::tell;
 use tokio::time::timeout;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 
@@ -189,12 +189,12 @@ pub fn unexpected(reply: &Reply) -> String {
 mod tests {
     use std::net::{Ipv4Addr, TcpListener};
 
-    use alliance_proto::control::wire::Written;
-    use alliance_proto::control::{ClockCommand, ClockStatus};
-    use alliance_proto::keys::Keys;
-    use alliance_proto::rendezvous::Entrance;
-    use alliance_proto::secret::Secret;
-    use alliance_proto::session;
+    use cluster::rendezvous::Entrance;
+    use cluster::session;
+    use proto::control::wire::Written;
+    use proto::control::{ClockCommand, ClockStatus};
+    use proto::keys::Keys;
+    use proto::secret::Secret;
     use zenoh::Wait;
     use zenoh::query::Query;
 
@@ -240,9 +240,9 @@ mod tests {
                 uplink: None,
                 members: &members,
                 keyring: None,
-                access: alliance_proto::access::of_operators(&Keys::new(&run.run)),
+                access: cluster::access::of_operators(&Keys::new(&run.run)),
             });
-            let session = bus::open(&config).await.unwrap();
+            let session = cluster::open(&config).await.unwrap();
             session
                 .declare_queryable(wire.key().to_owned())
                 .callback(move |query| {

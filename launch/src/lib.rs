@@ -4,28 +4,28 @@
 //! - [`cluster`], [`keys`]: runs over several machines, and their certificates and secrets.
 //! - [`control`]: a client of a live run, for `fault`, `clock` and `status`.
 //! - [`page`]: a page in the browser for a live or finished run. [`observer`]: subscriptions of the page and the launcher.
-//! - The crate [`study`] contains the analysis of recorded runs.
+//! - The crate [`analysis`] contains the analysis of recorded runs.
 
-// These macros panic if the output is closed; `alliance_proto::terminal` does not.
+// These macros panic if the output is closed; `terminal` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 use std::process::ExitCode;
 
-use alliance_proto::tell;
 use clap::{CommandFactory, Parser, Subcommand};
 pub use missions::Registry;
 use robot_agent::args::AgentArgs;
-use world_server::args::{Known, WorldArgs, log_to_stderr};
+use terminal::tell;
+use world_server::args::{WorldArgs, log_to_stderr};
+use world_server::mission_args::Known;
 use world_server::size::with_size_words;
 
 mod allocators_command;
 pub mod arguments;
 mod clock;
-pub mod cluster;
+pub mod cluster_command;
 mod completions_command;
 pub mod control;
 mod fault;
-pub mod keys;
 mod limits;
 mod ls_command;
 mod man_command;
@@ -58,19 +58,19 @@ enum Command {
     /// Start one robot process of a live run
     Agent(AgentArgs),
     /// Start and watch the agents of one host in runs over several machines
-    Host(cluster::host::HostCommand),
+    Host(cluster_command::host::HostCommand),
     /// Route messages between a remote host's robots and the world
-    Router(cluster::host::RouterCommand),
+    Router(cluster_command::host::RouterCommand),
     /// Run a mission over several machines, described by a cluster file
-    Cluster(cluster::ClusterCommand),
+    Cluster(cluster_command::ClusterCommand),
     #[command(hide = true)]
     Shell(run::shell::ShellCommand),
     /// Create certificates and secrets for a team on several machines
-    Keys(keys::KeysCommand),
+    Keys(cluster_command::keys::KeysCommand),
     /// Replay a logged run and compare every tick
-    Replay(study::replay::ReplayCommand),
+    Replay(analysis::replay::ReplayCommand),
     /// Find the first difference between two runs
-    Diff(study::diff::DiffCommand),
+    Diff(analysis::diff::DiffCommand),
     /// Inject, list and clear faults in a live run
     Fault(fault::FaultArgs),
     /// Pause, resume, step or change the speed of a live run
@@ -84,18 +84,18 @@ enum Command {
     /// Show a finished run on a page
     View(page::view::ViewCommand),
     /// Create a page with figures and metrics of one or two runs
-    Report(study::report::command::ReportCommand),
+    Report(analysis::report::command::ReportCommand),
     /// Export a run as MCAP or Parquet for other tools, or as a scenario to run again
-    Export(study::export::ExportCommand),
+    Export(analysis::export::ExportCommand),
     /// Run many variants of a mission with many seeds, on all cores
-    Sweep(study::sweep::command::SweepCommand),
+    Sweep(analysis::sweep::command::SweepCommand),
     /// Compare allocators under the same faults, with the significance of the differences
-    Compare(study::compare::command::CompareCommand),
+    Compare(analysis::compare::command::CompareCommand),
     /// Search for good allocator parameters and test them on unseen seeds
-    Tune(study::tune::command::TuneCommand),
-    LallianceStrategies(study::strategies::command::StrategiesCommand),
+    Tune(analysis::tune::command::TuneCommand),
+    LallianceStrategies(analysis::strategies::command::StrategiesCommand),
     /// Explain the parameters of a scenario and report conflicts between them
-    Check(study::check::CheckCommand),
+    Check(analysis::check::CheckCommand),
     /// List the built-in scenarios, or print one
     Scenarios(scenarios_command::ScenariosCommand),
     /// List the allocators, or the parameters of one
@@ -130,7 +130,7 @@ fn full_command() -> clap::Command {
 #[must_use]
 pub fn main(registry: Registry) -> ExitCode {
     registry.install();
-    alliance_proto::session::prepare_process();
+    cluster::session::prepare_process();
     // First, so that a child of a dead launcher does not start.
     let ready = run::children::die_with_launcher().and_then(|()| limits::allow_a_process());
     if let Err(error) = ready {

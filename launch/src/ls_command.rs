@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::SystemTime;
 
-use alliance_proto::control::{ControlCommand, Reply};
-use alliance_proto::os_process::OsProcess;
-use alliance_proto::rendezvous::{self, Rendezvous};
-use alliance_proto::time::SimTime;
-use alliance_proto::{tell, terminal};
+use analysis::table;
 use anyhow::Context;
 use clap::Args;
+use cluster::os_process::OsProcess;
+use cluster::rendezvous::{self, Rendezvous};
+use proto::control::{ControlCommand, Reply};
+use scenario::time::SimTime;
 use serde::{Deserialize, Serialize};
-use study::table;
+use terminal::tell;
 use tokio::runtime::Runtime;
 
 use crate::control::ask;

@@ -4,9 +4,9 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use alliance_proto::tell;
 use anyhow::Context;
 use clap::{Args, Command};
+use terminal::tell;
 
 /// Write manual pages of all commands.
 ///

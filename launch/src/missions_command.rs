@@ -2,12 +2,12 @@
 
 use std::process::ExitCode;
 
-use alliance_proto::mission::known::Mission;
-use alliance_proto::scenario::instead;
-use alliance_proto::{tell, terminal};
+use analysis::table;
 use clap::Args;
 use missions::Registry;
-use study::table;
+use scenario::instead;
+use scenario::mission::known::Mission;
+use terminal::tell;
 
 use crate::parameters::blocks;
 

@@ -1,12 +1,12 @@
 //! Subscription to the views and events of a live run.
 
-use alliance_proto::event::EventNews;
-use alliance_proto::keys::Keys;
-use alliance_proto::rendezvous::{Rendezvous, User};
-use alliance_proto::secret::Secret;
-use alliance_proto::session;
-use alliance_proto::view::View;
 use anyhow::Context;
+use cluster::rendezvous::{Rendezvous, User};
+use cluster::session;
+use proto::event::EventNews;
+use proto::keys::Keys;
+use proto::secret::Secret;
+use proto::view::View;
 use serde::de::DeserializeOwned;
 use zenoh::Session;
 
@@ -23,7 +23,7 @@ impl Observer {
     /// Joins the bus of a run as `user`.
     pub async fn join(run: Rendezvous, user: User) -> anyhow::Result<Self> {
         let config = session::client(&run.login(user)?, false);
-        let session = bus::open(&config)
+        let session = cluster::open(&config)
             .await
             .map_err(anyhow::Error::from_boxed)
             .with_context(|| {

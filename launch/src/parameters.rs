@@ -1,6 +1,6 @@
 //! Text descriptions of the parameters of allocators and missions.
 
-use alliance_proto::scenario::{ParameterDefault, ParameterSpec};
+use scenario::{ParameterDefault, ParameterSpec};
 
 /// Returns a block for each parameter: key, default and unit, then the meaning and the range. The unit is omitted for a default in words.
 pub fn blocks(parameters: &[ParameterSpec]) -> String {

@@ -3,12 +3,12 @@
 use std::fmt::Display;
 use std::process::ExitCode;
 
-use alliance_proto::scenario::{Scenario, Vocabulary, instead};
-use alliance_proto::{tell, terminal};
 use clap::Args;
+use scenario::{Scenario, Vocabulary, instead};
+use terminal::tell;
 
+use analysis::table;
 use missions::Registry;
-use study::table;
 use world_server::size::SizeArgs;
 
 /// List the built-in scenarios, or print one.

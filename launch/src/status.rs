@@ -5,12 +5,13 @@ use std::process::ExitCode;
 use std::thread::sleep;
 use std::time::Duration;
 
-use alliance_proto::control::{ControlCommand, Reply, RobotStatus, Status};
-use alliance_proto::mission::columns::in_full;
-use alliance_proto::{rendezvous, tell};
+use analysis::table;
 use clap::{Args, value_parser};
+use cluster::rendezvous;
 use comfy_table::{CellAlignment, Table};
-use study::table;
+use proto::control::{ControlCommand, Reply, RobotStatus, Status};
+use scenario::mission::columns::in_full;
+use terminal::tell;
 
 use crate::clock::describe;
 use crate::control::{ControlArgs, unexpected};

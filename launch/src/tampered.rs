@@ -4,14 +4,14 @@ use missions::Registry;
 use std::fs;
 use std::path::Path;
 
-use alliance_proto::log::{LogLevel, RunLog};
-use alliance_proto::scenario::{Scenario, Setup};
+use analysis::replay::replay;
+use analysis::report::command::{Look, report};
 use in_process::Team;
+use run_log::recorder::Folder;
+use run_log::{LogLevel, RunLog};
+use scenario::{Scenario, Setup};
 use serde_json::{Value, json};
-use study::replay::replay;
-use study::report::command::{Look, report};
 use tempfile::TempDir;
-use world_server::recorder::Folder;
 
 use crate::page::logged::Logged;
 

@@ -5,13 +5,13 @@
 use std::fmt::{self, Write as _};
 use std::path::PathBuf;
 
-use alliance_proto::log::{EventRow, PoseRow, RunLog};
-use alliance_proto::mission::Value;
-use alliance_proto::mission::columns::label as in_words;
-use alliance_proto::scenario::Scenario;
-use alliance_proto::view::{Mark, MarkOutline, MarkRole, View};
 use glam::Vec2;
 use missions::Registry;
+use proto::view::{Mark, MarkOutline, MarkRole, View};
+use run_log::{EventRow, PoseRow, RunLog};
+use scenario::Scenario;
+use scenario::mission::Value;
+use scenario::mission::columns::label as in_words;
 use world_server::simulation::Simulation;
 
 const SCALE: f32 = 80.0;

@@ -2,10 +2,11 @@
 
 use std::sync::{Arc, OnceLock};
 
-use alliance_proto::mission::known::Mission;
-use alliance_proto::scenario::Vocabulary;
-use robot_agent::allocator::{AgentRegistry, Allocator, Kind};
+use robot_agent::allocator::{Allocator, Kind};
 use robot_agent::mission::{MissionMind, TypedMind};
+use robot_agent::registry::AgentRegistry;
+use scenario::Vocabulary;
+use scenario::mission::known::Mission;
 use serde::de::DeserializeOwned;
 use world_server::mission::{MissionWorld, TypedMission, Worlds};
 
@@ -39,7 +40,7 @@ impl MissionParts {
 /// The missions and allocators of a program, by name.
 ///
 /// ```
-/// use alliance_proto::scenario::Scenario;
+/// use scenario::Scenario;
 /// use missions::Registry;
 /// use robot_agent::allocators::nearest::Nearest;
 ///

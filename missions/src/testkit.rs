@@ -5,20 +5,20 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use alliance_proto::codec::encode;
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId, Tick};
-use alliance_proto::mission::{Bytes, Deed, LORE_MAX, Lore, Payload, Sensed};
-use alliance_proto::panics;
-use alliance_proto::readings::{Actuation, Readings};
-use alliance_proto::scenario::{Scenario, Setup};
-use alliance_proto::team::{Broadcast, Bulletin, BulletinKind, Content, Heartbeat};
-use alliance_proto::tick::{ManifestEntry, TickMessage};
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::codec::encode;
+use proto::mission::{Bytes, Deed, LORE_MAX, Lore, Payload, Sensed};
+use proto::readings::{Actuation, Readings};
+use proto::team::{Broadcast, Bulletin, BulletinKind, Content, Heartbeat};
+use proto::tick::{ManifestEntry, TickMessage};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use robot_agent::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
+use scenario::ids::{BehaviorId, RobotId, TaskId, Tick};
+use scenario::time::SimTime;
+use scenario::{Scenario, Setup};
+use terminal::panics;
 use world_server::mission::Value;
 use world_server::world::World;
 

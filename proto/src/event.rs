@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::ids::Tick;
-use crate::time::SimTime;
+use scenario::ids::Tick;
+use scenario::time::SimTime;
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EventNews {

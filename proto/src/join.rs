@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::ids::{Incarnation, RobotId, Tick};
+use scenario::ids::{Incarnation, RobotId, Tick};
 
 /// The version of all messages on the bus. Every incompatible change increases it.
 pub const PROTOCOL_VERSION: u32 = 10;
@@ -34,7 +34,7 @@ pub struct Welcome {
     pub incarnation: Incarnation,
     /// The earliest tick in which the agent may take part.
     pub first_tick: Tick,
-    /// The [briefing](crate::scenario::Setup::briefing) of the run as JSON. Of the robots' ALLIANCE parameters and
+    /// The [briefing](scenario::Setup::briefing) of the run as JSON. Of the robots' ALLIANCE parameters and
     /// profiles it contains only those of this robot.
     pub setup: String,
     /// The keys of the agent's [`crate::secret::Pairs`] in a network run, by rank, with the world last.

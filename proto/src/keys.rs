@@ -1,6 +1,6 @@
 //! The key expressions of the bus, below `alliance/<run>/`.
 
-use crate::ids::Incarnation;
+use scenario::ids::Incarnation;
 
 /// A builder of the key expressions of one run. Different keys separate the runs on one machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -190,19 +190,8 @@ pub fn run_of_world(key: &str) -> Option<&str> {
     let run = key
         .strip_prefix("alliance/")?
         .strip_suffix("/alive/world")?;
-    is_name(run).then_some(run)
+    scenario::names::is_name(run).then_some(run)
 }
 
 /// The host name of the launcher that started the world; no other host can use it.
 pub const LAUNCHER_HOST: &str = "launcher";
-
-/// Returns whether a name is valid in key expressions, file names and CSV columns: letters, digits, `-` and `_`, at
-/// most 32, starting with a letter or digit.
-#[must_use]
-pub fn is_name(name: &str) -> bool {
-    name.len() <= 32
-        && name.starts_with(|c: char| c.is_ascii_alphanumeric())
-        && name
-            .chars()
-            .all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_')
-}

@@ -21,41 +21,24 @@
 //! Release builds compile this crate at optimization level 1, because most of it reads and writes files. Functions that
 //! a step calls are marked `inline`, so the calling crates compile them at level 3.
 
-pub mod access;
 pub mod allocation;
 pub mod codec;
 pub mod control;
 pub mod enlist;
 pub mod event;
-pub mod fault;
-pub mod ids;
+pub mod identity;
 pub mod ignored;
 pub mod join;
-pub mod key_files;
-pub mod keyring;
 pub mod keys;
 pub mod link;
 pub mod links;
-pub mod locator;
-pub mod log;
-pub mod member;
 pub mod mission;
-mod obstacle;
-pub mod os_process;
-pub mod panics;
 pub mod process;
 pub mod readings;
-pub mod rendezvous;
-pub mod rng;
-pub mod scenario;
 pub mod secret;
-pub mod session;
 pub mod team;
 pub mod telemetry;
-pub mod terminal;
-pub mod testkit;
 pub mod tick;
-pub mod time;
 pub mod view;
 #[cfg(test)]
 mod view_types;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::time::SimTime;
+use scenario::time::SimTime;
 
 /// A probability in units of 2⁻³². Integer arithmetic makes a draw of 32 bits give the same result on every machine.
 #[derive(

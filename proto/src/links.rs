@@ -23,13 +23,13 @@ mod tests;
 
 use std::sync::Arc;
 
-use crate::ids::{RobotId, Tick};
 use crate::link::LinkState;
-use crate::scenario::Setup;
 use crate::team::{Broadcast, BroadcastKind, Bulletin, Content};
 use crate::telemetry::{Delivery, Reception, Said};
 use crate::tick::TickMessage;
-use crate::time::SimTime;
+use scenario::Setup;
+use scenario::ids::{RobotId, Tick};
+use scenario::time::SimTime;
 
 use draws::Draws;
 

@@ -20,7 +20,7 @@ use siphasher::sip::SipHasher24;
 use xxhash_rust::xxh3::xxh3_128;
 
 use crate::codec::{CodecError, decode, encode};
-use crate::member;
+use crate::identity;
 
 /// The size of a seal, bytes. The seal follows the message.
 pub const SEAL_BYTES: usize = 8;
@@ -155,7 +155,7 @@ impl Secret {
     /// Creates the secret of a robot from the run's token.
     #[must_use]
     pub fn of_robot(token: &str, name: &str) -> Self {
-        Self::of(&derived(token, &member::robot(name)))
+        Self::of(&derived(token, &identity::robot(name)))
     }
 
     /// Encodes a message and seals it for a key expression.

@@ -5,10 +5,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::allocation::AllocationMessage;
-use crate::ids::{BehaviorId, Incarnation, RobotId, TaskId, Tick};
 use crate::mission::items::ItemsBulletin;
 use crate::mission::{Lore, Payload};
-use crate::time::SimTime;
+use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId, Tick};
+use scenario::time::SimTime;
 
 /// A message from one robot to all others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,7 +57,7 @@ impl BroadcastKind {
     ];
 
     /// Returns the last chunk of the key expression, and the `kind` column of messages.csv. `bulletins` are the
-    /// [names](crate::mission::data::Terms::bulletins) of the mission's bulletins.
+    /// [names](scenario::mission::data::Terms::bulletins) of the mission's bulletins.
     #[must_use]
     pub fn name(self, bulletins: [&'static str; 2]) -> &'static str {
         match self {

@@ -4,9 +4,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use crate::team::{BroadcastKind, TaskState};
-use crate::time::SimTime;
+use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId};
+use scenario::time::SimTime;
 
 /// The state of a behavior set (thesis §3.3.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -3,11 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::ids::{BehaviorId, Incarnation, RobotId, TaskId, Tick};
 use crate::link::LinkState;
 use crate::readings::{Actuation, Readings};
 use crate::telemetry::{AllocationRow, Motivation, Note, Reception, StateChange};
-use crate::time::SimTime;
+use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId, Tick};
+use scenario::time::SimTime;
 
 /// World → one agent: a tick with its readings and the broadcasts to receive.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

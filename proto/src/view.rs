@@ -2,19 +2,19 @@
 //! them.
 //!
 //! A snapshot contains everything visible that can change during a run. The constant data is in the run's
-//! [`crate::scenario::Setup`].
+//! [`scenario::Setup`].
 
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::control::{AgentState, ClockStatus, FaultStatus};
-use crate::ids::{BehaviorId, Incarnation, ItemId, RobotId, Tick};
 use crate::readings::{Pose, Readings};
-use crate::scenario::Obstacle;
 use crate::telemetry::{BehaviorState, Motivation, Reception};
 use crate::tick::Outcome;
-use crate::time::SimTime;
+use scenario::Obstacle;
+use scenario::ids::{BehaviorId, Incarnation, ItemId, RobotId, Tick};
+use scenario::time::SimTime;
 
 /// The largest number of messages in a view. The newest ones are kept.
 pub const MESSAGES_MAX: usize = 256;

@@ -3,21 +3,22 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use alliance_proto::codec::encoded_len;
-use alliance_proto::ids::{Incarnation, RobotId, TaskId};
-use alliance_proto::mission::Lore;
-use alliance_proto::scenario::{BehaviorParams, RobotTimes, Setup};
-use alliance_proto::secret::SEAL_BYTES;
-use alliance_proto::team::{Broadcast, Content, Heartbeat};
-use alliance_proto::tick::{Report, TickMessage};
-use alliance_proto::time::SimTime;
+use proto::codec::encoded_len;
+use proto::mission::Lore;
+use proto::secret::SEAL_BYTES;
+use proto::team::{Broadcast, Content, Heartbeat};
+use proto::tick::{Report, TickMessage};
+use scenario::ids::{Incarnation, RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{BehaviorParams, RobotTimes, Setup};
 
 use crate::allocator::{
-    AgentRegistry, Announcement, Choice, ConfigError, Draws, Input, Me, Mind, Outcome, OwnBehavior,
-    Prepared, TaskBrief, assignment,
+    Announcement, Choice, ConfigError, Draws, Input, Me, Mind, Outcome, OwnBehavior, Prepared,
+    TaskBrief, assignment,
 };
 use crate::mission::{Action, AgentMission, Moment, Perception, SharedMission};
-use alliance_proto::links::{Heard, Links};
+use crate::registry::AgentRegistry;
+use proto::links::{Heard, Links};
 
 #[derive(Clone, Debug)]
 pub struct Agent {

@@ -1,20 +1,21 @@
 //! Command line of an agent, the same for `robot-agent` and `alliance agent`.
 
-use crate::allocator::AgentRegistry;
+use crate::registry::AgentRegistry;
 use std::io::IsTerminal;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use alliance_proto::keys::is_name;
-use alliance_proto::member::{self, Login, Member};
-use alliance_proto::rendezvous::{Rendezvous, RendezvousError};
-use alliance_proto::session::LOG_FILTER;
-use alliance_proto::tell;
 use clap::Args;
+use cluster::member::{Login, Member};
+use cluster::rendezvous::{Rendezvous, RendezvousError};
+use cluster::session::LOG_FILTER;
+use proto::identity;
+use scenario::names::is_name;
+use terminal::tell;
 use tokio::time::{Instant, sleep, timeout_at};
 
-use crate::far::{self, FarArgs};
 use crate::process::{AgentError, End, live};
+use cluster::remote::{self, FarArgs};
 
 /// The environment variable that names the robot.
 pub const ROBOT: &str = "ALLIANCE_ROBOT";
@@ -65,7 +66,7 @@ impl AgentArgs {
             );
             return 2;
         };
-        let login = match self.far.login(&member::robot(&robot)) {
+        let login = match self.far.login(&identity::robot(&robot)) {
             Ok(login) => login.map(|(login, _)| login),
             Err(error) => {
                 tell!("robot-agent {robot}: {error:#}");
@@ -149,7 +150,7 @@ impl AgentArgs {
 
     async fn find_member(&self, robot: &str, login: Option<&Login>) -> anyhow::Result<Member> {
         match login {
-            Some(login) => Ok(Member::far(far::find_run(login).await?, login.clone())),
+            Some(login) => Ok(Member::far(remote::find_run(login).await?, login.clone())),
             None => Ok(self.find_run().await?.member(robot)?),
         }
     }

@@ -1,7 +1,7 @@
 //! Lists of values per teammate, sorted by rank. The ranks are stored apart from the values, so that a search touches
 //! little memory.
 
-use alliance_proto::ids::RobotId;
+use scenario::ids::RobotId;
 
 /// A sparse list of values, sorted by the rank of their robot.
 #[derive(Clone, Debug, PartialEq)]

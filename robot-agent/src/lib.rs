@@ -2,7 +2,7 @@
 //!
 //! Pure modules, from the outside in:
 //! - [`agent`]: one step of the controller. It receives broadcasts from [`radio`] through
-//!   [`links`](alliance_proto::links), perceives and acts through its mission, and selects a behavior with its
+//!   [`links`](proto::links), perceives and acts through its mission, and selects a behavior with its
 //!   allocator.
 //! - [`allocator`]: the interface of task allocation algorithms; [`allocators`]: the built-in algorithms, ALLIANCE
 //!   among them.
@@ -14,17 +14,19 @@
 //! The shell with side effects: [`process`] connects an agent to the bus, [`far`] finds a run on another host, and
 //! [`args`] is the command line.
 
-// The print macros panic on a closed stream; `alliance_proto::terminal` does not.
+// The print macros panic on a closed stream; `terminal` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod agent;
 pub mod allocator;
 pub mod allocators;
+#[cfg(feature = "bus")]
 pub mod args;
 pub mod body;
 pub mod by_rank;
-pub mod far;
 pub mod mission;
+#[cfg(feature = "bus")]
 pub mod process;
 pub mod radio;
+pub mod registry;
 pub mod testkit;

@@ -5,18 +5,18 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use alliance_proto::codec::CodecError;
-use alliance_proto::ids::{Incarnation, RobotId, Tick};
-use alliance_proto::ignored::Ignored;
-use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
-use alliance_proto::keys::Keys;
-use alliance_proto::member::Member;
-use alliance_proto::panics;
-use alliance_proto::scenario::{Setup, Vocabulary};
-use alliance_proto::secret::{self, OpenError, Pairs, Secret};
-use alliance_proto::session;
-use alliance_proto::team::{Broadcast, BroadcastKind};
-use alliance_proto::tick::{Outcome, TickMessage, ToAgent};
+use cluster::member::Member;
+use cluster::session;
+use proto::codec::CodecError;
+use proto::ignored::Ignored;
+use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
+use proto::keys::Keys;
+use proto::secret::{self, OpenError, Pairs, Secret};
+use proto::team::{Broadcast, BroadcastKind};
+use proto::tick::{Outcome, TickMessage, ToAgent};
+use scenario::ids::{Incarnation, RobotId, Tick};
+use scenario::{Setup, Vocabulary};
+use terminal::panics;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep, sleep_until, timeout};
@@ -27,9 +27,10 @@ use zenoh::sample::{Locality, SampleKind};
 use zenoh::{Session, Wait};
 
 use crate::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
-use crate::allocator::{AgentRegistry, ConfigError};
-use crate::far;
+use crate::allocator::ConfigError;
 use crate::radio::Radio;
+use crate::registry::AgentRegistry;
+use cluster::remote;
 
 /// The time to wait for listed broadcasts before they count as lost. It is well below the world's stall deadline.
 /// Broadcasts usually arrive before the tick that lists them.
@@ -90,7 +91,7 @@ pub async fn live(
     let keys = Keys::new(&run.run);
     let secret = Secret::of(&run.secret);
     let config = session::client(&run.login, false);
-    let session = bus::open(&config).await.map_err(bus_error)?;
+    let session = cluster::open(&config).await.map_err(bus_error)?;
 
     let (ended, end) = oneshot::channel();
     let shared = Arc::new(Mutex::new(AgentState::Joining { ended: Some(ended) }));
@@ -100,7 +101,7 @@ pub async fn live(
     subscribe(&session, &keys, &secret, robot, &shared, &ignored)
         .await
         .map_err(bus_error)?;
-    if run.is_far && !far::wait_for_world(&session, &keys).await {
+    if run.is_far && !remote::wait_for_world(&session, &keys).await {
         return Err(AgentError::NoAnswer(run.login.endpoint.clone()));
     }
     let vocabulary = registry.vocabulary();

@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
-use alliance_proto::ids::{Incarnation, RobotId, Tick};
-use alliance_proto::team::Broadcast;
-use alliance_proto::tick::ManifestEntry;
+use proto::team::Broadcast;
+use proto::tick::ManifestEntry;
+use scenario::ids::{Incarnation, RobotId, Tick};
 
 /// The largest number of stored broadcasts, more than a correct team sends in the ticks in flight. Beyond it the
 /// oldest are dropped.
@@ -91,9 +91,9 @@ fn keys(entry: &ManifestEntry) -> impl Iterator<Item = Key> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alliance_proto::mission::Payload;
-    use alliance_proto::team::{Bulletin, BulletinKind, Content};
-    use alliance_proto::time::SimTime;
+    use proto::mission::Payload;
+    use proto::team::{Bulletin, BulletinKind, Content};
+    use scenario::time::SimTime;
 
     fn broadcast(sender: u16, tick: Tick, index: u16, seq: u64) -> Broadcast {
         Broadcast {

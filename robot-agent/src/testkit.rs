@@ -8,19 +8,19 @@
 
 use std::sync::Arc;
 
-use alliance_proto::allocation::{AllocationMessage, OPEN_MESSAGE_MAX, OpenMessage};
-use alliance_proto::codec::{decode, encode, encoded_len};
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::mission::Lore;
-use alliance_proto::panics;
-use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
-use alliance_proto::telemetry::{AllocationRow, BehaviorState};
-use alliance_proto::tick::Offer;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::allocation::{AllocationMessage, OPEN_MESSAGE_MAX, OpenMessage};
+use proto::codec::{decode, encode, encoded_len};
+use proto::mission::Lore;
+use proto::team::{Broadcast, Content, Heartbeat, TaskState};
+use proto::telemetry::{AllocationRow, BehaviorState};
+use proto::tick::Offer;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
+use terminal::panics;
 
 use crate::allocator::{
     Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost, TaskBrief,

@@ -2,9 +2,9 @@
 //!
 //! Prints each room that was not completed within three times the median duration, and a summary.
 
-use alliance_proto::tick::Outcome;
 use alliance_tests::closed_loop::{Mission, run};
 use alliance_tests::rooms::random_room;
+use proto::tick::Outcome;
 
 fn main() {
     let mut arguments = std::env::args()

@@ -2,8 +2,8 @@
 //!
 //! Prints the tables of docs/allocators/l-alliance.md.
 
-use alliance_proto::scenario::Profile;
 use alliance_tests::ten_missions::{error, mission, ten, wrong_by};
+use scenario::Profile;
 
 /// The number of rows of ten missions. The first row has the seeds 1 to 10.
 const ROWS: usize = 20;

@@ -1,16 +1,16 @@
 //! Allocators without messages of their own: the same bytes by processes, in one process and in a replay, and the
 //! takeover of a crashed robot's tasks as in docs/ALLOCATORS.md §2.
 
-use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::log::{
-    AllocationRow, EventRow, LogLevel, Memory, MessageRow, MotivationRow, PoseRow, RunLog,
-};
-use alliance_proto::mission::Value;
-use alliance_proto::scenario::{Scenario, Setup};
-use alliance_proto::tick::Outcome;
 use glam::Vec2;
 use in_process::Team;
 use missions::Registry;
+use proto::tick::Outcome;
+use run_log::{
+    AllocationRow, EventRow, LogLevel, Memory, MessageRow, MotivationRow, PoseRow, RunLog,
+};
+use scenario::ids::{RobotId, TaskId};
+use scenario::mission::Value;
+use scenario::{Scenario, Setup};
 
 use crate::harness::Lab;
 use crate::negotiation::{NEGOTIATORS, checked};

@@ -4,8 +4,8 @@ use missions::Registry;
 use missions::waste::data::default_scenario;
 use std::collections::BTreeMap;
 
-use alliance_proto::log::{LogLevel, PoseRow, RunLog};
-use alliance_proto::scenario::{Scenario, Setup};
+use run_log::{LogLevel, PoseRow, RunLog};
+use scenario::{Scenario, Setup};
 
 use crate::in_process::run;
 

@@ -2,12 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use alliance_proto::log::{
-    EventRow, MessageRow, MotivationRow, PoseRow, RunLog, RunOutcome, TickRow,
-};
-use alliance_proto::tick::Outcome;
 use missions::waste::data::WasteRow;
 use nix::sys::signal::Signal;
+use proto::tick::Outcome;
+use run_log::{EventRow, MessageRow, MotivationRow, PoseRow, RunLog, RunOutcome, TickRow};
 use serde_json::Value;
 
 use crate::harness::{Lab, command_line, wait_until};

@@ -3,19 +3,17 @@
 use missions::waste::data::{default_scenario, default_setup};
 use std::sync::Arc;
 
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::log::{EventRow, LogLevel, Memory, MessageRow};
-use alliance_proto::mission::Lore;
-use alliance_proto::scenario::{
-    BehaviorSection, Preset, RobotSection, Scenario, Setup, SwitchSection,
-};
-use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
-use alliance_proto::time::SimTime;
+use analysis::check::Check;
+use analysis::check::forecast::Takeover;
 use in_process::Team;
+use proto::mission::Lore;
+use proto::team::{Broadcast, Content, Heartbeat, TaskState};
 use robot_agent::allocator::Outcome;
 use robot_agent::allocators::alliance::{Engine, StepInput};
-use study::check::Check;
-use study::check::forecast::Takeover;
+use run_log::{EventRow, LogLevel, Memory, MessageRow};
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{BehaviorSection, Preset, RobotSection, Scenario, Setup, SwitchSection};
 
 use crate::harness::Lab;
 use crate::recompute::log_of;

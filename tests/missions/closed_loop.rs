@@ -1,10 +1,10 @@
 //! Whole waste missions in one process, in easy, hard, tiny and large rooms. `examples/rooms.rs` runs more rooms.
 
-use alliance_proto::scenario::{Obstacle, Robot, Scenario, TaskSection};
-use alliance_proto::tick::Outcome;
 use alliance_tests::closed_loop::{Mission, run};
 use alliance_tests::rooms::random_room;
 use missions::waste::data::{WasteSection, default_scenario};
+use proto::tick::Outcome;
+use scenario::{Obstacle, Robot, Scenario, TaskSection};
 
 fn mission(scenario: Scenario, seed: u64) -> Mission {
     run(scenario, seed, |_, _, _| ())

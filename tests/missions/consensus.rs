@@ -4,16 +4,16 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use alliance_proto::fault::{Fault, Order};
-use alliance_proto::log::{AllocationRow, EventRow, LogLevel, Memory, MessageRow, RunLog};
-use alliance_proto::scenario::{Scenario, Setup};
-use alliance_proto::tick::Outcome;
-use alliance_proto::time::SimTime;
+use analysis::invariants::Invariants;
 use in_process::Team;
 use missions::Registry;
 use missions::waste::data::family;
+use proto::tick::Outcome;
+use run_log::{AllocationRow, EventRow, LogLevel, Memory, MessageRow, RunLog};
+use scenario::fault::{Fault, Order};
+use scenario::time::SimTime;
+use scenario::{Scenario, Setup};
 use serde_json::{Map, json};
-use study::invariants::Invariants;
 
 use crate::harness::Lab;
 

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use alliance_proto::allocation::AllocationMessage;
-use alliance_proto::codec::decode;
-use alliance_proto::team::{Broadcast, Content};
 use missions::Registry;
 use missions::waste::data::WASTE;
+use proto::allocation::AllocationMessage;
+use proto::codec::decode;
+use proto::team::{Broadcast, Content};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

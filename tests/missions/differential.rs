@@ -5,21 +5,21 @@
 use missions::waste::data::default_scenario;
 use std::sync::Arc;
 
-use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::log::{EventRow, MessageRow, MotivationRow};
-use alliance_proto::mission::Lore;
-use alliance_proto::mission::items::{Fact, ItemsBulletin, Locations};
-use alliance_proto::scenario::{Catalog, HistoryOrigin, Scenario, Setup, Switches};
-use alliance_proto::team::{About, Broadcast, Content, Heartbeat, TaskState};
-use alliance_proto::telemetry::Motivation;
-use alliance_proto::time::SimTime;
 use alliance_tests::recompute::compare;
 use missions::waste::data::WASTE;
+use proto::mission::Lore;
+use proto::mission::items::{Fact, ItemsBulletin, Locations};
+use proto::team::{About, Broadcast, Content, Heartbeat, TaskState};
+use proto::telemetry::Motivation;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use robot_agent::allocator::Outcome;
 use robot_agent::allocators::alliance::{Engine, StepInput};
+use run_log::{EventRow, MessageRow, MotivationRow};
+use scenario::ids::{RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{Catalog, HistoryOrigin, Scenario, Setup, Switches};
 
 const STEP_MS: u64 = 200;
 const GOLD: RobotId = RobotId(1);
@@ -83,7 +83,7 @@ fn random_message(rng: &mut ChaCha8Rng, now: SimTime) -> Broadcast {
         let corner = Default::default();
         let about = About {
             task,
-            set: alliance_proto::ids::BehaviorId(task.0 + 1),
+            set: scenario::ids::BehaviorId(task.0 + 1),
             progress,
         };
         let update = ItemsBulletin::PositionUpdate(Fact {
@@ -101,7 +101,7 @@ fn random_message(rng: &mut ChaCha8Rng, now: SimTime) -> Broadcast {
         Content::Heartbeat(Heartbeat {
             state,
             since: SimTime(rng.random_range(0..=now.0)),
-            set: named.then_some(alliance_proto::ids::BehaviorId(task.0 + 1)),
+            set: named.then_some(scenario::ids::BehaviorId(task.0 + 1)),
             task: named.then_some(task),
             progress: if named { progress } else { 0 },
             position: None,

@@ -3,10 +3,10 @@
 //! A normal test runs some thousand ticks. For a full check:
 //! `ENDLESS_TICKS=1000000 cargo test --locked --workspace --test missions -- endless --nocapture`.
 
-use alliance_proto::log::{LogLevel, Memory};
-use alliance_proto::scenario::{Scenario, Setup};
 use in_process::Team;
 use missions::Registry;
+use run_log::{LogLevel, Memory};
+use scenario::{Scenario, Setup};
 
 /// The allowed growth in the second half, in bytes: one doubling of a list. With 100,000 ticks the test detects a
 /// growth of one byte per tick.

@@ -1,8 +1,8 @@
 //! Processes that end unexpectedly, and the state of the run afterwards.
 
-use alliance_proto::log::{RunLog, RunOutcome, TickRow};
-use alliance_proto::tick::Outcome;
 use nix::sys::signal::Signal;
+use proto::tick::Outcome;
+use run_log::{RunLog, RunOutcome, TickRow};
 
 use crate::harness::{Lab, command_line, wait_until};
 use crate::team::Team;

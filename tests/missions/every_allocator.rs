@@ -1,10 +1,10 @@
 //! Every allocator with thirty robots, in push and in observe, with a crash and message loss. Other tests cover some
 //! of them.
 
-use alliance_proto::fault::{Fault, Order};
-use alliance_proto::scenario::{Scenario, Vocabulary};
 use missions::Registry;
 use missions::waste::data::family;
+use scenario::fault::{Fault, Order};
+use scenario::{Scenario, Vocabulary};
 
 use crate::harness::Lab;
 use crate::negotiation::checked;

@@ -4,15 +4,15 @@
 use missions::waste::data::{WasteSection, family};
 use std::collections::{BTreeMap, BTreeSet};
 
-use alliance_proto::fault::{Fault, Order};
-use alliance_proto::log::{EventRow, LogLevel, MessageRow, PoseRow};
-use alliance_proto::scenario::Setup;
-use alliance_proto::tick::Outcome;
-use alliance_proto::time::SimTime;
+use analysis::invariants::Invariants;
 use glam::Vec2;
 use in_process::Team;
 use missions::waste::data::WasteRow;
-use study::invariants::Invariants;
+use proto::tick::Outcome;
+use run_log::{EventRow, LogLevel, MessageRow, PoseRow};
+use scenario::Setup;
+use scenario::fault::{Fault, Order};
+use scenario::time::SimTime;
 
 use crate::harness::Lab;
 use crate::in_process::run;
@@ -137,12 +137,7 @@ fn a_large_team_survives_crashes_without_an_invariant_violation() {
         .collect();
     let setup = Setup::resolve(scenario, 3, None).unwrap().setup;
     let mut invariants = Invariants::new(&setup);
-    let mut team = Team::new(
-        setup,
-        LogLevel::Full,
-        alliance_proto::log::Memory::default(),
-    )
-    .unwrap();
+    let mut team = Team::new(setup, LogLevel::Full, run_log::Memory::default()).unwrap();
     let outcome = loop {
         let outcome = team.tick().unwrap();
         invariants.see(team.simulation()).unwrap();

@@ -1,8 +1,8 @@
 //! Signals from the start of a run on. A process that ends or stops before it has joined is treated like a later one,
 //! and a waiting run names the robots it waits for.
 
-use alliance_proto::log::Input;
 use nix::sys::signal::Signal;
+use run_log::Input;
 
 use crate::harness::Lab;
 use crate::team::Team;

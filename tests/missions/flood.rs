@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use alliance_proto::keys::Keys;
-use alliance_proto::rendezvous::{Rendezvous, User};
+use cluster::rendezvous::{Rendezvous, User};
+use proto::keys::Keys;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::sample::{Locality, SampleKind};
 use zenoh::{Session, Wait};
@@ -130,7 +130,7 @@ fn messages_of_an_operator_reach_no_member() {
 }
 
 pub fn connect(run: &Rendezvous, user: User) -> Session {
-    let config = alliance_proto::session::client(&run.login(user).unwrap(), false);
+    let config = cluster::session::client(&run.login(user).unwrap(), false);
     let config = zenoh::Config::from_json5(&config).unwrap();
     zenoh::open(config).wait().unwrap()
 }

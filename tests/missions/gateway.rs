@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 
-use alliance_proto::rendezvous::User;
+use cluster::rendezvous::User;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use zenoh::Wait;

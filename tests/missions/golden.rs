@@ -12,10 +12,10 @@
 
 use std::path::PathBuf;
 
-use alliance_proto::log::{Document, LogLevel};
-use alliance_proto::scenario::{Scenario, Setup, StepOrder};
 use missions::Registry;
 use missions::waste::data::WASTE;
+use run_log::{Document, LogLevel};
+use scenario::{Scenario, Setup, StepOrder};
 use serde_json::{Map, Value, json};
 
 use crate::allocators::INDEPENDENT;

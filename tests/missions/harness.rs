@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use alliance_proto::log::RunLog;
 use alliance_tests::hosts::Hosts;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
+use run_log::RunLog;
 use tempfile::TempDir;
 
 /// The longest wait of a test. A longer wait is a hang. It is long because machines can be busy.

@@ -1,12 +1,12 @@
 //! A run in one process writes the same bytes as a run by processes.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::log::{Document, EventRow, LogLevel, Memory, RunLog, Table};
-use alliance_proto::scenario::{Scenario, Setup, StepOrder};
-use alliance_proto::tick::Outcome;
 use in_process::{Command, Spaces, Team};
 use missions::waste::data::default_scenario;
-use world_server::recorder::Recorder;
+use proto::tick::Outcome;
+use run_log::recorder::Recorder;
+use run_log::{Document, EventRow, LogLevel, Memory, RunLog, Table};
+use scenario::ids::RobotId;
+use scenario::{Scenario, Setup, StepOrder};
 
 use crate::harness::Lab;
 

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use alliance_proto::log::{EventRow, Input, RunLog};
 use missions::waste::data::WasteRow;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use run_log::{EventRow, Input, RunLog};
 
 use crate::harness::{Finished, Lab};
 use crate::team::Team;

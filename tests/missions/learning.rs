@@ -3,12 +3,12 @@
 
 use std::path::PathBuf;
 
-use alliance_proto::log::{EventRow, LogLevel, Memory, MessageRow, MotivationRow, RunLog};
-use alliance_proto::mission::Value;
-use alliance_proto::scenario::{Profile, Scenario, Setup};
-use alliance_proto::tick::Outcome;
 use in_process::Team;
 use missions::Registry;
+use proto::tick::Outcome;
+use run_log::{EventRow, LogLevel, Memory, MessageRow, MotivationRow, RunLog};
+use scenario::mission::Value;
+use scenario::{Profile, Scenario, Setup};
 use serde_json::json;
 
 use crate::allocators::scenario;

@@ -3,14 +3,14 @@
 
 use std::collections::BTreeMap;
 
-use alliance_proto::log::{EventRow, LogLevel, Memory, MessageRow, RunLog};
-use alliance_proto::mission::Value;
-use alliance_proto::scenario::{Scenario, Setup};
-use alliance_proto::tick::Outcome;
+use analysis::invariants::{Invariants, Violation};
 use in_process::Team as InProcess;
 use missions::Registry;
 use missions::waste::data::family;
-use study::invariants::{Invariants, Violation};
+use proto::tick::Outcome;
+use run_log::{EventRow, LogLevel, Memory, MessageRow, RunLog};
+use scenario::mission::Value;
+use scenario::{Scenario, Setup};
 use world_server::simulation::Simulation;
 
 use crate::allocators::scenario;

@@ -1,19 +1,17 @@
 //! The observe mission (docs/missions/observe.md): the order of the four policies, and whole runs.
 //!
-//! A step is 200 ms here, which hardly changes the results. `alliance sweep study/sweeps/cmommt.toml` runs all teams
+//! A step is 200 ms here, which hardly changes the results. `alliance sweep analysis/sweeps/cmommt.toml` runs all teams
 //! and radii.
 
-use alliance_proto::log::{
-    EventRow, LogLevel, Memory, MissionRow, PoseRow, RunLog, Table, TargetRow,
-};
-use alliance_proto::scenario::{Robot, Scenario, Setup};
-use alliance_proto::tick::Outcome;
 use in_process::Team as OneProcess;
 use missions::Registry;
 use missions::observe::data::{ObserveSection, Policy};
+use proto::tick::Outcome;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use run_log::{EventRow, LogLevel, Memory, MissionRow, PoseRow, RunLog, Table, TargetRow};
+use scenario::{Robot, Scenario, Setup};
 use serde_json::Map;
 
 use crate::golden::{assert_as_before, pinned};

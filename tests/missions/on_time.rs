@@ -1,9 +1,9 @@
 //! The default parameters: progress reports are on time, and the mission is not longer because of them.
 
-use alliance_proto::log::{Document, Figures, LogLevel, RunFile};
-use alliance_proto::tick::Outcome;
 use missions::Registry;
 use missions::waste::data::WasteFigures;
+use proto::tick::Outcome;
+use run_log::{Document, Figures, LogLevel, RunFile};
 
 use crate::harness::Lab;
 use crate::in_process::run;

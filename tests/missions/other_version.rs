@@ -2,12 +2,12 @@
 
 use std::net::TcpListener;
 
-use alliance_proto::codec::encode;
-use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
-use alliance_proto::keys::Keys;
-use alliance_proto::rendezvous::{Entrance, Rendezvous, User};
-use alliance_proto::secret::Secret;
-use alliance_proto::session::Router;
+use cluster::rendezvous::{Entrance, Rendezvous, User};
+use cluster::session::Router;
+use proto::codec::encode;
+use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
+use proto::keys::Keys;
+use proto::secret::Secret;
 use zenoh::{Config, Session, Wait};
 
 use crate::harness::Lab;
@@ -48,7 +48,7 @@ fn the_world_refuses_an_agent_of_another_version() {
     let announcement = std::fs::read(lab.path("runtime/alliance/run.json")).unwrap();
     let run: Rendezvous = serde_json::from_slice(&announcement).unwrap();
     let (session, secret) = (
-        session(&alliance_proto::session::client(
+        session(&cluster::session::client(
             &run.login(User::Team).unwrap(),
             false,
         )),
@@ -106,8 +106,8 @@ impl OtherWorld {
             far: None,
         };
         let users = [(User::Team.name(), run.team.password.as_str())];
-        let members = alliance_proto::session::Members::of(users).unwrap();
-        let session = session(&alliance_proto::session::router(&Router {
+        let members = cluster::session::Members::of(users).unwrap();
+        let session = session(&cluster::session::router(&Router {
             listen: std::slice::from_ref(&run.team.endpoint),
             uplink: None,
             members: &members,

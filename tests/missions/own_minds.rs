@@ -3,8 +3,8 @@
 
 use std::fs;
 
-use alliance_proto::log::{EventRow, RunLog, Table};
 use nix::sys::signal::Signal;
+use run_log::{EventRow, RunLog, Table};
 
 use crate::harness::{Finished, Lab, command_line, wait_until};
 use crate::python::python;

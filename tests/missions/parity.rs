@@ -6,13 +6,13 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use alliance_proto::log::RunFile;
-use alliance_proto::scenario::Scenario;
 use missions::Registry;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use run_log::RunFile;
+use scenario::Scenario;
 
 use crate::harness::Lab;
 

@@ -2,12 +2,12 @@
 
 use std::fs::{read_dir, read_to_string, remove_file, write};
 
-use alliance_proto::log::{LogLevel, Memory};
-use alliance_proto::scenario::{KnownTimes, Profile, Setup};
-use alliance_proto::tick::Outcome;
 use in_process::Team;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
+use proto::tick::Outcome;
+use run_log::{LogLevel, Memory};
+use scenario::{KnownTimes, Profile, Setup};
 
 use alliance_tests::ten_missions::{error, mission, ten, wrong_by};
 

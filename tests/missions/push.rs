@@ -1,13 +1,13 @@
 //! The push mission as in docs/missions/push.md, from the logs of whole runs.
 
-use alliance_proto::fault::{Fault, MissionFault, Order};
-use alliance_proto::log::{EventRow, LogLevel};
-use alliance_proto::scenario::{Scenario, Setup};
-use alliance_proto::tick::Outcome;
+use analysis::invariants::Invariants;
 use in_process::Team;
 use missions::Registry;
 use missions::push::data::{BAR_STUCK, family};
-use study::invariants::Invariants;
+use proto::tick::Outcome;
+use run_log::{EventRow, LogLevel};
+use scenario::fault::{Fault, MissionFault, Order};
+use scenario::{Scenario, Setup};
 
 use crate::harness::Lab;
 use crate::in_process::run;
@@ -110,7 +110,7 @@ fn two_robots_push_their_ends_alternately() {
 #[test]
 fn the_bar_stays_in_its_lane() {
     let setup = Setup::resolve(parker_box(&[]), 1, None).unwrap().setup;
-    let mut team = Team::new(setup, LogLevel::Off, alliance_proto::log::Memory::default()).unwrap();
+    let mut team = Team::new(setup, LogLevel::Off, run_log::Memory::default()).unwrap();
     while team.tick().unwrap().is_none() {
         let bar = team.simulation().world().bars()[0];
         assert!((bar.from.x - bar.to.x).abs() < 0.4, "{bar:?}");
@@ -267,7 +267,7 @@ fn a_large_push_mission_survives_a_crash() {
     }];
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     let mut invariants = Invariants::new(&setup);
-    let mut team = Team::new(setup, LogLevel::Off, alliance_proto::log::Memory::default()).unwrap();
+    let mut team = Team::new(setup, LogLevel::Off, run_log::Memory::default()).unwrap();
     let outcome = loop {
         let outcome = team.tick().unwrap();
         invariants.see(team.simulation()).unwrap();

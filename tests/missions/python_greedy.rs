@@ -3,16 +3,16 @@
 
 use std::collections::BTreeMap;
 
-use alliance_proto::fault::Faults;
-use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::log::{LogLevel, Memory};
-use alliance_proto::scenario::Setup;
-use alliance_proto::team::{Content, TaskState};
-use alliance_proto::telemetry::{AllocationRow, BehaviorState};
-use alliance_proto::time::SimTime;
 use in_process::{Team, joins_of};
 use missions::Registry;
+use proto::team::{Content, TaskState};
+use proto::telemetry::{AllocationRow, BehaviorState};
 use robot_agent::allocator::{Allocator, Choice, Decision, Input, Me, NoParameters};
+use run_log::{LogLevel, Memory};
+use scenario::Setup;
+use scenario::fault::Faults;
+use scenario::ids::{RobotId, TaskId};
+use scenario::time::SimTime;
 use serde::Deserialize;
 
 #[derive(Clone, Debug)]
@@ -118,7 +118,7 @@ struct Expected {
 
 #[test]
 fn greedy_in_rust_has_the_hashes_of_greedy_in_python() {
-    let text = include_str!("../../bindings/python/tests/greedy.json");
+    let text = include_str!("../../python/python/tests/greedy.json");
     let expected: Expected = serde_json::from_str(text).unwrap();
     assert!(expected.hashes.len() >= 4);
     let registry = Registry::built_in().allocator::<Greedy>("greedy", "the cheapest free task");

@@ -1,4 +1,4 @@
-//! The controllers `Still` and `Listener` in Rust, with the package alliance-agent, and in plain Python
+//! The controllers `Still` and `Listener` in Rust, with the package alliance-sim, and in plain Python
 //! (tests/python/agent.py): all have the same hashes.
 //!
 //! `Still` stands still and reports that it is idle. `Listener` turns by the messages that it receives under link
@@ -12,28 +12,26 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 
-use alliance_proto::codec::encode;
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::join::{JoinReply, JoinRequest};
-use alliance_proto::log::{LogLevel, Memory, MessageRow};
-use alliance_proto::mission::Lore;
-use alliance_proto::mission::items::{Fact, Gripper, ItemsDeed, Knowledge, LooseItem};
-use alliance_proto::readings::Actuation;
-use alliance_proto::scenario::{AllocatorSpec, Setup};
-use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
-use alliance_proto::telemetry::{
-    AllocationRow, BehaviorState, Note, NoteKind, Reason, StateChange,
-};
-use alliance_proto::tick::{Offer, Report, ToAgent};
-use alliance_proto::time::SimTime;
 use glam::Vec2;
 use in_process::{Team, joins_of};
 use missions::Registry;
+use proto::codec::encode;
+use proto::join::{JoinReply, JoinRequest};
+use proto::mission::Lore;
+use proto::mission::items::{Fact, Gripper, ItemsDeed, Knowledge, LooseItem};
+use proto::readings::Actuation;
+use proto::team::{Broadcast, Content, Heartbeat, TaskState};
+use proto::telemetry::{AllocationRow, BehaviorState, Note, NoteKind, Reason, StateChange};
+use proto::tick::{Offer, Report, ToAgent};
 use robot_agent::allocator::{
     Allocator, Choice, ConfigError, Decision, Framed, Input, Kind, Me, Mind, NoParameters,
     OwnBehavior, Prepared, RouteCost,
 };
 use robot_agent::mission::{Action, AgentMission, Moment, Perception};
+use run_log::{LogLevel, Memory, MessageRow};
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{AllocatorSpec, Setup};
 use serde::Deserialize;
 
 use crate::harness::Lab;
@@ -175,7 +173,7 @@ struct Expected {
 
 /// Returns the expected results by the name of the controller.
 fn expected() -> BTreeMap<String, Expected> {
-    serde_json::from_str(include_str!("../../bindings/python/tests/still.json")).unwrap()
+    serde_json::from_str(include_str!("../../python/python/tests/still.json")).unwrap()
 }
 
 #[test]
@@ -192,8 +190,7 @@ fn still_and_listener_in_rust_have_the_hashes_of_the_python_versions() {
                 toml::Value::try_from(timeline).unwrap(),
             );
             table.insert("limit_s".to_owned(), expected.limit_s.into());
-            let scenario =
-                alliance_proto::scenario::Scenario::from_table(&table, &registry.vocabulary());
+            let scenario = scenario::Scenario::from_table(&table, &registry.vocabulary());
             let setup = Setup::resolve(scenario.unwrap(), *seed, None)
                 .unwrap()
                 .setup;

@@ -1,19 +1,17 @@
 //! Compares every row of motivations.csv with the independent calculation of `alliance_tests::recompute` from the
 //! received messages in the log.
 
-use alliance_proto::log::RunFile;
 use missions::Registry;
+use run_log::RunFile;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use alliance_proto::log::{
-    Document, EventRow, LogLevel, Memory, MessageRow, MotivationRow, RunLog,
-};
-use alliance_proto::scenario::{Preset, Scenario, Setup, StepOrder};
 use alliance_tests::mishaps::{self, Rates};
 use alliance_tests::recompute::{Comparison, compare, recompute};
 use in_process::Team as InProcess;
-use world_server::recorder::Recorder;
+use run_log::recorder::Recorder;
+use run_log::{Document, EventRow, LogLevel, Memory, MessageRow, MotivationRow, RunLog};
+use scenario::{Preset, Scenario, Setup, StepOrder};
 
 use crate::harness::Lab;
 use crate::team::Team;

@@ -1,8 +1,8 @@
 //! Hard rooms by real processes: some of the 200 random rooms of `--example rooms`, and extreme rooms.
 
-use alliance_proto::scenario::{Obstacle, Robot, Room, Scenario};
 use alliance_tests::rooms::random_room;
 use missions::waste::data::{WasteSection, default_scenario};
+use scenario::{Obstacle, Robot, Room, Scenario};
 
 use crate::harness::Lab;
 

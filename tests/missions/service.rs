@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use alliance_proto::fault::{Fault, Order, SkillFault};
-use alliance_proto::log::{EventRow, LogLevel, MessageRow, MotivationRow};
-use alliance_proto::scenario::{Scenario, Setup};
-use alliance_proto::tick::Outcome;
 use missions::Registry;
 use missions::service::data::ServiceSection;
+use proto::tick::Outcome;
+use run_log::{EventRow, LogLevel, MessageRow, MotivationRow};
+use scenario::fault::{Fault, Order, SkillFault};
+use scenario::{Scenario, Setup};
 
 use crate::in_process::run;
 use crate::recompute::log_of;

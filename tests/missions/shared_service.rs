@@ -1,13 +1,13 @@
-//! Every allocator in the service mission of `study/sweeps/allocators-service.toml`, which sweeps seeds and faults.
+//! Every allocator in the service mission of `analysis/sweeps/allocators-service.toml`, which sweeps seeds and faults.
 
-use alliance_proto::scenario::Scenario;
-use alliance_proto::tick::Outcome;
 use missions::Registry;
+use proto::tick::Outcome;
+use scenario::Scenario;
 
 use crate::harness::Lab;
 use crate::negotiation::checked;
 
-const PLAN: &str = include_str!("../../study/sweeps/allocators-service.toml");
+const PLAN: &str = include_str!("../../analysis/sweeps/allocators-service.toml");
 
 const KILL: &str = "faults.timeline = [{ fault.kill = \"gold\", when = \"gold finishes\" }]\n";
 

@@ -3,17 +3,17 @@
 use std::collections::BTreeMap;
 use std::fs;
 
+use analysis::compare::statistics::bootstrap::means;
+use analysis::compare::statistics::friedman::friedman;
+use analysis::compare::statistics::holm::holm;
+use analysis::compare::statistics::mcnemar::mcnemar;
+use analysis::compare::statistics::nemenyi::{critical_difference, nemenyi};
+use analysis::compare::statistics::wilcoxon::wilcoxon;
+use analysis::sweep::wilson;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use serde_json::{Value, json};
-use study::compare::statistics::bootstrap::means;
-use study::compare::statistics::friedman::friedman;
-use study::compare::statistics::holm::holm;
-use study::compare::statistics::mcnemar::mcnemar;
-use study::compare::statistics::nemenyi::{critical_difference, nemenyi};
-use study::compare::statistics::wilcoxon::wilcoxon;
-use study::sweep::wilson;
 
 use crate::harness::Lab;
 use crate::python::{python, run};

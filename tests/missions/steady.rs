@@ -5,10 +5,10 @@ use missions::service::data::SERVICE;
 use missions::waste::data::{WasteSection, family};
 use std::collections::BTreeSet;
 
-use alliance_proto::log::{EventRow, LogLevel, Memory};
-use alliance_proto::scenario::Setup;
-use alliance_proto::time::SimTime;
 use in_process::Team;
+use run_log::{EventRow, LogLevel, Memory};
+use scenario::Setup;
+use scenario::time::SimTime;
 
 use crate::negotiation::NEGOTIATORS;
 use crate::recompute::log_of;

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use alliance_proto::log::{EventRow, MotivationRow, RunLog};
 use nix::sys::signal::Signal;
+use run_log::{EventRow, MotivationRow, RunLog};
 
 use crate::harness::{Lab, wait_until};
 use crate::team::Team;

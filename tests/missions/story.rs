@@ -5,11 +5,9 @@ use missions::Registry;
 use missions::waste::data::WasteSection;
 use std::path::Path;
 
-use alliance_proto::log::{
-    Document, EventRow, LogLevel, MessageRow, MotivationRow, PoseRow, RunFile, RunLog,
-};
-use alliance_proto::scenario::{BehaviorParams, Scenario, Setup};
-use alliance_proto::time::SimTime;
+use run_log::{Document, EventRow, LogLevel, MessageRow, MotivationRow, PoseRow, RunFile, RunLog};
+use scenario::time::SimTime;
+use scenario::{BehaviorParams, Scenario, Setup};
 
 use crate::in_process::run;
 

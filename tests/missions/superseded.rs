@@ -5,12 +5,12 @@
 
 use std::sync::{Arc, Mutex};
 
-use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION};
-use alliance_proto::keys::Keys;
-use alliance_proto::readings::Actuation;
-use alliance_proto::rendezvous::{Rendezvous, User};
-use alliance_proto::secret::Secret;
-use alliance_proto::tick::{Report, ToAgent};
+use cluster::rendezvous::{Rendezvous, User};
+use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION};
+use proto::keys::Keys;
+use proto::readings::Actuation;
+use proto::secret::Secret;
+use proto::tick::{Report, ToAgent};
 use zenoh::Wait;
 
 use crate::harness::{Lab, wait_until};
@@ -37,7 +37,7 @@ fn a_superseded_incarnation_is_dismissed_and_a_dismissed_agent_ends() {
     let announcement = std::fs::read(lab.path("runtime/alliance/run.json")).unwrap();
     let run: Rendezvous = serde_json::from_slice(&announcement).unwrap();
     let (keys, secret) = (Keys::new(RUN), Secret::of_robot(&run.token, "gold"));
-    let config = alliance_proto::session::client(&run.login(User::Team).unwrap(), false);
+    let config = cluster::session::client(&run.login(User::Team).unwrap(), false);
     let session = zenoh::open(zenoh::Config::from_json5(&config).unwrap())
         .wait()
         .unwrap();

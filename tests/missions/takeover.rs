@@ -6,8 +6,8 @@
 use missions::waste::data::default_scenario;
 use std::time::Duration;
 
-use alliance_proto::log::{EventRow, MessageRow, MotivationRow, RunLog};
-use alliance_proto::scenario::{BehaviorSection, Preset, RobotSection, Scenario, SwitchSection};
+use run_log::{EventRow, MessageRow, MotivationRow, RunLog};
+use scenario::{BehaviorSection, Preset, RobotSection, Scenario, SwitchSection};
 
 use crate::harness::Lab;
 use crate::team::Team;

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use alliance_proto::log::MotivationRow;
-use alliance_proto::scenario::{SwitchSection, Switches};
+use run_log::MotivationRow;
+use scenario::{SwitchSection, Switches};
 
 use crate::harness::Lab;
 use crate::story::{BOTTOM, Change, METHODICAL, REPORT, ROBOTS, Story, TOP, WANDER, change, setup};

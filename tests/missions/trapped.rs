@@ -1,7 +1,7 @@
 //! The built-in scenario `thesis-trapped-robot`: the observations of the thesis, §4.3.2, in the log.
 
-use alliance_proto::log::{EventRow, MotivationRow};
-use alliance_proto::time::SimTime;
+use run_log::{EventRow, MotivationRow};
+use scenario::time::SimTime;
 
 use crate::harness::Lab;
 use crate::story::{METHODICAL, REPORT, Report, Story, WANDER, change, setup};

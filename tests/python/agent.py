@@ -1,4 +1,4 @@
-"""A robot's controller in plain Python, without the package alliance-agent: a program that follows docs/WIRE.md. The robot stands still and
+"""A robot's controller in plain Python, without the package alliance-sim: a program that follows docs/WIRE.md. The robot stands still and
 reports that it is idle.
 
     agent.py [--robot NAME] [--run ID]       control the robot; or start it by `alliance run --mind still='python3 agent.py'`

@@ -1,14 +1,14 @@
 //! Whole missions in one process at full speed, with their results.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::log::{LogLevel, Memory};
-use alliance_proto::mission::Value;
-use alliance_proto::readings::Pose;
-use alliance_proto::scenario::{Scenario, Setup};
-use alliance_proto::tick::Outcome;
-use alliance_proto::time::SimTime;
 use in_process::Team;
 use missions::waste::data::ItemCounts;
+use proto::readings::Pose;
+use proto::tick::Outcome;
+use run_log::{LogLevel, Memory};
+use scenario::ids::RobotId;
+use scenario::mission::Value;
+use scenario::time::SimTime;
+use scenario::{Scenario, Setup};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mission {

@@ -5,19 +5,19 @@
 //! late report, a lost broadcast, and an order or a signal at any order index of a tick, also during a process act,
 //! which may fail.
 
-use alliance_proto::fault::Order;
-use alliance_proto::ids::{Incarnation, RobotId};
-use alliance_proto::log::{LogLevel, Memory};
-use alliance_proto::process::ProcessAct;
-use alliance_proto::scenario::Setup;
-use alliance_proto::tick::Report;
 use missions::Registry;
+use proto::process::ProcessAct;
+use proto::tick::Report;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use robot_agent::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
 use robot_agent::radio::Radio;
-use world_server::recorder::{RecordError, Recorder};
+use run_log::recorder::{RecordError, Recorder};
+use run_log::{LogLevel, Memory};
+use scenario::Setup;
+use scenario::fault::Order;
+use scenario::ids::{Incarnation, RobotId};
 use world_server::simulation::Simulation;
 
 /// The probabilities of the random events.

@@ -7,8 +7,8 @@
 
 use std::collections::BTreeMap;
 
-use alliance_proto::log::{EventRow, MessageRow, MotivationRow, ReadError, RunLog};
-use alliance_proto::scenario::{Alliance, BehaviorParams, HistoryOrigin};
+use run_log::{EventRow, MessageRow, MotivationRow, ReadError, RunLog};
+use scenario::{Alliance, BehaviorParams, HistoryOrigin};
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Comparison {

@@ -1,11 +1,11 @@
 //! Random rooms for missions in one process.
 
-use alliance_proto::scenario::Scenario;
+use analysis::random_mission::room::obstacles;
 use missions::waste::data::default_scenario;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use study::random_mission::room::obstacles;
+use scenario::Scenario;
 
 /// Returns the default mission with 1 to 8 obstacles at random positions.
 #[must_use]

@@ -8,20 +8,20 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use alliance_proto::fault::Order;
-use alliance_proto::ids::{Incarnation, RobotId};
-use alliance_proto::log::{LogLevel, Memory};
-use alliance_proto::process::ProcessAct;
-use alliance_proto::scenario::Setup;
-use alliance_proto::tick::{Outcome, Report, TickMessage};
 use missions::Registry;
+use proto::process::ProcessAct;
+use proto::tick::{Outcome, Report, TickMessage};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use robot_agent::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
 use robot_agent::radio::Radio;
+use run_log::recorder::{RecordError, Recorder};
+use run_log::{LogLevel, Memory};
+use scenario::Setup;
+use scenario::fault::Order;
+use scenario::ids::{Incarnation, RobotId};
 use world_server::barrier::{Presence, Verdict};
-use world_server::recorder::{RecordError, Recorder};
 use world_server::simulation::Simulation;
 
 /// The orders of the operator, with `{}` for a robot name.

@@ -1,11 +1,11 @@
 //! Default missions in a row with L-ALLIANCE (docs/allocators/l-alliance.md). The first one starts with wrong
 //! estimates, and each mission continues with the learned times of the previous one.
 
-use alliance_proto::log::{LogLevel, Memory};
-use alliance_proto::scenario::{KnownTimes, Profile, Scenario, Setup};
-use alliance_proto::tick::Outcome;
 use in_process::Team;
 use missions::Registry;
+use proto::tick::Outcome;
+use run_log::{LogLevel, Memory};
+use scenario::{KnownTimes, Profile, Scenario, Setup};
 
 const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
 

@@ -8,61 +8,25 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, SystemTime};
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::keys::is_name;
-use alliance_proto::log::LogLevel;
-use alliance_proto::scenario::{
-    ParameterFile, Profile, Scenario, Setup, StepOrder, Vocabulary, instead, text_of,
-};
-use alliance_proto::secret::random;
-use alliance_proto::session::LOG_FILTER;
-use alliance_proto::tell;
-use alliance_proto::tick::Outcome;
 use anyhow::{Context, bail};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use cluster::session::LOG_FILTER;
+use proto::secret::random;
+use proto::tick::Outcome;
+use run_log::LogLevel;
+use scenario::Setup;
+use scenario::ids::RobotId;
+use scenario::names::is_name;
+use terminal::tell;
+
+use cluster::network::{Network, NetworkArgs};
 
 use crate::gateway;
-use crate::mission::{MissionWorld, Worlds};
-use crate::network::{Network, NetworkArgs};
+use crate::mission::MissionWorld;
+use crate::mission_args::{Known, MissionArgs, positive};
 use crate::pace::Speed;
 use crate::process::{Options, serve};
-use crate::size::SizeArgs;
-
-#[derive(Clone, Debug)]
-pub struct Known {
-    /// The names that scenarios may use, and the built-in scenarios.
-    pub vocabulary: Vocabulary,
-    pub worlds: Worlds,
-}
-
-/// The scenario of a run and its overrides.
-#[derive(Args, Clone, Debug)]
-pub struct MissionArgs {
-    /// Scenario: the name of a built-in one, or a TOML file
-    #[arg(value_name = "SCENARIO|FILE")]
-    pub scenario: Option<String>,
-    #[command(flatten)]
-    pub size: SizeArgs,
-    /// Seed of all random streams
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed, allow_negative_numbers = true)]
-    pub seed: u64,
-    /// Parameter file in the form of the thesis (Fig. 3.4); overrides the scenario's values
-    #[arg(long, value_name = "FILE")]
-    pub params: Option<PathBuf>,
-    /// Learned times of the robots from earlier runs, if the file exists; `alliance run` updates it at the end
-    #[arg(long, value_name = "FILE")]
-    pub profile: Option<PathBuf>,
-    /// Step order of the robots: all at once, or one after the other by rank [default: the preset's]
-    #[arg(long, value_name = "ORDER", value_parser = step_order)]
-    pub step_order: Option<StepOrder>,
-    /// Task allocator of all robots; overrides the scenario; see `alliance allocators`
-    #[arg(long, value_name = "NAME")]
-    pub allocator: Option<String>,
-    /// End the run after this much simulated time, in seconds [default: the scenario's]
-    #[arg(long, value_name = "SIM-SECONDS", value_parser = positive, allow_negative_numbers = true)]
-    pub limit: Option<f64>,
-}
 
 /// Options of execution. They do not change the result of a run by a single byte.
 #[derive(Args, Clone, Debug)]
@@ -105,68 +69,6 @@ pub struct WorldArgs {
     /// Run as the gateway of a world, which sends the settings on standard input
     #[arg(long, hide = true, exclusive = true)]
     gateway: bool,
-}
-
-impl MissionArgs {
-    /// Reads the scenario and the parameter file. Lists unused keys of the parameter file on stderr.
-    ///
-    /// # Errors
-    /// Returns one line with the file, the position, the problem and the remedy.
-    pub fn setup(&self, known: &Known) -> anyhow::Result<Setup> {
-        self.resolve(self.scenario(known)?, known)
-    }
-
-    /// Returns the selected scenario without the overrides.
-    pub fn scenario(&self, known: &Known) -> anyhow::Result<Scenario> {
-        let requested = self.scenario.as_deref();
-        match (self.size.scenario(requested, &known.vocabulary)?, requested) {
-            (Some(sized), _) => Ok(sized),
-            (None, Some(requested)) => read_scenario(requested, known),
-            (None, None) => Ok(known.vocabulary.default_scenario()?),
-        }
-    }
-
-    /// Applies all overrides to a scenario. Lists unused keys of the parameter file on stderr.
-    pub fn resolve(&self, mut scenario: Scenario, known: &Known) -> anyhow::Result<Setup> {
-        if let Some(limit) = self.limit {
-            scenario.limit_s = limit;
-        }
-        if let Some(order) = self.step_order {
-            scenario.set_step_order(order);
-        }
-        if let Some(name) = &self.allocator {
-            scenario.allocator = Some(name.clone());
-            for robot in &mut scenario.robots {
-                robot.allocator = None;
-            }
-        }
-        scenario.check_allocators(&known.vocabulary.allocators)?;
-        let parameters = match &self.params {
-            None => None,
-            Some(path) => Some(ParameterFile::parse(
-                &path.display().to_string(),
-                &std::fs::read(path).with_context(|| path.display().to_string())?,
-            )?),
-        };
-        let mut resolved = Setup::resolve(scenario, self.seed, parameters.as_ref())?;
-        if let Some(path) = &self.profile {
-            resolved.setup.profile =
-                read_profile(path, &resolved.setup.scenario, &known.vocabulary)?;
-        }
-        let scenario = &resolved.setup.scenario;
-        if let Err(error) = known.worlds.of(scenario)?.start_poses(scenario) {
-            let requested = self.scenario.as_deref().unwrap_or(&scenario.name);
-            bail!("{requested}: {}", error.of(scenario));
-        }
-        if !resolved.skipped.is_empty() {
-            let skipped: Vec<String> = resolved.skipped.iter().map(ToString::to_string).collect();
-            tell!(
-                "skipped because the scenario has no such robot or behavior set: {}",
-                skipped.join(", ")
-            );
-        }
-        Ok(resolved.setup)
-    }
 }
 
 impl RunArgs {
@@ -362,53 +264,6 @@ fn new_folder(parent: &Path, name: &str) -> anyhow::Result<PathBuf> {
     bail!("{}: no free folder name is left", parent.display())
 }
 
-fn read_profile(
-    path: &Path,
-    scenario: &Scenario,
-    vocabulary: &Vocabulary,
-) -> anyhow::Result<Profile> {
-    let name = path.display().to_string();
-    let mut robots = scenario.robots.iter();
-    if !robots.any(|robot| vocabulary.learns(scenario.allocator_of(robot))) {
-        let learners = vocabulary.allocators.iter().filter(|spec| spec.learns);
-        let learners: Vec<&str> = learners.map(|spec| spec.name).collect();
-        bail!(
-            "--profile {name}: the robots' allocator is {}, which learns nothing; use one that learns: {}",
-            scenario.allocators_in_words(),
-            learners.join(", ")
-        );
-    }
-    if path.is_dir() {
-        bail!("--profile {name}: that is a folder; name a file");
-    }
-    match std::fs::read(path) {
-        Ok(bytes) => {
-            let text = text_of(&name, bytes)?;
-            Ok(Profile::parse(&name, &text, scenario, vocabulary)?)
-        }
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Profile::default()),
-        Err(error) => Err(error).with_context(|| format!("--profile {name}")),
-    }
-}
-
-/// Reads a built-in scenario by name, or else a scenario file.
-pub fn read_scenario(requested: &str, known: &Known) -> anyhow::Result<Scenario> {
-    if let Some(builtin) = known.vocabulary.builtin(requested) {
-        return Ok(Scenario::parse(requested, builtin.text, &known.vocabulary)?);
-    }
-    let path = Path::new(requested);
-    if !path.exists() {
-        let builtins = known.vocabulary.builtins().map(|builtin| builtin.name);
-        bail!(
-            "'{requested}' is neither a built-in scenario nor a file; {}",
-            instead(requested, builtins)
-        );
-    }
-    let bytes = std::fs::read(path).with_context(|| requested.to_owned())?;
-    let text = text_of(requested, bytes)?;
-    Ok(Scenario::parse(requested, &text, &known.vocabulary)?)
-}
-
 /// Returns a run id that is unique among the live runs of this machine: at most 24 characters of the scenario's name and the
 /// process id, 32 characters in total.
 #[must_use]
@@ -439,19 +294,6 @@ pub fn log_to_stderr() {
         .init();
 }
 
-fn seed(text: &str) -> Result<u64, String> {
-    text.parse()
-        .map_err(|_| format!("use a whole number from 0 to {}", u64::MAX))
-}
-
-fn step_order(text: &str) -> Result<StepOrder, String> {
-    match text {
-        "simultaneous" => Ok(StepOrder::Simultaneous),
-        "in-order" => Ok(StepOrder::InOrder),
-        _ => Err("use 'simultaneous' or 'in-order'".to_owned()),
-    }
-}
-
 /// Parses a log level. `LogLevel` is not a `ValueEnum`, so that programs that only read logs do not depend on clap.
 fn log_level() -> impl TypedValueParser<Value = LogLevel> {
     let described = LogLevel::ALL.map(|level| {
@@ -470,13 +312,6 @@ fn log_level() -> impl TypedValueParser<Value = LogLevel> {
             .find(|level| level.as_str() == name)
             .expect("the parser accepts only names of log levels")
     })
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if seconds > 0.0 && seconds <= 1e9 => Ok(seconds),
-        _ => Err("use a number of seconds above 0".to_owned()),
-    }
 }
 
 fn run_id(text: &str) -> Result<String, String> {
@@ -516,22 +351,5 @@ mod tests {
         created.sort();
         let names = ["a", "a-2", "a-3", "a-4", "a-5", "a-6", "a-7", "a-8"];
         assert_eq!(created, names.map(|name| parent.join(name)));
-    }
-
-    #[test]
-    fn an_error_about_invalid_utf_8_contains_the_line() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.toml");
-        std::fs::write(&path, b"step_ms = 50\nname = \"\xff\"\n").unwrap();
-        let name = path.to_str().unwrap();
-        let known = Known {
-            vocabulary: alliance_proto::testkit::vocabulary(),
-            worlds: Worlds::default(),
-        };
-        let error = read_scenario(name, &known).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            format!("{name}:2: the bytes are not UTF-8 text; save the file as UTF-8")
-        );
     }
 }

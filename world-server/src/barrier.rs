@@ -22,11 +22,11 @@ mod place;
 use std::cell::Cell;
 use std::collections::{BTreeSet, VecDeque};
 
-use alliance_proto::ids::{Incarnation, RobotId, Tick};
-use alliance_proto::join::Refusal;
-use alliance_proto::log::Input;
-use alliance_proto::scenario::{Robot, StepOrder};
-use alliance_proto::tick::{ManifestEntry, Report};
+use proto::join::Refusal;
+use proto::tick::{ManifestEntry, Report};
+use run_log::Input;
+use scenario::ids::{Incarnation, RobotId, Tick};
+use scenario::{Robot, StepOrder};
 
 pub use place::Presence;
 use place::{Listing, Place};

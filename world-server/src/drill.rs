@@ -1,11 +1,11 @@
 //! The world part of the drill: a test mission without tasks in the world.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::mission::{Deed, Sensed};
-use alliance_proto::testkit;
-use alliance_proto::tick::Outcome;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::mission::{Deed, Sensed};
+use proto::tick::Outcome;
+use scenario::ids::RobotId;
+use scenario::testkit;
+use scenario::time::SimTime;
 
 use crate::mission::{Happened, MissionWorld, Validity, Value, WorldMission};
 use crate::world::Floor;

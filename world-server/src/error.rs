@@ -1,20 +1,19 @@
 //! The errors of a world.
 
-use alliance_proto::rendezvous::RendezvousError;
-
-use crate::recorder::RecordError;
+use cluster::rendezvous::RendezvousError;
+use cluster::router::RouterError;
+use run_log::recorder::RecordError;
 
 #[derive(Debug, thiserror::Error)]
 pub enum WorldError {
     #[error("bus")]
     Bus(#[from] zenoh::Error),
-    /// A network address that the world cannot listen on, with the cause.
-    #[error("cannot listen at {0}: {1}")]
-    Listen(String, std::io::Error),
     #[error(transparent)]
     Record(#[from] RecordError),
     #[error(transparent)]
     Rendezvous(#[from] RendezvousError),
+    #[error(transparent)]
+    Router(#[from] RouterError),
     /// A failure of signals, ports or the random number generator.
     #[error("system")]
     System(#[from] std::io::Error),

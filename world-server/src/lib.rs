@@ -12,25 +12,29 @@
 //! [`pace`]. [`latest`] links to it. [`args`] and [`size`] are its command line. [`gateway`] is a separate process that
 //! operators connect to.
 
-// `println!` panics if the output is closed; `alliance_proto::terminal` does not.
+// `println!` panics if the output is closed; `terminal` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
+#[cfg(feature = "bus")]
 pub mod args;
 pub mod barrier;
 #[cfg(test)]
 mod drill;
+#[cfg(feature = "bus")]
 pub mod error;
 pub mod faults;
+#[cfg(feature = "bus")]
 pub mod gateway;
 pub mod interruption;
 pub mod invocation;
 pub mod latest;
 pub mod mission;
-pub mod network;
+pub mod mission_args;
+#[cfg(feature = "bus")]
 pub mod pace;
+#[cfg(feature = "bus")]
 pub mod process;
-pub mod recorder;
-pub mod router;
+#[cfg(feature = "bus")]
 pub mod server;
 pub mod simulation;
 pub mod size;

@@ -1,9 +1,9 @@
 //! The size of a mission on the command line: `--robots N --size M`, or the mission's own option instead of `--size`.
 
-use alliance_proto::scenario::{MAX_ROBOTS, Scenario, Vocabulary};
 use anyhow::bail;
 use clap::parser::ArgMatches;
 use clap::{Arg, ArgGroup, Args, Command, FromArgMatches, Id};
+use scenario::{MAX_ROBOTS, Scenario, Vocabulary};
 
 /// The number of robots if only `--size` is given.
 const DEFAULT_ROBOTS: usize = 3;

@@ -2,7 +2,7 @@
 
 from greedy import Greedy
 
-from alliance_agent import run
+from alliance_sim import run
 
 LOSSES = {"none": 0.0, "60 %": 0.6, "95 %": 0.95}
 MINDS = {"greedy": Greedy, "alliance": "alliance", "murdoch": "murdoch", "nearest": "nearest"}

@@ -1,6 +1,6 @@
 """Compares watcher.py with the built-in controller: mean share of targets in sight."""
 
-from alliance_agent import Agent, Deed, run
+from alliance_sim import Agent, Deed, run
 from watcher import Watcher
 
 

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 
 import matplotlib.pyplot as plt
 
-from alliance_agent import load
+from alliance_sim import load
 
 LOSSES = [0, 30, 60, 90]
 RULES = {"alliance": "o", "cbba": "s", "murdoch": "^"}

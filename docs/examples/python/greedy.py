@@ -1,6 +1,6 @@
 """Greedy allocator: each robot takes the cheapest applicable task without enough robots. python3 greedy.py --robot gold"""
 
-from alliance_agent import Allocator, main
+from alliance_sim import Allocator, main
 
 
 class Greedy(Allocator):

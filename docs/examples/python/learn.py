@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 
-from alliance_agent.env import VecEnv, parallel_env
+from alliance_sim.env import VecEnv, parallel_env
 
 SCENARIO, LIMIT_S = "janitorial", 300.0
 KILLED = [{"at_s": 60.0, "fault": {"kill": "gold"}}]

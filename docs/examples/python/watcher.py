@@ -5,7 +5,7 @@ if that has more than one, or else wanders. alliance run SCENARIO --mind watcher
 import math
 import struct
 
-from alliance_agent import Agent, Deed, main
+from alliance_sim import Agent, Deed, main
 
 NEWS_S = 3.0  # maximum age of a teammate's message, s
 

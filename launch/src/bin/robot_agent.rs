@@ -14,7 +14,7 @@ struct AgentCli {
 }
 
 fn main() -> ExitCode {
-    alliance_proto::session::prepare_process();
+    cluster::session::prepare_process();
     robot_agent::args::log_to_stderr();
     AgentCli::parse()
         .agent

@@ -14,7 +14,7 @@ struct WorldCli {
 }
 
 fn main() -> ExitCode {
-    alliance_proto::session::prepare_process();
+    cluster::session::prepare_process();
     log_to_stderr();
     WorldCli::parse().world.run(&launch::known())
 }

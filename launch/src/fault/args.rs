@@ -2,15 +2,15 @@
 
 use std::convert::Infallible;
 
-use alliance_proto::fault::{
-    ActuatorFault, Chance, Delay, Device, Fault, Link, Loss, MoveRobot, Order, Partition,
-    RadioQuality, RangeFault, SensorFault, SkillFault, Who,
-};
-use alliance_proto::scenario::Obstacle;
-use alliance_proto::time::seconds;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 use missions::Registry;
+use scenario::Obstacle;
+use scenario::fault::{
+    ActuatorFault, Chance, Delay, Device, Fault, Link, Loss, MoveRobot, Order, Partition,
+    RadioQuality, RangeFault, SensorFault, SkillFault, Who,
+};
+use scenario::time::seconds;
 
 use super::modes::{ACTUATOR_MODES, SENSOR_MODES, actuator_mode, sensor_mode};
 use super::own::OwnFault;

@@ -9,13 +9,13 @@ mod timing;
 
 use std::process::ExitCode;
 
-use alliance_proto::control::{Armed, Cleared, ControlCommand, FaultStatus, Phase, Reply, schema};
-use alliance_proto::fault::Order;
-use alliance_proto::tell;
-use alliance_proto::time::SimTime;
+use analysis::table;
 use clap::{Args, Subcommand};
 use comfy_table::{CellAlignment, Table};
-use study::table;
+use proto::control::{Armed, Cleared, ControlCommand, FaultStatus, Phase, Reply, schema};
+use scenario::fault::Order;
+use scenario::time::SimTime;
+use terminal::tell;
 
 use crate::control::{ControlArgs, print, unexpected};
 

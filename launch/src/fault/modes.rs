@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use alliance_proto::fault::{ActuatorMode, SensorError, SensorMode, Side};
+use scenario::fault::{ActuatorMode, SensorError, SensorMode, Side};
 
 /// The names of the modes of a sensor fault.
 pub const SENSOR_MODES: [&str; 5] = ["dead", "stuck", "noise", "bias", "dropout"];

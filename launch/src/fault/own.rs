@@ -1,9 +1,9 @@
 //! Fault subcommands of missions, generated from the declarations of the missions in this program.
 
-use alliance_proto::fault::{FaultArgument, FaultSpec, MissionFault};
 use clap::error::ErrorKind;
 use clap::{Arg, ArgMatches, Args, Command, Error, FromArgMatches, Subcommand};
 use missions::Registry;
+use scenario::fault::{FaultArgument, FaultSpec, MissionFault};
 
 use super::timing::Timing;
 

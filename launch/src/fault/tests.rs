@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use alliance_proto::fault::Fault;
 use clap::{CommandFactory, Parser};
+use scenario::fault::Fault;
 
 use super::*;
 

@@ -1,8 +1,8 @@
 //! The options for the trigger and the duration of a fault.
 
-use alliance_proto::fault::{Fault, Order, When};
-use alliance_proto::time::seconds;
 use clap::Args;
+use scenario::fault::{Fault, Order, When};
+use scenario::time::seconds;
 
 // No doc comment, because clap would use it as the description of the mission's fault commands.
 #[derive(Args, Clone, Debug)]

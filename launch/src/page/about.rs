@@ -1,8 +1,8 @@
 //! The constant description of a run for the page.
 
-use alliance_proto::fault::{Device, Fault, FaultSpec};
-use alliance_proto::mission::known::Mission;
-use alliance_proto::scenario::{Room, Setup};
+use scenario::fault::{Device, Fault, FaultSpec};
+use scenario::mission::known::Mission;
+use scenario::{Room, Setup};
 use serde_json::{Value, json};
 
 /// Returns the answer to `GET /api/run`: catalog, setup and possible faults. `mode`, `folder` and `log` depend on the source of the run.
@@ -97,7 +97,7 @@ fn mission_fault(spec: &FaultSpec, room: Room) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::testkit::default_setup;
+    use scenario::testkit::default_setup;
 
     use super::*;
 

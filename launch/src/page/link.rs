@@ -4,9 +4,9 @@ use std::io;
 use std::net::{Ipv4Addr, TcpListener};
 use std::os::fd::AsFd;
 
-use alliance_proto::secret;
 use anyhow::{Context, anyhow, bail};
 use clap::Args;
+use proto::secret;
 
 /// The environment variable with the token, for a process that inherits the page's socket.
 const TOKEN: &str = "ALLIANCE_PAGE_TOKEN";

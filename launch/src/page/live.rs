@@ -3,15 +3,15 @@
 use missions::Registry;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use alliance_proto::control::{ControlCommand, Reply};
-use alliance_proto::event::EventNews;
-use alliance_proto::rendezvous::{Rendezvous, User};
-use alliance_proto::scenario::Setup;
-use alliance_proto::tick::Outcome;
-use alliance_proto::time::SimTime;
-use alliance_proto::view::View;
 use anyhow::{Context, bail};
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
+use cluster::rendezvous::{Rendezvous, User};
+use proto::control::{ControlCommand, Reply};
+use proto::event::EventNews;
+use proto::tick::Outcome;
+use proto::view::View;
+use scenario::Setup;
+use scenario::time::SimTime;
 use serde_json::{Value, json};
 use tokio::sync::{broadcast, watch};
 use zenoh::sample::SampleKind;
@@ -281,10 +281,10 @@ impl Received {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::event::EventLine;
-    use alliance_proto::ids::{BehaviorId, RobotId};
-    use alliance_proto::telemetry::BehaviorState;
-    use alliance_proto::view::Bend;
+    use proto::event::EventLine;
+    use proto::telemetry::BehaviorState;
+    use proto::view::Bend;
+    use scenario::ids::{BehaviorId, RobotId};
     use tokio::sync::broadcast::error::TryRecvError;
 
     use super::*;

@@ -5,16 +5,16 @@ use std::future::Future;
 use std::path::Path;
 use std::time::Duration;
 
-use alliance_proto::control::AgentState;
-use alliance_proto::event::EventLine;
-use alliance_proto::ids::{RobotId, Tick};
-use alliance_proto::log::{EventRow, LogLevel, RunLog, RunOutcome};
-use alliance_proto::tick::Outcome;
-use alliance_proto::time::SimTime;
-use alliance_proto::view::{Bend, MESSAGES_MAX, View};
+use analysis::retrace::retrace;
 use axum::extract::ws::WebSocket;
+use proto::control::AgentState;
+use proto::event::EventLine;
+use proto::tick::Outcome;
+use proto::view::{Bend, MESSAGES_MAX, View};
+use run_log::{EventRow, LogLevel, RunLog, RunOutcome};
+use scenario::ids::{RobotId, Tick};
+use scenario::time::SimTime;
 use serde_json::{Value, json};
-use study::retrace::retrace;
 use tokio::sync::watch;
 use tokio::time::timeout;
 
@@ -215,12 +215,12 @@ mod tests {
     use missions::waste::data::default_scenario;
     use std::process::Command;
 
-    use alliance_proto::log::MotivationRow;
-    use alliance_proto::scenario::Setup;
     use in_process::Team;
+    use run_log::MotivationRow;
+    use run_log::recorder::Folder;
+    use scenario::Setup;
     use serde_json::{Value, json};
     use tempfile::TempDir;
-    use world_server::recorder::Folder;
 
     use super::*;
 

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use alliance_proto::time::SimTime;
+use scenario::time::SimTime;
 
 const VIEWS_MAX: usize = 400;
 

@@ -4,7 +4,6 @@ use std::future::Future;
 use std::sync::Arc;
 use std::time::Duration;
 
-use alliance_proto::control::ControlCommand;
 use anyhow::Context;
 use axum::body::Bytes;
 use axum::extract::ws::WebSocketUpgrade;
@@ -17,6 +16,7 @@ use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router};
+use proto::control::ControlCommand;
 use serde::Deserialize;
 use serde_json::json;
 use tokio::net::TcpListener;

@@ -4,9 +4,9 @@ use std::future::Future;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use alliance_proto::tell;
 use anyhow::Context;
 use clap::Args;
+use terminal::tell;
 use tokio::signal::ctrl_c;
 
 use super::link::{Link, LinkArgs};

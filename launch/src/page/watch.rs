@@ -3,9 +3,9 @@
 use std::process::ExitCode;
 use std::time::Duration;
 
-use alliance_proto::rendezvous::Rendezvous;
-use alliance_proto::tell;
 use clap::Args;
+use cluster::rendezvous::Rendezvous;
+use terminal::tell;
 use tokio::signal::ctrl_c;
 use tokio::time::{Instant, sleep};
 

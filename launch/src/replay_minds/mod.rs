@@ -10,19 +10,19 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use alliance_proto::codec::encode;
-use alliance_proto::ids::{Incarnation, RobotId};
-use alliance_proto::join::Welcome;
-use alliance_proto::log::RunLog;
-use alliance_proto::scenario::Setup;
-use alliance_proto::team::Broadcast;
-use alliance_proto::tick::{Report, TickMessage, ToAgent};
+use analysis::diff::Difference;
+use analysis::replay::OtherAnswer;
 use anyhow::bail;
 use in_process::{Foreign, ForeignError, Kept};
 use nix::sys::signal::Signal;
+use proto::codec::encode;
+use proto::join::Welcome;
+use proto::team::Broadcast;
+use proto::tick::{Report, TickMessage, ToAgent};
+use run_log::RunLog;
+use scenario::Setup;
+use scenario::ids::{Incarnation, RobotId};
 use serde_json::Value;
-use study::diff::Difference;
-use study::replay::OtherAnswer;
 use tokio::runtime::Runtime;
 use tokio::time::timeout;
 

@@ -3,23 +3,24 @@
 use std::collections::BTreeSet;
 use std::process::ExitCode;
 
-use alliance_proto::log::RunLog;
-use alliance_proto::tell;
+use analysis::export::{export_mcap, mcap_is_there};
+use analysis::learned;
 use anyhow::{Context, bail};
 use clap::Args;
 use missions::Registry;
-use study::export::{export_mcap, mcap_is_there};
-use study::learned;
-use world_server::args::{MissionArgs, RunArgs, drawn_run_id, run_id_for};
+use run_log::RunLog;
+use terminal::tell;
+use world_server::args::{RunArgs, drawn_run_id, run_id_for};
+use world_server::mission_args::MissionArgs;
 
 use super::minds::{self, MindCommand};
 use super::one_process;
 use super::plan::Plan;
 use super::supervise::supervise;
-use crate::cluster::start::Start;
 use crate::limits;
 use crate::page::link::{Link, LinkArgs};
 use crate::page::view::stay_with_log;
+use cluster::start::Start;
 
 /// Run a mission with one world process and one process per robot.
 #[derive(Args, Clone, Debug)]

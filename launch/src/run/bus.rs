@@ -1,11 +1,11 @@
 //! The launcher's connection to the bus: it receives views, events and process orders, and reports process states to the world.
 
-use alliance_proto::event::EventLine;
-use alliance_proto::keys::{Keys, LAUNCHER_HOST};
-use alliance_proto::process::{ProcessNews, ProcessOrder, ProcessReply, ProcessState};
-use alliance_proto::rendezvous::{Rendezvous, User};
-use alliance_proto::secret::Secret;
-use alliance_proto::view::View;
+use cluster::rendezvous::{Rendezvous, User};
+use proto::event::EventLine;
+use proto::keys::{Keys, LAUNCHER_HOST};
+use proto::process::{ProcessNews, ProcessOrder, ProcessReply, ProcessState};
+use proto::secret::Secret;
+use proto::view::View;
 use tokio::sync::{mpsc, watch};
 use zenoh::Session;
 use zenoh::query::Query;

@@ -6,16 +6,16 @@ use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use alliance_proto::os_process::LAUNCHER;
-use alliance_proto::panics::PANICKED;
 use anyhow::{Context, bail};
+use cluster::os_process::LAUNCHER;
 use nix::sys::prctl;
 use nix::sys::signal::{Signal, kill, killpg};
 use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
 use nix::unistd::{Pid, getppid};
+use terminal::panics::PANICKED;
 
 use super::{minds, shell};
-use crate::cluster::start::{Hold, HostStart};
+use cluster::start::{Hold, HostStart};
 
 /// The number of log lines that are shown when a process fails.
 const LAST_LINES: usize = 12;

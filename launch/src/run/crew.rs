@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use alliance_proto::process::ProcessState;
+use proto::process::ProcessState;
 
 use super::bus::Bus;
 use super::children::{Change, Ending, Process};

@@ -4,10 +4,10 @@
 
 use std::collections::BTreeMap;
 
-use alliance_proto::keys::is_name;
-use alliance_proto::scenario::{Scenario, instead};
 use anyhow::bail;
 use robot_agent::args::{ROBOT, RUN};
+use scenario::names::is_name;
+use scenario::{Scenario, instead};
 
 /// A value of `--mind`: `NAME[@VERSION]=COMMAND`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -99,7 +99,7 @@ pub fn variables(robot: &str, run: &str) -> [(&'static str, String); 3] {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::testkit::default_setup;
+    use scenario::testkit::default_setup;
 
     use super::*;
 

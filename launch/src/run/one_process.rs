@@ -4,18 +4,18 @@ use missions::Registry;
 use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use alliance_proto::log::{LogLevel, RunLog};
-use alliance_proto::panics;
-use alliance_proto::tell;
-use alliance_proto::tick::Outcome;
+use analysis::interrupted::Interrupted;
+use analysis::invariants::{Invariants, replayed};
 use in_process::Team;
+use proto::tick::Outcome;
+use run_log::recorder::Folder;
+use run_log::{LogLevel, RunLog};
 use serde_json::json;
-use study::interrupted::Interrupted;
-use study::invariants::{Invariants, replayed};
+use terminal::panics;
+use terminal::tell;
 use tokio::time::Instant;
 use world_server::invocation;
 use world_server::latest::link_latest;
-use world_server::recorder::Folder;
 
 use super::plan::Plan;
 use super::progress::Progress;

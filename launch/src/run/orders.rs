@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use alliance_proto::process::{ProcessAct, ProcessOrder};
 use anyhow::{Context, bail};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
+use proto::process::{ProcessAct, ProcessOrder};
 use tokio::time::{Instant, sleep};
 
 use super::children::Process;

@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use alliance_proto::scenario::Setup;
+use scenario::Setup;
 
-use crate::cluster::start::Start;
+use cluster::start::Start;
 
 /// The checked inputs of a run.
 pub struct Plan {

@@ -4,15 +4,13 @@ use std::io::IsTerminal;
 use std::sync::Arc;
 use std::time::Duration;
 
-use alliance_proto::control::AgentState;
-use alliance_proto::event::EventLine;
-use alliance_proto::mission::columns::{
-    Column, ColumnValue, Progress as MissionProgress, in_short,
-};
-use alliance_proto::scenario::{Catalog, Setup};
-use alliance_proto::tell;
-use alliance_proto::view::{RobotView, View};
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use proto::control::AgentState;
+use proto::event::EventLine;
+use proto::view::{RobotView, View};
+use scenario::mission::columns::{Column, ColumnValue, Progress as MissionProgress, in_short};
+use scenario::{Catalog, Setup};
+use terminal::tell;
 use tokio::time::Instant;
 
 /// The minimum time between two lines if stderr is not a terminal.

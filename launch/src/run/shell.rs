@@ -3,9 +3,9 @@
 use std::os::unix::process::CommandExt;
 use std::process::{Command, ExitCode};
 
-use alliance_proto::os_process::LAUNCHER;
-use alliance_proto::tell;
 use clap::Args;
+use cluster::os_process::LAUNCHER;
+use terminal::tell;
 
 /// Replace this process with an external program; it dies with the launcher.
 #[derive(Args, Clone, Debug)]

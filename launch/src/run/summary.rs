@@ -1,13 +1,13 @@
 //! The result of a finished run, as a table or as JSON.
 
-use alliance_proto::control::FaultStatus;
-use alliance_proto::log::{LogLevel, RunFile, RunOutcome};
-use alliance_proto::mission::Value;
-use alliance_proto::mission::columns::{ColumnValue, Progress, label, told};
-use alliance_proto::{tell, terminal};
+use analysis::table;
 use comfy_table::{CellAlignment, Table};
+use proto::control::FaultStatus;
+use run_log::{LogLevel, RunFile, RunOutcome};
+use scenario::mission::Value;
+use scenario::mission::columns::{ColumnValue, Progress, label, told};
 use serde_json::json;
-use study::table;
+use terminal::tell;
 
 use super::plan::Plan;
 
@@ -173,9 +173,9 @@ fn robots(plan: &Plan, run: &RunFile) -> Table {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::control::Phase;
-    use alliance_proto::fault::{Fault, Order};
-    use alliance_proto::time::SimTime;
+    use proto::control::Phase;
+    use scenario::fault::{Fault, Order};
+    use scenario::time::SimTime;
 
     use super::*;
 

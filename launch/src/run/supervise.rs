@@ -7,15 +7,15 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 
-use alliance_proto::control::AgentState;
-use alliance_proto::log::{RunFile, RunOutcome};
-use alliance_proto::process::{ProcessAct, ProcessState};
-use alliance_proto::rendezvous::Rendezvous;
-use alliance_proto::view::View;
 use anyhow::{Context, Error, bail};
+use cluster::rendezvous::Rendezvous;
 use missions::Registry;
 use nix::sys::memfd::{MFdFlags, memfd_create};
 use nix::sys::signal::Signal;
+use proto::control::AgentState;
+use proto::process::{ProcessAct, ProcessState};
+use proto::view::View;
+use run_log::{RunFile, RunOutcome};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep, timeout};
@@ -27,10 +27,10 @@ use super::crew::Crew;
 use super::plan::Plan;
 use super::progress::Progress;
 use super::summary;
-use crate::cluster::start::Hold;
 use crate::page::link::Link;
 use crate::page::server::FAREWELL;
 use crate::runtime;
+use cluster::start::Hold;
 
 /// The time for a process to end by itself, and again after SIGTERM, before it is killed.
 pub const GRACE: Duration = Duration::from_secs(3);
@@ -66,7 +66,7 @@ pub fn supervise(plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
     })?;
     let run = read_run(&plan.folder)?;
     summary::show(plan, &run)?;
-    Ok(run.outcome == RunOutcome::Ended(alliance_proto::tick::Outcome::Complete))
+    Ok(run.outcome == RunOutcome::Ended(proto::tick::Outcome::Complete))
 }
 
 struct Team {

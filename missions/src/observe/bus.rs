@@ -1,8 +1,8 @@
 //! The messages of an observe mission.
 
-use alliance_proto::time::SimTime;
 use arrayvec::ArrayVec;
 use glam::Vec2;
+use scenario::time::SimTime;
 use serde::{Deserialize, Serialize};
 
 /// The largest number of targets in a sensor reading, and in a heartbeat.

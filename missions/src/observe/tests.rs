@@ -1,6 +1,6 @@
 //! Teams without processes.
 
-use alliance_proto::scenario::Scenario;
+use scenario::Scenario;
 
 use crate::Registry;
 

@@ -1,8 +1,8 @@
 //! The geometry of a bar: its middle, and the heading in which it is pushed. Its ends lie to the left and to the
 //! right.
 
-use alliance_proto::readings::Pose;
 use glam::Vec2;
+use proto::readings::Pose;
 use serde::{Deserialize, Serialize};
 
 /// An end of a bar, as seen in the direction of the push.

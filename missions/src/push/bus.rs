@@ -1,9 +1,9 @@
 //! The messages of a push mission. Robots have no action beside driving.
 
-use alliance_proto::readings::Pose;
-use alliance_proto::time::SimTime;
 use arrayvec::ArrayVec;
 use glam::Vec2;
+use proto::readings::Pose;
+use scenario::time::SimTime;
 use serde::{Deserialize, Serialize};
 
 use super::bar::End;

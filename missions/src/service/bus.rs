@@ -1,8 +1,8 @@
 //! The data types of service that cross the bus.
 
-use alliance_proto::time::SimTime;
 use arrayvec::ArrayVec;
 use glam::Vec2;
+use scenario::time::SimTime;
 use serde::{Deserialize, Serialize};
 
 pub const SENSED_MOST: usize = 7;

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use alliance_proto::testkit::DRILL;
 use robot_agent::mission::prelude::*;
+use scenario::testkit::DRILL;
 use serde::{Deserialize, Serialize};
 use world_server::mission::prelude::*;
 

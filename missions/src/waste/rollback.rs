@@ -2,23 +2,23 @@
 
 use std::sync::Arc;
 
-use alliance_proto::codec::encode;
-use alliance_proto::ids::Tick;
-use alliance_proto::link::{LinkState, Probability};
-use alliance_proto::mission::Sensed;
-use alliance_proto::mission::items::{ItemsSensed, Zone};
-use alliance_proto::readings::{Pose, Proximity, Readings};
-use alliance_proto::scenario::Scenario;
-use alliance_proto::secret::Secret;
-use alliance_proto::tick::ManifestEntry;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
 use proptest::prelude::*;
+use proto::codec::encode;
+use proto::link::{LinkState, Probability};
+use proto::mission::Sensed;
+use proto::mission::items::{ItemsSensed, Zone};
+use proto::readings::{Pose, Proximity, Readings};
+use proto::secret::Secret;
+use proto::tick::ManifestEntry;
+use scenario::Scenario;
+use scenario::ids::Tick;
+use scenario::time::SimTime;
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::scenario::Setup;
-use alliance_proto::tick::TickMessage;
+use proto::tick::TickMessage;
 use robot_agent::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
+use scenario::Setup;
+use scenario::ids::RobotId;
 
 use super::data::default_scenario;
 use crate::Registry;

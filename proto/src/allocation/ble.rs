@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
 use super::few;
-use crate::ids::TaskId;
-use crate::time::SimTime;
+use scenario::ids::TaskId;
+use scenario::time::SimTime;
 
 /// The largest number of entries of an [`Eligibility`]. With the longest encoding of each entry, the message is smaller
 /// than [`OPEN_MESSAGE_MAX`](super::OPEN_MESSAGE_MAX).

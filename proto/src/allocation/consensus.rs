@@ -7,8 +7,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::ids::{RobotId, TaskId};
-use crate::time::SimTime;
+use scenario::ids::{RobotId, TaskId};
+use scenario::time::SimTime;
 
 /// The number of tasks in a block: the tasks with ids from `block * BLOCK_TASKS` on.
 pub const BLOCK_TASKS: u16 = 32;

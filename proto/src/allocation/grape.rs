@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::ids::{RobotId, TaskId};
-use crate::time::SimTime;
+use scenario::ids::{RobotId, TaskId};
+use scenario::time::SimTime;
 
 /// The largest number of members in a message. With all of them it takes less than 1,200 bytes.
 pub const MEMBERS_MAX: usize = 75;

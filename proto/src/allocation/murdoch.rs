@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::ids::{Incarnation, RobotId, TaskId};
-use crate::time::SimTime;
+use scenario::ids::{Incarnation, RobotId, TaskId};
+use scenario::time::SimTime;
 
 /// A message of an auction, or about the contract that resulted from it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

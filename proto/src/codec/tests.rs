@@ -10,8 +10,6 @@ use crate::allocation::ble::{Eligibility, Eligible};
 use crate::allocation::murdoch::{AuctionId, Negotiation, Status, Word};
 use crate::allocation::{AllocationMessage, OpenMessage};
 use crate::control::{AgentState, ClockStatus, FaultStatus, Phase};
-use crate::fault::{Fault, Order};
-use crate::ids::{BehaviorId, ItemId, RobotId, TaskId};
 use crate::join::{JoinReply, JoinRequest, Refusal, Welcome};
 use crate::link::{LinkState, Probability};
 use crate::mission::items::{
@@ -21,7 +19,6 @@ use crate::mission::items::{
 use crate::mission::{Bytes, Deed, Lore, Payload, Sensed};
 use crate::process::{ProcessNews, ProcessState};
 use crate::readings::{Actuation, Ground, Hit, Pose, Proximity, Readings};
-use crate::scenario::Obstacle;
 use crate::team::{
     About, Broadcast, BroadcastKind, Bulletin, BulletinKind, Content, Heartbeat, TaskState,
 };
@@ -30,10 +27,13 @@ use crate::telemetry::{
     StateChange,
 };
 use crate::tick::{ManifestEntry, Offer, Outcome, Report, TickMessage, ToAgent};
-use crate::time::SimTime;
 use crate::view::{
     BehaviorView, ItemView, Mark, MarkOutline, MarkRole, Measure, MessageView, RobotView, View,
 };
+use scenario::Obstacle;
+use scenario::fault::{Fault, Order};
+use scenario::ids::{BehaviorId, ItemId, RobotId, TaskId};
+use scenario::time::SimTime;
 
 fn robot() -> impl Strategy<Value = RobotId> {
     any::<u16>().prop_map(RobotId)

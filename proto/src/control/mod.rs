@@ -15,10 +15,10 @@ use serde::{Deserialize, Serialize};
 
 use serde_json::{Value, json};
 
-use crate::fault::{Fault, Order};
-use crate::ids::{Incarnation, Tick};
-use crate::mission::columns::ColumnValue;
-use crate::time::SimTime;
+use scenario::fault::{Fault, Order};
+use scenario::ids::{Incarnation, Tick};
+use scenario::mission::columns::ColumnValue;
+use scenario::time::SimTime;
 
 /// Returns the JSON Schema (draft 2020-12) of a [`Request`], with the schema of a [`Reply`] under its key `reply`.
 #[must_use]

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::*;
-use crate::fault::Fault;
+use scenario::fault::Fault;
 
 /// Returns the names of the common faults in the schema.
 fn vocabulary() -> BTreeSet<String> {

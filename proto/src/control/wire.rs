@@ -257,9 +257,9 @@ mod tests {
 
     use super::*;
     use crate::control::{Armed, ClockCommand, ControlCommand};
-    use crate::fault::{Fault, Order};
-    use crate::testkit::one_of_each;
-    use crate::time::SimTime;
+    use scenario::fault::{Fault, Order};
+    use scenario::testkit::one_of_each;
+    use scenario::time::SimTime;
 
     const FORMS: [Form; 2] = [Form::Bincode, Form::Json];
 

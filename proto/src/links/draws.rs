@@ -10,11 +10,11 @@
 //! The first four words are used: loss, jitter, second copy, overtaking. A draw therefore depends only on the message
 //! and the purpose, not on other faults, other messages or the order of arrival.
 
-use crate::ids::RobotId;
-use crate::rng::{Purpose, link_stream};
 use crate::team::Broadcast;
-use crate::time::SimTime;
 use rand_chacha::rand_core::Rng;
+use scenario::ids::RobotId;
+use scenario::rng::{Purpose, link_stream};
+use scenario::time::SimTime;
 
 /// The words per block.
 const WORDS: u128 = 16;

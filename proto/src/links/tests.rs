@@ -1,6 +1,6 @@
 //! Tests of message delivery, for single link states and for mixtures.
 
-use crate::testkit::default_setup;
+use scenario::testkit::default_setup;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::link::Probability;

@@ -9,8 +9,8 @@ use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
 use super::Deed;
-use crate::ids::RobotId;
-use crate::time::SimTime;
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
 
 /// The area under the robot's center, as the zone sensor reports it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,17 +1,9 @@
 //! Mission data in messages and in the log: sensor readings ([`Sensed`]), actions ([`Deed`]), the shared knowledge in
-//! heartbeats ([`Lore`]), the [`Payload`] of bulletins, and [`MissionFigures`]. [`data`] defines missions in scenarios
-//! and files, [`columns`] the columns of mission.csv.
+//! heartbeats ([`Lore`]) and the [`Payload`] of bulletins.
 //!
 //! Missions with [`items`] have typed variants. Any other mission encodes its own types into [`Bytes`].
 
-pub mod columns;
-pub mod data;
-mod figures;
 pub mod items;
-pub mod known;
-pub mod prelude;
-pub mod promises;
-pub mod section;
 
 use std::fmt;
 
@@ -20,8 +12,6 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::codec::{self, CodecError};
 use items::{ItemsBulletin, ItemsDeed, ItemsSensed, Knowledge};
-
-pub use figures::{MissionFigures, Target, TeamFigures, Value};
 
 /// The maximum size of an open mission's sensor readings in a step, bytes.
 pub const SENSED_MAX: usize = 160;

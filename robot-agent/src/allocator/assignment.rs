@@ -4,9 +4,9 @@
 
 use std::sync::Arc;
 
-use alliance_proto::ids::{RobotId, TaskId};
 use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
+use scenario::ids::{RobotId, TaskId};
 
 /// The cost of an impossible pair, ms; larger than any sum of real costs.
 const NEVER: i64 = 1 << 40;

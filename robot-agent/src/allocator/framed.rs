@@ -1,10 +1,10 @@
 //! The work around the step of an [`Allocator`]: state changes with their reasons, heartbeats, and the count of
 //! progress.
 
-use alliance_proto::ids::{BehaviorId, TaskId};
-use alliance_proto::team::TaskState;
-use alliance_proto::telemetry::{BehaviorState, Reason, StateChange};
-use alliance_proto::time::SimTime;
+use proto::team::TaskState;
+use proto::telemetry::{BehaviorState, Reason, StateChange};
+use scenario::ids::{BehaviorId, TaskId};
+use scenario::time::SimTime;
 use smallvec::{SmallVec, smallvec};
 
 use super::{Allocator, Announcement, Decision, Input, Me, Mind, Outcome, OwnBehavior};

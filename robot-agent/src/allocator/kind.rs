@@ -4,8 +4,8 @@ use std::fmt::Debug;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::scenario::{AllocatorSpec, Setup};
+use scenario::ids::RobotId;
+use scenario::{AllocatorSpec, Setup};
 use serde::de::DeserializeOwned;
 
 use super::{Allocator, Framed, Me, Mind};

@@ -6,7 +6,6 @@
 //! count.
 //!
 //! - [`kind`](Kind): an allocator with its name in scenarios and its parameters.
-//! - [`registry`](AgentRegistry): the allocators of a program.
 //! - [`assignment`]: tasks assigned before the start.
 //! - `framed`: the work that the framework does around the step of an [`Allocator`].
 //! - [`mod@unit`]: the unit of work in progress and the events that make a robot select again, for algorithms that
@@ -24,7 +23,6 @@
 pub mod assignment;
 mod framed;
 mod kind;
-mod registry;
 #[cfg(test)]
 mod tests;
 pub mod unit;
@@ -33,22 +31,21 @@ pub mod utility;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use alliance_proto::allocation::AllocationMessage;
-use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, TaskId};
-use alliance_proto::rng::{self, Purpose};
-use alliance_proto::scenario::{KnownTimes, ParameterSpec, Setup, TaskSpec};
-use alliance_proto::team::{Broadcast, TaskState};
-use alliance_proto::telemetry::{AllocationRow, Motivation, Reason, StateChange};
-use alliance_proto::tick::Offer;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::allocation::AllocationMessage;
+use proto::team::{Broadcast, TaskState};
+use proto::telemetry::{AllocationRow, Motivation, Reason, StateChange};
+use proto::tick::Offer;
 use rand_chacha::ChaCha8Rng;
+use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId};
+use scenario::rng::{self, Purpose};
+use scenario::time::SimTime;
+use scenario::{KnownTimes, ParameterSpec, Setup, TaskSpec};
 use serde::Deserialize;
 
 pub use framed::Framed;
 pub(crate) use kind::config;
 pub use kind::{ConfigError, Kind, Prepared, Typed};
-pub use registry::AgentRegistry;
 
 /// A task allocation algorithm for one robot; a pure function of its inputs.
 ///
@@ -201,7 +198,7 @@ pub struct OwnBehavior {
 
 impl OwnBehavior {
     /// Returns the behaviors of a robot, in the order of
-    /// [`Catalog::behaviors_of`](alliance_proto::scenario::Catalog::behaviors_of).
+    /// [`Catalog::behaviors_of`](scenario::Catalog::behaviors_of).
     #[must_use]
     pub fn all_of(robot: RobotId, setup: &Setup) -> Vec<Self> {
         let (robot, catalog) = (&setup.scenario.robots[robot.index()], &setup.catalog);
@@ -370,7 +367,7 @@ pub trait Mind: Debug + Send {
     }
 
     /// Returns the learned durations, by task and robot. A later run can start with them, in its
-    /// [`Profile`](alliance_proto::scenario::Profile).
+    /// [`Profile`](scenario::Profile).
     fn learned(&self) -> Vec<(TaskId, RobotId, KnownTimes)> {
         Vec::new()
     }

@@ -1,16 +1,16 @@
 //! Tests of the laws for all allocators (ALLOCATORS.md §7) and of the baselines.
 
-use alliance_proto::testkit::default_setup;
+use scenario::testkit::default_setup;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use alliance_proto::allocation::{AllocationMessage, OpenMessage};
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::mission::Lore;
-use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
-use alliance_proto::telemetry::Reason;
-use alliance_proto::time::SimTime;
 use proptest::prelude::*;
+use proto::allocation::{AllocationMessage, OpenMessage};
+use proto::mission::Lore;
+use proto::team::{Broadcast, Content, Heartbeat, TaskState};
+use proto::telemetry::Reason;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
 
 use super::utility::DISCOUNT_PER_S;
 use super::{
@@ -18,11 +18,11 @@ use super::{
     assignment,
 };
 use crate::agent::TeamConfig;
-use crate::allocator::AgentRegistry;
 use crate::allocators::first_come::FirstCome;
 use crate::allocators::fixed::Fixed;
 use crate::allocators::nearest::{Nearest, NearestSilent};
 use crate::allocators::random::{self, Random};
+use crate::registry::AgentRegistry;
 use crate::testkit;
 
 #[test]

@@ -4,8 +4,8 @@
 //! has been active for τ. With an earlier bonus, two robots could both claim it for one task before they receive each
 //! other's bids. Their ranks would then decide instead of their bids.
 
-use alliance_proto::ids::BehaviorId;
-use alliance_proto::time::SimTime;
+use scenario::ids::BehaviorId;
+use scenario::time::SimTime;
 use smallvec::SmallVec;
 
 use super::utility::{COMMIT, UnderWay};

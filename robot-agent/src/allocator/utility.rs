@@ -6,9 +6,9 @@
 
 use std::cmp::Ordering;
 
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::telemetry::{AllocationRow, BehaviorState};
-use alliance_proto::time::SimTime;
+use proto::telemetry::{AllocationRow, BehaviorState};
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
 
 use super::{Choice, Decision, Input, Me};
 

@@ -3,10 +3,10 @@
 
 use std::collections::BTreeMap;
 
-use alliance_proto::ids::{Incarnation, RobotId, TaskId};
-use alliance_proto::team::{Content, TaskState};
-use alliance_proto::telemetry::Reason;
-use alliance_proto::time::SimTime;
+use proto::team::{Content, TaskState};
+use proto::telemetry::Reason;
+use scenario::ids::{Incarnation, RobotId, TaskId};
+use scenario::time::SimTime;
 
 use crate::allocator::utility::{UnderWay, best};
 use crate::allocator::{Allocator, Decision, Input, Me, NoParameters};

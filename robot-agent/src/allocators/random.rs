@@ -1,10 +1,10 @@
 //! The `random` allocator: one applicable task, drawn when the robot is free and every `redraw_s`. The draws do not
 //! depend on messages.
 
-use alliance_proto::scenario::{ParameterDefault, ParameterRange, ParameterSpec};
-use alliance_proto::telemetry::Reason;
-use alliance_proto::time::SimTime;
+use proto::telemetry::Reason;
 use rand::RngExt;
+use scenario::time::SimTime;
+use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 
 use crate::allocator::utility::UnderWay;

@@ -3,13 +3,13 @@
 
 use std::sync::Arc;
 
-use alliance_proto::allocation::AllocationMessage;
-use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, TaskId};
-use alliance_proto::mission::Lore;
-use alliance_proto::team::{Broadcast, Content, Heartbeat};
-use alliance_proto::tick::Offer;
-use alliance_proto::time::SimTime;
 use proptest::prelude::*;
+use proto::allocation::AllocationMessage;
+use proto::mission::Lore;
+use proto::team::{Broadcast, Content, Heartbeat};
+use proto::tick::Offer;
+use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId};
+use scenario::time::SimTime;
 
 use crate::allocator::{
     Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost, TaskBrief,

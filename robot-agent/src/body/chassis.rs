@@ -1,7 +1,7 @@
 //! The motion that the drive can make within one step.
 
-use alliance_proto::readings::Actuation;
-use alliance_proto::scenario::{Robot, Scenario};
+use proto::readings::Actuation;
+use scenario::{Robot, Scenario};
 
 /// The largest bearing at which the robot moves, rad. Beyond it the robot turns on the spot, because its sensors
 /// point along the old heading.

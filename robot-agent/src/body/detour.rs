@@ -6,8 +6,8 @@
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
-use alliance_proto::readings::{Actuation, Hit};
 use glam::Vec2;
+use proto::readings::{Actuation, Hit};
 
 use super::chassis::FACING_RAD;
 use super::goal::{Goal, length};

@@ -1,10 +1,10 @@
 //! Driving to one place after another, for missions whose robots have known destinations and yield to no teammate.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::readings::{Actuation, Readings};
-use alliance_proto::scenario::Setup;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::readings::{Actuation, Readings};
+use scenario::Setup;
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
 
 use super::goal::length;
 use super::{Chassis, Goal, Navigator, Surroundings};

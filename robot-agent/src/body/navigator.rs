@@ -1,8 +1,8 @@
 //! Navigation straight to the goal, yielding to teammates, and around obstacles.
 
-use alliance_proto::readings::Actuation;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::readings::Actuation;
+use scenario::time::SimTime;
 
 use super::chassis::FACING_RAD;
 use super::detour::{CLEARANCE_M, Course, Detour};

@@ -2,7 +2,7 @@
 
 use std::f32::consts::FRAC_PI_2;
 
-use alliance_proto::readings::{Hit, Pose, Proximity, Readings};
+use proto::readings::{Hit, Pose, Proximity, Readings};
 
 use super::wrap;
 

@@ -1,12 +1,12 @@
 //! Body control with synthetic surroundings. The closed-loop tests cover entire ways around real obstacles.
 
-use alliance_proto::testkit::default_scenario;
+use scenario::testkit::default_scenario;
 use std::f32::consts::{FRAC_PI_2, PI};
 
-use alliance_proto::readings::{Actuation, Hit, Pose, Proximity};
-use alliance_proto::time::SimTime;
 use glam::Vec2;
 use proptest::prelude::*;
+use proto::readings::{Actuation, Hit, Pose, Proximity};
+use scenario::time::SimTime;
 
 use super::chassis::FACING_RAD;
 use super::detour::CLEARANCE_M;

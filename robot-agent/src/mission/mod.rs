@@ -23,15 +23,15 @@ mod typed;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::mission::Lore;
-use alliance_proto::mission::known::Mission;
-use alliance_proto::readings::{Actuation, Readings};
-use alliance_proto::scenario::Setup;
-use alliance_proto::team::{Broadcast, Bulletin};
-use alliance_proto::telemetry::Note;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::mission::Lore;
+use proto::readings::{Actuation, Readings};
+use proto::team::{Broadcast, Bulletin};
+use proto::telemetry::Note;
+use scenario::Setup;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::mission::known::Mission;
+use scenario::time::SimTime;
 
 use crate::allocator::{Choice, RouteCost};
 

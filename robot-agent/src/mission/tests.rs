@@ -1,17 +1,17 @@
 //! A mission outside the built-in ones, as an example of the robots' part. Each place is a task: a robot touches it
 //! once.
 
-use alliance_proto::codec;
-use alliance_proto::mission::{Bytes, Deed, Payload, Sensed};
-use alliance_proto::scenario::SetupFile;
-use alliance_proto::team::{About, BulletinKind, Content};
-use alliance_proto::testkit::{DRILL, default_setup, unlike_robots, vocabulary};
-use alliance_proto::tick::{ManifestEntry, TickMessage};
+use proto::codec;
+use proto::mission::{Bytes, Deed, Payload, Sensed};
+use proto::team::{About, BulletinKind, Content};
+use proto::tick::{ManifestEntry, TickMessage};
+use scenario::SetupFile;
+use scenario::testkit::{DRILL, default_setup, unlike_robots, vocabulary};
 use serde::{Deserialize, Serialize};
 
 use super::*;
 use crate::agent::{Agent, TeamConfig, Workspace};
-use crate::allocator::AgentRegistry;
+use crate::registry::AgentRegistry;
 
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);

@@ -4,14 +4,14 @@ use std::fmt::Debug;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use alliance_proto::codec;
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::mission::{Bytes, Deed, LORE_MAX, Lore, Payload, Sensed};
-use alliance_proto::readings::Readings;
-use alliance_proto::scenario::Setup;
-use alliance_proto::team::{About, Broadcast, Bulletin, BulletinKind, Content};
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::codec;
+use proto::mission::{Bytes, Deed, LORE_MAX, Lore, Payload, Sensed};
+use proto::readings::Readings;
+use proto::team::{About, Broadcast, Bulletin, BulletinKind, Content};
+use scenario::Setup;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use smallvec::SmallVec;
@@ -25,9 +25,9 @@ const AT_ONCE: usize = 8;
 /// An [`AgentMission`] with its own types, which documents each method. [`Typed`] adapts it.
 ///
 /// ```
-/// use alliance_proto::testkit::{DRILL, default_setup};
+/// use scenario::testkit::{DRILL, default_setup};
 /// use robot_agent::agent::{Agent, TeamConfig};
-/// use robot_agent::allocator::AgentRegistry;
+/// use robot_agent::registry::AgentRegistry;
 /// use robot_agent::mission::prelude::*;
 /// use serde::{Deserialize, Serialize};
 ///
@@ -81,7 +81,7 @@ pub trait TypedMind: Clone + Debug + Send + 'static {
     /// The readings of the mission's devices, as the world's part of the mission encodes them.
     type Sensed: DeserializeOwned + Default + Clone + Debug + Send;
 
-    /// The action of a robot beside driving, at most [`DEED_MAX`](alliance_proto::mission::DEED_MAX) bytes on the
+    /// The action of a robot beside driving, at most [`DEED_MAX`](proto::mission::DEED_MAX) bytes on the
     /// bus.
     type Deed: Serialize;
 

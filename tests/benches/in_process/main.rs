@@ -15,9 +15,9 @@ mod world;
 
 use std::time::Duration;
 
-use alliance_proto::log::LogLevel;
 use criterion::{Criterion, SamplingMode, Throughput};
 use missions::Registry;
+use run_log::LogLevel;
 
 use run::Run;
 use world::World;

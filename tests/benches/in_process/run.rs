@@ -6,11 +6,11 @@ use missions::service::data::SERVICE;
 use missions::waste::data::{WasteSection, family};
 use std::time::{Duration, Instant};
 
-use alliance_proto::log::LogLevel;
-use alliance_proto::scenario::{Scenario, Setup};
 use in_process::Team;
+use run_log::LogLevel;
+use run_log::recorder::Folder;
+use scenario::{Scenario, Setup};
 use tempfile::TempDir;
-use world_server::recorder::Folder;
 
 /// The number of ticks before the measurement: by then every robot has work.
 pub const BEGIN: u64 = 400;

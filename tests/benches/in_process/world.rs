@@ -4,8 +4,8 @@ use missions::Registry;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::readings::Actuation;
+use proto::readings::Actuation;
+use scenario::ids::RobotId;
 
 use super::run::setup;
 

@@ -8,9 +8,9 @@ use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-use alliance_proto::keys::Keys;
-use alliance_proto::rendezvous::{Rendezvous, User};
-use alliance_proto::session::client;
+use cluster::rendezvous::{Rendezvous, User};
+use cluster::session::client;
+use proto::keys::Keys;
 use zenoh::Wait;
 use zenoh::qos::{CongestionControl, Priority};
 

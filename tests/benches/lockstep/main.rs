@@ -52,7 +52,7 @@ enum Part {
 }
 
 fn main() {
-    alliance_proto::session::prepare_process();
+    cluster::session::prepare_process();
     let options = Options::parse();
     let wanted = |part| options.only.is_none_or(|only| only == part);
     if wanted(Part::Rates) {

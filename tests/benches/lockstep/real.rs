@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use alliance_proto::log::RunFile;
-use alliance_proto::rendezvous::Rendezvous;
+use cluster::rendezvous::Rendezvous;
+use run_log::RunFile;
 use tempfile::TempDir;
 
 use crate::team::Team;

@@ -3,14 +3,14 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use alliance_proto::ids::Tick;
-use alliance_proto::keys::Keys;
-use alliance_proto::rendezvous::User;
-use alliance_proto::secret::Secret;
-use alliance_proto::session;
-use alliance_proto::view::View;
+use cluster::rendezvous::User;
+use cluster::session;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
+use proto::keys::Keys;
+use proto::secret::Secret;
+use proto::view::View;
+use scenario::ids::Tick;
 use zenoh::{Session, Wait};
 
 use crate::figures::Figures;

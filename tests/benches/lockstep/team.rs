@@ -1,7 +1,7 @@
 //! Scenarios for teams of any size.
 
-use alliance_proto::scenario::{Scenario, Setup};
 use missions::Registry;
+use scenario::{Scenario, Setup};
 
 pub struct Team {
     pub size: usize,

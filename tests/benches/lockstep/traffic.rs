@@ -3,17 +3,17 @@
 
 use std::time::Instant;
 
-use alliance_proto::codec::encode;
-use alliance_proto::log::{LogLevel, Memory};
-use alliance_proto::scenario::Setup;
-use alliance_proto::secret::SEAL_BYTES;
-use alliance_proto::tick::ToAgent;
 use in_process::Team;
 use missions::Registry;
+use proto::codec::encode;
+use proto::secret::SEAL_BYTES;
+use proto::tick::ToAgent;
 use robot_agent::agent::{Agent, TeamConfig, Workspace};
 use robot_agent::radio::Radio;
+use run_log::recorder::Recorder;
+use run_log::{LogLevel, Memory};
+use scenario::Setup;
 use serde::Serialize;
-use world_server::recorder::Recorder;
 use world_server::simulation::Simulation;
 
 /// The mean sizes of messages in bytes, and the interval between broadcasts.

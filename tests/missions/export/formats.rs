@@ -1,7 +1,7 @@
 //! Exported files contain the values of the log at each log level, and the same bytes each time.
 
-use alliance_proto::log::{LogLevel, MotivationRow, RunOutcome, TableRow};
 use nix::sys::signal::Signal;
+use run_log::{LogLevel, MotivationRow, RunOutcome, TableRow};
 use serde_json::{Value, json};
 
 use super::{bad_day, bytes, files, read};
@@ -264,7 +264,7 @@ fn the_run_of_a_killed_world_is_exported_up_to_its_last_complete_tick() {
         return;
     };
     // The readers must find the complete part of each table.
-    let tables = alliance_proto::log::Table::ALL.into_iter();
+    let tables = run_log::Table::ALL.into_iter();
     for table in tables.filter(|table| !table.is_optional()) {
         std::fs::write(lab.path("run").join(table.file_name()), log.table(table)).unwrap();
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use alliance_proto::log::MotivationRow;
+use run_log::MotivationRow;
 
 use super::{bytes, read};
 use crate::harness::Lab;

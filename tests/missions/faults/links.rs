@@ -1,6 +1,6 @@
 //! Link faults: messages are lost, delayed, duplicated, reordered or cut, and the mission completes.
 
-use alliance_proto::log::{MessageRow, RunLog};
+use run_log::{MessageRow, RunLog};
 
 use super::{assert_exclusive_from, at, events, healing_bound_s, hit, mission};
 use crate::harness::Lab;

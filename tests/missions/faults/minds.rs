@@ -1,8 +1,8 @@
 //! Faulty sensors, broken actuators and babbling robots: the team detects them, takes over their tasks, and completes
 //! the mission.
 
-use alliance_proto::log::{EventRow, MotivationRow, RunLog};
-use alliance_proto::time::SimTime;
+use run_log::{EventRow, MotivationRow, RunLog};
+use scenario::time::SimTime;
 
 use super::{at, events, hit, mission};
 use crate::harness::Lab;

@@ -10,10 +10,10 @@ mod storms;
 
 use std::collections::BTreeMap;
 
-use alliance_proto::control::FaultStatus;
-use alliance_proto::log::{EventRow, MotivationRow, RunLog};
-use alliance_proto::time::SimTime;
 use missions::waste::data::WasteRow;
+use proto::control::FaultStatus;
+use run_log::{EventRow, MotivationRow, RunLog};
+use scenario::time::SimTime;
 
 use crate::harness::Lab;
 

@@ -1,9 +1,9 @@
 //! Process faults: real signals in a stated tick, and restarted processes.
 
-use alliance_proto::control::Phase;
-use alliance_proto::log::{EventRow, MessageRow, MotivationRow, PoseRow, RunLog, RunOutcome};
-use alliance_proto::tick::Outcome;
-use alliance_proto::time::SimTime;
+use proto::control::Phase;
+use proto::tick::Outcome;
+use run_log::{EventRow, MessageRow, MotivationRow, PoseRow, RunLog, RunOutcome};
+use scenario::time::SimTime;
 
 use super::{at, events, hit, mission, only};
 use crate::harness::Lab;
@@ -381,7 +381,7 @@ fn robots_are_added_and_removed_during_a_mission() {
     assert_eq!(only(&log, "gone", "gold").t_ms, at(120.0));
     let first = events(&log, "activated", Some("red"))[0].t_ms;
     assert!(first > at(80.0));
-    let poses = log.rows::<alliance_proto::log::PoseRow>().unwrap();
+    let poses = log.rows::<run_log::PoseRow>().unwrap();
     let seen = |robot: &str| -> Vec<_> {
         let rows = poses.iter().filter(|row| row.robot == robot);
         rows.map(|row| row.t_ms).collect()

@@ -4,16 +4,16 @@ use missions::Registry;
 use missions::waste::data::default_scenario;
 use std::time::Duration;
 
-use alliance_proto::log::{Input, RunLog};
-use alliance_proto::scenario::{Preset, Scenario, Setup, StepOrder};
 use alliance_tests::mishaps::{self, Rates};
 use alliance_tests::storm::{self, Coverage};
+use analysis::diff::{Comparison, compare};
+use analysis::replay::replay;
 use nix::sys::signal::Signal;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use study::diff::{Comparison, compare};
-use study::replay::replay;
+use run_log::{Input, RunLog};
+use scenario::{Preset, Scenario, Setup, StepOrder};
 
 use super::assert_items_accounted_for;
 use crate::harness::Lab;

@@ -4,15 +4,15 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use alliance_proto::control::ControlCommand;
-use alliance_proto::fault::Order;
-use alliance_proto::rendezvous::User;
+use cluster::rendezvous::User;
 use launch::control::query;
 use launch::observer::Observer;
 use nix::sys::signal::Signal;
+use proto::control::ControlCommand;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use scenario::fault::Order;
 use tokio::task::JoinSet;
 
 use super::assert_items_accounted_for;

@@ -11,8 +11,8 @@ mod whole;
 use std::fs;
 use std::time::Duration;
 
-use alliance_proto::log::{Input, RunLog};
 use alliance_tests::hosts::Hosts;
+use run_log::{Input, RunLog};
 
 use crate::harness::{Finished, Lab, Process, wait_until};
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use alliance_proto::log::EventRow;
+use run_log::EventRow;
 
 use super::{Machines, inputs_of};
 

@@ -1,7 +1,7 @@
 //! A finished run on the page: every tick equals the log.
 
-use alliance_proto::log::{MissionRow, MotivationRow, PoseRow};
 use nix::sys::signal::Signal;
+use run_log::{MissionRow, MotivationRow, PoseRow};
 use serde_json::Value;
 
 use super::client::Page;

@@ -135,7 +135,7 @@ fn a_page_receives_all_events_messages_and_the_end_of_the_run() {
     // The events are those of the log, complete and in order.
     let logged: Vec<Value> = lab
         .log("run")
-        .each_row::<alliance_proto::log::EventRow>()
+        .each_row::<run_log::EventRow>()
         .map(|row| {
             let row = row.unwrap();
             json!({"t_ms": row.t_ms, "kind": row.kind, "robot": row.robot, "subject": row.subject, "reason": row.reason, "detail": row.detail})

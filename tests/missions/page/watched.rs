@@ -6,8 +6,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use alliance_proto::log::{EventRow, PoseRow};
 use nix::sys::signal::Signal;
+use run_log::{EventRow, PoseRow};
 use serde_json::{Value, json};
 
 use super::browser::{Browser, LANDSCAPE, LAPTOP, PHONE};

@@ -16,10 +16,10 @@ mod world;
 
 use std::process::ExitCode;
 
-use alliance_proto::testkit::DRILL;
 use missions::{MissionParts, waste};
 use nix::sys::signal::{SigSet, Signal};
 use robot_agent::mission::MissionMind;
+use scenario::testkit::DRILL;
 use world_server::mission::MissionWorld;
 
 /// The drill mission, which can be read but not run.

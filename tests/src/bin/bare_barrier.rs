@@ -9,12 +9,12 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use alliance_proto::keys::Keys;
-use alliance_proto::rendezvous::{Entrance, Rendezvous, User};
-use alliance_proto::session::{self, Members, Router};
 use clap::{Args, Parser, Subcommand};
+use cluster::rendezvous::{Entrance, Rendezvous, User};
+use cluster::session::{self, Members, Router};
 use nix::sys::prctl::set_pdeathsig;
 use nix::sys::signal::Signal;
+use proto::keys::Keys;
 use tokio::sync::Notify;
 use zenoh::pubsub::Publisher;
 use zenoh::qos::Priority;

@@ -1,9 +1,9 @@
 //! One robot's place in the barrier: its agent and the agent's progress in the current tick.
 
-use alliance_proto::ids::{Incarnation, Tick};
-use alliance_proto::log::Input;
-use alliance_proto::scenario::Robot;
-use alliance_proto::tick::ManifestEntry;
+use proto::tick::ManifestEntry;
+use run_log::Input;
+use scenario::Robot;
+use scenario::ids::{Incarnation, Tick};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Presence {

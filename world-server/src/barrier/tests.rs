@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use alliance_proto::readings::Actuation;
 use proptest::prelude::*;
+use proto::readings::Actuation;
 
 use super::*;
 

@@ -4,10 +4,10 @@
 
 use std::sync::Arc;
 
-use alliance_proto::fault::{ActuatorMode, Fault, Side};
-use alliance_proto::ids::RobotId;
-use alliance_proto::readings::Actuation;
-use alliance_proto::scenario::{Body, Roster, Setup};
+use proto::readings::Actuation;
+use scenario::fault::{ActuatorMode, Fault, Side};
+use scenario::ids::RobotId;
+use scenario::{Body, Roster, Setup};
 
 use super::schedule::FaultIndex;
 use crate::mission::WorldMission;
@@ -151,9 +151,9 @@ fn one_wheel(body: &Body, command: Actuation, dead: Side) -> Actuation {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::fault::ActuatorFault;
+    use scenario::fault::ActuatorFault;
 
-    use alliance_proto::testkit::default_setup;
+    use scenario::testkit::default_setup;
 
     use super::*;
     use crate::drill::DRILL;

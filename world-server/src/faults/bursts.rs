@@ -7,11 +7,11 @@
 //! A chain draws one word per tick, with or without messages: the word `fault · 2⁴⁴ + tick` of its link's stream of
 //! [`Purpose::Burst`]. The word of the tick in which the fault is applied selects the initial state.
 
-use alliance_proto::ids::{RobotId, Tick};
-use alliance_proto::link::Probability;
-use alliance_proto::rng::{Purpose, link_stream};
+use proto::link::Probability;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
+use scenario::ids::{RobotId, Tick};
+use scenario::rng::{Purpose, link_stream};
 
 use super::schedule::FaultIndex;
 

@@ -3,16 +3,16 @@
 //! Each robot has its own random stream, and each of its failures its own position there. So the failure and repair times
 //! depend on no other robot, no mix and no other failure.
 
-use alliance_proto::fault::{
+use rand_chacha::ChaCha8Rng;
+use scenario::fault::{
     ActuatorFault, ActuatorMode, Campaign, Delay, Device, Fault, Loss, Order, SensorError,
     SensorFault, SensorMode, Side, Who,
 };
-use alliance_proto::ids::RobotId;
-use alliance_proto::mission::known::Mission;
-use alliance_proto::rng::{Purpose, robot_stream};
-use alliance_proto::scenario::{Robot, Scenario};
-use alliance_proto::time::SimTime;
-use rand_chacha::ChaCha8Rng;
+use scenario::ids::RobotId;
+use scenario::mission::known::Mission;
+use scenario::rng::{Purpose, robot_stream};
+use scenario::time::SimTime;
+use scenario::{Robot, Scenario};
 
 use super::draws::{WORDS, exponential, uniform};
 
@@ -217,11 +217,11 @@ fn either_sign(rng: &mut ChaCha8Rng, from: f64, to: f64) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::testkit::default_scenario;
+    use scenario::testkit::default_scenario;
     use std::collections::BTreeSet;
 
-    use alliance_proto::fault::Mix;
-    use alliance_proto::scenario::Catalog;
+    use scenario::Catalog;
+    use scenario::fault::Mix;
 
     use super::*;
 

@@ -25,7 +25,7 @@ pub(super) fn exponential(rng: &mut impl Rng, mean: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::rng::{Purpose, stream};
+    use scenario::rng::{Purpose, stream};
 
     use super::*;
 

@@ -8,13 +8,13 @@ mod tests;
 
 use std::sync::Arc;
 
-use alliance_proto::fault::{Fault, LinkTerms, Who};
-use alliance_proto::ids::{RobotId, Tick};
-use alliance_proto::link::{LinkState, Probability};
-use alliance_proto::scenario::{Roster, Setup, StepOrder};
-use alliance_proto::telemetry::{Delivery, Reception};
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::link::{LinkState, Probability};
+use proto::telemetry::{Delivery, Reception};
+use scenario::fault::{Fault, LinkTerms, Who};
+use scenario::ids::{RobotId, Tick};
+use scenario::time::SimTime;
+use scenario::{Roster, Setup, StepOrder};
 
 use super::bursts::Bursts;
 use super::schedule::FaultIndex;

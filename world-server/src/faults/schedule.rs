@@ -1,8 +1,8 @@
 //! Begin and end of faults: triggers, durations, phases and hits. The schedule does not depend on the effects of faults.
 
-use alliance_proto::control::{FaultStatus, Phase};
-use alliance_proto::fault::{Fault, Order, Role, When};
-use alliance_proto::time::SimTime;
+use proto::control::{FaultStatus, Phase};
+use scenario::fault::{Fault, Order, Role, When};
+use scenario::time::SimTime;
 
 /// The index of a fault of the run, in the order of arming.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

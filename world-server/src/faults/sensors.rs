@@ -6,15 +6,15 @@
 
 use std::sync::Arc;
 
-use alliance_proto::fault::{Device, Fault, SensorError, SensorMode};
-use alliance_proto::ids::{RobotId, Tick};
-use alliance_proto::mission::known::Mission;
-use alliance_proto::readings::Readings;
-use alliance_proto::rng::{Purpose, robot_stream};
-use alliance_proto::scenario::{Roster, Setup};
-use alliance_proto::tick::TickMessage;
 use glam::Vec2;
+use proto::readings::Readings;
+use proto::tick::TickMessage;
 use rand_chacha::ChaCha8Rng;
+use scenario::fault::{Device, Fault, SensorError, SensorMode};
+use scenario::ids::{RobotId, Tick};
+use scenario::mission::known::Mission;
+use scenario::rng::{Purpose, robot_stream};
+use scenario::{Roster, Setup};
 
 use super::draws::{WORDS, normal, uniform};
 use super::schedule::FaultIndex;

@@ -1,7 +1,7 @@
 //! Impaired skills. The mission's world applies them; the robot's controller receives no information about them.
 
-use alliance_proto::fault::Fault;
-use alliance_proto::scenario::Roster;
+use scenario::Roster;
+use scenario::fault::Fault;
 
 use super::schedule::FaultIndex;
 use crate::world::Impairment;

@@ -4,8 +4,8 @@ use std::io;
 use std::process::Stdio;
 use std::time::Duration;
 
-use alliance_proto::os_process::LAUNCHER;
-use alliance_proto::rendezvous::Rendezvous;
+use cluster::os_process::LAUNCHER;
+use cluster::rendezvous::Rendezvous;
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader, Lines};
 use tokio::process::{Child, ChildStdin, ChildStdout, Command};
 use tokio::sync::oneshot;

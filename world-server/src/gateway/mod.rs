@@ -12,16 +12,16 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use alliance_proto::control::wire::{Form, Wire, WireError};
-use alliance_proto::ignored::Ignored;
-use alliance_proto::keys::Keys;
-use alliance_proto::rendezvous::{Rendezvous, User};
-use alliance_proto::secret::Secret;
-use alliance_proto::session;
-use alliance_proto::terminal;
 use anyhow::Context;
+use cluster::rendezvous::{Rendezvous, User};
+use cluster::session;
 use nix::libc;
 use nix::unistd::{SysconfVar, sysconf};
+use proto::control::wire::{Form, Wire, WireError};
+use proto::ignored::Ignored;
+use proto::keys::Keys;
+use proto::secret::Secret;
+use terminal;
 use tokio::io::{AsyncBufReadExt, BufReader, Lines, Stdin, stdin};
 use tokio::time::{Instant, interval, sleep, timeout};
 use zenoh::bytes::{Encoding, ZBytes};
@@ -29,7 +29,7 @@ use zenoh::query::{ConsolidationMode, Query, QueryTarget, Reply};
 use zenoh::sample::{Locality, Sample, SampleKind};
 use zenoh::{Session, Wait};
 
-use crate::router;
+use cluster::router;
 
 /// The increase of the nice value, so that many requests of operators do not slow down the team.
 const NICE: i32 = 10;
@@ -70,7 +70,9 @@ async fn serve() -> anyhow::Result<()> {
     let mut run: Rendezvous = serde_json::from_str(&run).context("the run")?;
     let keys = Keys::new(&run.run);
     let team = session::client(&run.login(User::Team)?, false);
-    let team = bus::open(&team).await.map_err(anyhow::Error::from_boxed)?;
+    let team = cluster::open(&team)
+        .await
+        .map_err(anyhow::Error::from_boxed)?;
     let operators = router::open_for_operators(&mut run).await?;
     let refused = Arc::new(Refused::default());
     let wire = Wire::new(&keys, Secret::of(&run.token));

@@ -1,9 +1,9 @@
 //! Faults of the world itself, as changes that begin and end.
 
-use alliance_proto::fault::{Fault, MoveRobot};
-use alliance_proto::ids::RobotId;
-use alliance_proto::scenario::{Obstacle, Roster};
 use glam::Vec2;
+use scenario::fault::{Fault, MoveRobot};
+use scenario::ids::RobotId;
+use scenario::{Obstacle, Roster};
 
 use crate::world::{ChangeError, ComponentId, ObstacleId, World};
 
@@ -27,7 +27,7 @@ enum Change {
 }
 
 impl Interruption {
-    /// Creates the change of a fault whose order has been [checked](alliance_proto::fault::Order::check).
+    /// Creates the change of a fault whose order has been [checked](scenario::fault::Order::check).
     #[must_use]
     pub fn of(fault: &Fault, roster: &Roster) -> Self {
         Self(match fault {
@@ -77,7 +77,7 @@ impl Interruption {
 #[cfg(test)]
 mod tests {
 
-    use alliance_proto::testkit::default_setup;
+    use scenario::testkit::default_setup;
 
     use super::*;
     use crate::drill::DRILL;

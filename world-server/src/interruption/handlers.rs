@@ -2,12 +2,12 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use alliance_proto::scenario::Obstacle;
-use alliance_proto::time::SimTime;
+use scenario::Obstacle;
+use scenario::time::SimTime;
 
 use super::InterruptionHandler;
-use crate::recorder::{Event, EventKind, FaultEvent};
 use crate::world::{ComponentId, World};
+use run_log::recorder::{Event, EventKind, FaultEvent};
 
 /// A handler that calls a function once or periodically.
 #[derive(Clone, Debug)]
@@ -95,7 +95,7 @@ impl InterruptionHandler for ObstacleHandler {
 #[cfg(test)]
 mod tests {
 
-    use alliance_proto::testkit::default_setup;
+    use scenario::testkit::default_setup;
 
     use super::*;
     use crate::drill::DRILL;

@@ -9,10 +9,10 @@
 mod change;
 mod handlers;
 
-use alliance_proto::time::SimTime;
+use scenario::time::SimTime;
 
-use crate::recorder::Event;
 use crate::world::World;
+use run_log::recorder::Event;
 
 pub use change::Interruption;
 pub use handlers::{ObstacleHandler, Timed};

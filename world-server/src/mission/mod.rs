@@ -18,16 +18,16 @@ mod typed;
 
 use std::any::Any;
 
-use alliance_proto::fault::Fault;
-use alliance_proto::ids::{ItemId, RobotId, TaskId};
-use alliance_proto::mission::known::Mission;
-use alliance_proto::mission::{Deed, Sensed};
-use alliance_proto::readings::Pose;
-use alliance_proto::scenario::{Scenario, Setup};
-use alliance_proto::tick::Outcome;
-use alliance_proto::time::SimTime;
-use alliance_proto::view::View;
 use glam::Vec2;
+use proto::mission::{Deed, Sensed};
+use proto::readings::Pose;
+use proto::tick::Outcome;
+use proto::view::View;
+use scenario::fault::Fault;
+use scenario::ids::{ItemId, RobotId, TaskId};
+use scenario::mission::known::Mission;
+use scenario::time::SimTime;
+use scenario::{Scenario, Setup};
 
 use crate::world::change::ChangeError;
 use crate::world::floor::Floor;
@@ -35,7 +35,7 @@ use crate::world::start::{StartError, start_poses};
 use crate::world::{Bar, Push};
 
 pub use crate::world::happened::Happened;
-pub use alliance_proto::mission::{MissionFigures, Target, TeamFigures, Value};
+pub use scenario::mission::{MissionFigures, Target, TeamFigures, Value};
 pub use typed::{Typed, TypedMission};
 
 /// The world side of a mission, as known before a run.

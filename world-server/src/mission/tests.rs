@@ -1,10 +1,10 @@
 //! An example of a custom mission's world side: places to be touched once.
 
-use alliance_proto::mission::Bytes;
-use alliance_proto::readings::Actuation;
-use alliance_proto::scenario::{Robot, Start};
-use alliance_proto::testkit::{DRILL, default_setup, unlike_robots};
-use alliance_proto::view::{Mark, MarkOutline, MarkRole};
+use proto::mission::Bytes;
+use proto::readings::Actuation;
+use proto::view::{Mark, MarkOutline, MarkRole};
+use scenario::testkit::{DRILL, default_setup, unlike_robots};
+use scenario::{Robot, Start};
 use serde::{Deserialize, Serialize};
 
 use super::*;

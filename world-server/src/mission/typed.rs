@@ -1,14 +1,14 @@
 //! Missions with their own types, which cross the bus as bytes.
 
-use alliance_proto::codec;
-use alliance_proto::fault::{Fault, MissionFault};
-use alliance_proto::ids::{ItemId, RobotId, TaskId};
-use alliance_proto::mission::{Bytes, Deed, Sensed};
-use alliance_proto::scenario::{Scenario, Setup};
-use alliance_proto::tick::Outcome;
-use alliance_proto::time::SimTime;
-use alliance_proto::view::View;
 use glam::Vec2;
+use proto::codec;
+use proto::mission::{Bytes, Deed, Sensed};
+use proto::tick::Outcome;
+use proto::view::View;
+use scenario::fault::{Fault, MissionFault};
+use scenario::ids::{ItemId, RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{Scenario, Setup};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use xxhash_rust::xxh3::xxh3_64;
@@ -23,9 +23,9 @@ const STATE_ROOM: usize = 1024;
 /// hashed, so skip exactly the fields that never change.
 ///
 /// ```
-/// use alliance_proto::mission::{Bytes, Deed};
-/// use alliance_proto::readings::Actuation;
-/// use alliance_proto::testkit::{DRILL, default_setup};
+/// use proto::mission::{Bytes, Deed};
+/// use proto::readings::Actuation;
+/// use scenario::testkit::{DRILL, default_setup};
 /// use serde::{Deserialize, Serialize};
 /// use world_server::mission::prelude::*;
 /// use world_server::world::World;
@@ -73,13 +73,13 @@ const STATE_ROOM: usize = 1024;
 /// let command = Some(Actuation { deed, ..Actuation::default() });
 /// world.step(&[command, command]);
 /// assert_eq!(world.mission().end(world.now()), Some(Outcome::Complete));
-/// # Ok::<(), alliance_proto::codec::CodecError>(())
+/// # Ok::<(), proto::codec::CodecError>(())
 /// ```
 pub trait TypedMission: Serialize + Clone + Send + 'static {
-    /// The readings of the mission's devices: at most [`SENSED_MAX`](alliance_proto::mission::SENSED_MAX) bytes on the bus.
+    /// The readings of the mission's devices: at most [`SENSED_MAX`](proto::mission::SENSED_MAX) bytes on the bus.
     type Sensed: Serialize + DeserializeOwned + Default;
 
-    /// A robot's action other than driving: at most [`DEED_MAX`](alliance_proto::mission::DEED_MAX) bytes on the bus.
+    /// A robot's action other than driving: at most [`DEED_MAX`](proto::mission::DEED_MAX) bytes on the bus.
     type Deed: DeserializeOwned;
 
     /// Creates the mission of a run; see [`MissionWorld::new`](super::MissionWorld::new).

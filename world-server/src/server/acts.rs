@@ -3,9 +3,9 @@
 use std::sync::{Arc, Weak};
 use std::time::Duration;
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::process::{ProcessAct, ProcessOrder, ProcessReply};
-use alliance_proto::secret::OpenError;
+use proto::process::{ProcessAct, ProcessOrder, ProcessReply};
+use proto::secret::OpenError;
+use scenario::ids::RobotId;
 use tokio::time::Instant;
 use zenoh::Wait;
 use zenoh::query::{ConsolidationMode, QueryTarget};

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use alliance_proto::ids::{RobotId, Tick};
-use alliance_proto::tick::ToAgent;
+use proto::tick::ToAgent;
+use scenario::ids::{RobotId, Tick};
 use tokio::time::Instant;
 use zenoh::Wait;
 use zenoh::bytes::ZBytes;

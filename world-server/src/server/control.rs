@@ -1,13 +1,13 @@
 //! The operators' requests on the control topic.
 
-use alliance_proto::control::wire::{Form, Wire, WireError, Written};
-use alliance_proto::control::{
+use proto::control::wire::{Form, Wire, WireError, Written};
+use proto::control::{
     ClockCommand, ClockStatus, ControlCommand, Description, Phase, Reply, Request, RobotStatus,
     SetStatus, Status,
 };
-use alliance_proto::fault::{Fault, Order};
-use alliance_proto::ids::RobotId;
-use alliance_proto::telemetry::BehaviorState;
+use proto::telemetry::BehaviorState;
+use scenario::fault::{Fault, Order};
+use scenario::ids::RobotId;
 use tokio::time::Instant;
 
 use super::Server;

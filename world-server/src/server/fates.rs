@@ -9,12 +9,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use alliance_proto::ids::{Incarnation, RobotId, Tick};
-use alliance_proto::links::{Heard, Links};
-use alliance_proto::scenario::Setup;
-use alliance_proto::team::Broadcast;
-use alliance_proto::telemetry::{Delivery, Reception};
-use alliance_proto::tick::{ManifestEntry, Report, TickMessage};
+use proto::links::{Heard, Links};
+use proto::team::Broadcast;
+use proto::telemetry::{Delivery, Reception};
+use proto::tick::{ManifestEntry, Report, TickMessage};
+use scenario::Setup;
+use scenario::ids::{Incarnation, RobotId, Tick};
 
 /// The number of ticks for which broadcasts are stored. Manifests list broadcasts of the current and the previous tick.
 const TICKS: Tick = 4;

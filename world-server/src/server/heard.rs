@@ -1,11 +1,11 @@
 //! Messages of robots and of their hosts' launchers: reports, broadcasts and process states.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::keys::Keys;
-use alliance_proto::process::{ProcessNews, ProcessState};
-use alliance_proto::secret::OpenError;
-use alliance_proto::team::Broadcast;
-use alliance_proto::tick::{Report, ToAgent};
+use proto::keys::Keys;
+use proto::process::{ProcessNews, ProcessState};
+use proto::secret::OpenError;
+use proto::team::Broadcast;
+use proto::tick::{Report, ToAgent};
+use scenario::ids::RobotId;
 
 use super::Server;
 use crate::barrier::Verdict;

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use alliance_proto::codec::{CodecError, decode_first};
-use alliance_proto::enlist::{EnlistReply, EnlistRequest, Enlisted};
-use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
-use alliance_proto::keys::Keys;
+use proto::codec::{CodecError, decode_first};
+use proto::enlist::{EnlistReply, EnlistRequest, Enlisted};
+use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
+use proto::keys::Keys;
 use tokio::time::Instant;
 
 use super::Server;

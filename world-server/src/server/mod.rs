@@ -22,11 +22,11 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
-use alliance_proto::event::EventNews;
-use alliance_proto::ids::{Incarnation, RobotId};
-use alliance_proto::ignored::Ignored;
-use alliance_proto::keys::Keys;
-use alliance_proto::tick::{Outcome, TickMessage, ToAgent};
+use proto::event::EventNews;
+use proto::ignored::Ignored;
+use proto::keys::Keys;
+use proto::tick::{Outcome, TickMessage, ToAgent};
+use scenario::ids::{Incarnation, RobotId};
 use tokio::sync::oneshot;
 use tokio::time::Instant;
 use zenoh::pubsub::Publisher;
@@ -34,11 +34,11 @@ use zenoh::{Session, Wait};
 
 use crate::barrier::Presence;
 use crate::pace::Pace;
-use crate::recorder::{Background, Folder, RecordError, Recorder};
 use crate::simulation::Simulation;
 use acts::UnderWay;
 use again::Question;
 use fates::Fates;
+use run_log::recorder::{Background, Folder, RecordError, Recorder};
 pub use seals::Seals;
 use standstill::Standstill;
 

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::keys::{Keys, LAUNCHER_HOST};
-use alliance_proto::member;
-use alliance_proto::scenario::Scenario;
-use alliance_proto::secret::{OpenError, Pairs, Secret, derived};
-use alliance_proto::team::Broadcast;
+use proto::identity;
+use proto::keys::{Keys, LAUNCHER_HOST};
+use proto::secret::{OpenError, Pairs, Secret, derived};
+use proto::team::Broadcast;
+use scenario::Scenario;
+use scenario::ids::RobotId;
 
-use crate::network::Network;
+use cluster::network::Network;
 
 pub struct Seals {
     token: String,
@@ -48,7 +48,7 @@ impl Seals {
                 .map(|host| {
                     (
                         host.clone(),
-                        Secret::of(&derived(token, &member::host(host))),
+                        Secret::of(&derived(token, &identity::host(host))),
                     )
                 })
                 .collect(),
@@ -58,7 +58,7 @@ impl Seals {
             pairs: None,
         };
         if network.is_some() {
-            let keys = seals.pairs_of(member::WORLD);
+            let keys = seals.pairs_of(identity::WORLD);
             seals.pairs = Some(Pairs::new(seals.robots.len(), keys));
         }
         seals
@@ -104,12 +104,12 @@ impl Seals {
     pub fn pairs_for(&self, robot: RobotId) -> Option<Vec<u128>> {
         let name = &self.robots[robot.index()].0;
         self.pairs.as_ref()?;
-        Some(self.pairs_of(&member::robot(name)))
+        Some(self.pairs_of(&identity::robot(name)))
     }
 
     fn pairs_of(&self, identity: &str) -> Vec<u128> {
-        let names = self.robots.iter().map(|(name, _)| member::robot(name));
-        let members: Vec<String> = names.chain([member::WORLD.to_owned()]).collect();
+        let names = self.robots.iter().map(|(name, _)| identity::robot(name));
+        let members: Vec<String> = names.chain([identity::WORLD.to_owned()]).collect();
         let members: Vec<&str> = members.iter().map(String::as_str).collect();
         Pairs::keys(&self.token, identity, &members)
     }
@@ -124,11 +124,7 @@ impl Seals {
     }
 
     /// Opens a report that arrived on this key.
-    pub fn open_report(
-        &self,
-        key: &str,
-        sealed: &[u8],
-    ) -> Result<alliance_proto::tick::Report, OpenError> {
+    pub fn open_report(&self, key: &str, sealed: &[u8]) -> Result<proto::tick::Report, OpenError> {
         let sender = self.keys.parse_robot(key).and_then(|name| self.rank(name));
         self.robot(sender.ok_or(OpenError::Unsealed)?)
             .open(key, sealed)

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use alliance_proto::ids::{RobotId, Tick};
-use alliance_proto::process::ProcessAct;
+use proto::process::ProcessAct;
+use scenario::ids::{RobotId, Tick};
 use tokio::time::Instant;
 
 use super::Server;

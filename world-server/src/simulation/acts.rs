@@ -2,15 +2,15 @@
 
 use std::collections::VecDeque;
 
-use alliance_proto::fault::Fault;
-use alliance_proto::ids::RobotId;
-use alliance_proto::log::Input;
-use alliance_proto::process::ProcessAct;
+use proto::process::ProcessAct;
+use run_log::Input;
+use scenario::fault::Fault;
+use scenario::ids::RobotId;
 
 use super::Simulation;
 use crate::barrier::Presence;
 use crate::faults::schedule::FaultIndex;
-use crate::recorder::FaultEvent;
+use run_log::recorder::FaultEvent;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Act {

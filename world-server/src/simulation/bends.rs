@@ -1,10 +1,10 @@
 //! Corners of the motivation and utility curves, from which a drawing can restore every level.
 
-use alliance_proto::ids::{Incarnation, RobotId};
-use alliance_proto::telemetry::Motivation;
-use alliance_proto::tick::Report;
-use alliance_proto::time::SimTime;
-use alliance_proto::view::Bend;
+use proto::telemetry::Motivation;
+use proto::tick::Report;
+use proto::view::Bend;
+use scenario::ids::{Incarnation, RobotId};
+use scenario::time::SimTime;
 
 /// The largest difference of two rises that counts as rounding, as a share of the motivation.
 const ROUNDING: f64 = 1e-9;
@@ -134,9 +134,9 @@ fn corner(robot: RobotId, at: SimTime, motivation: &Motivation) -> Bend {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::ids::BehaviorId;
-    use alliance_proto::telemetry::BehaviorState;
     use proptest::prelude::*;
+    use proto::telemetry::BehaviorState;
+    use scenario::ids::BehaviorId;
 
     use super::*;
 

@@ -2,15 +2,15 @@
 
 use std::borrow::Cow;
 
-use alliance_proto::control::{Armed, Cleared, FaultStatus, Phase};
-use alliance_proto::fault::Order;
-use alliance_proto::ids::Tick;
-use alliance_proto::log::Input;
-use alliance_proto::scenario::Setup;
-use alliance_proto::time::SimTime;
+use proto::control::{Armed, Cleared, FaultStatus, Phase};
+use run_log::Input;
+use scenario::Setup;
+use scenario::fault::Order;
+use scenario::ids::Tick;
+use scenario::time::SimTime;
 
 use super::Simulation;
-use crate::recorder::FaultEvent;
+use run_log::recorder::FaultEvent;
 
 /// A command that waits for the next tick.
 #[derive(Clone, Debug, PartialEq)]

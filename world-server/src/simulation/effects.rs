@@ -1,15 +1,15 @@
 //! Effects of faults when they are applied and when they heal.
 
-use alliance_proto::fault::{Fault, Role};
-use alliance_proto::ids::RobotId;
-use alliance_proto::process::ProcessAct;
+use proto::process::ProcessAct;
+use scenario::fault::{Fault, Role};
+use scenario::ids::RobotId;
 
 use super::Simulation;
 use super::acts::Act;
 use crate::barrier::Presence;
 use crate::faults::schedule::{FaultIndex, Turn};
 use crate::interruption::Interruption;
-use crate::recorder::{Event, EventKind, FaultEvent};
+use run_log::recorder::{Event, EventKind, FaultEvent};
 
 impl Simulation {
     /// Applies everything that is due before the tick messages of the current tick are sent. Repeated calls are allowed.

@@ -1,10 +1,10 @@
 //! Mission progress in numbers.
 
-use alliance_proto::mission::columns::{ColumnKind, ColumnValue};
+use scenario::mission::columns::{ColumnKind, ColumnValue};
 
 use super::Simulation;
 use crate::mission::{TeamFigures, Value};
-use crate::recorder::Ending;
+use run_log::recorder::Ending;
 
 impl Simulation {
     /// Keeps the figures of the ended tick before the mission changes between two ticks, so that they match the log.

@@ -2,10 +2,10 @@
 
 use std::borrow::Cow;
 
-use alliance_proto::scenario::{Robot, Scenario, Setup};
-use alliance_proto::telemetry::{BehaviorState, Motivation};
-use alliance_proto::tick::Report;
-use alliance_proto::view::Measure;
+use proto::telemetry::{BehaviorState, Motivation};
+use proto::tick::Report;
+use proto::view::Measure;
+use scenario::{Robot, Scenario, Setup};
 
 /// Returns the levels after a step, in the order of the catalog: motivations, or else utilities. A utility is 0 if the
 /// behavior set is not applicable. Before the first report there are no levels, and the allocator's name determines

@@ -26,14 +26,14 @@ mod view;
 
 use std::collections::{BTreeMap, VecDeque};
 
-use alliance_proto::ids::{BehaviorId, RobotId, Tick};
-use alliance_proto::log::Input;
-use alliance_proto::readings::Actuation;
-use alliance_proto::scenario::{Catalog, Setup, StepOrder};
-use alliance_proto::team::Broadcast;
-use alliance_proto::telemetry::Motivation;
-use alliance_proto::tick::{Outcome, TickMessage};
-use alliance_proto::time::SimTime;
+use proto::readings::Actuation;
+use proto::team::Broadcast;
+use proto::telemetry::Motivation;
+use proto::tick::{Outcome, TickMessage};
+use run_log::Input;
+use scenario::ids::{BehaviorId, RobotId, Tick};
+use scenario::time::SimTime;
+use scenario::{Catalog, Setup, StepOrder};
 
 use crate::barrier::{Barrier, Gathered};
 use crate::faults::actuators::Actuators;
@@ -44,8 +44,8 @@ use crate::faults::sensors::Sensors;
 use crate::faults::skills::impairments;
 use crate::interruption::{Interruption, InterruptionHandler};
 use crate::mission::{MissionWorld, Target, TeamFigures, Value};
-use crate::recorder::{Answers, BodyRecord, Event, FaultEvent, Record, RecordError, TickRecord};
 use crate::world::{Impairment, World};
+use run_log::recorder::{Answers, BodyRecord, Event, FaultEvent, Record, RecordError, TickRecord};
 
 use acts::{Act, Acts};
 use commands::QueuedCommand;

@@ -1,9 +1,9 @@
 //! Participation of robots: joining, death, silence and return.
 
-use alliance_proto::ids::{Incarnation, RobotId, Tick};
-use alliance_proto::join::Refusal;
-use alliance_proto::log::Input;
-use alliance_proto::process::ProcessAct;
+use proto::join::Refusal;
+use proto::process::ProcessAct;
+use run_log::Input;
+use scenario::ids::{Incarnation, RobotId, Tick};
 
 use super::Simulation;
 use crate::barrier::Presence;

@@ -1,16 +1,16 @@
 //! Reports of robots: their check, the faults that they trigger and the state that the run keeps.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::log::Input;
-use alliance_proto::team::Broadcast;
-use alliance_proto::telemetry::Delivery;
-use alliance_proto::tick::Report;
-use alliance_proto::time::SimTime;
+use proto::team::Broadcast;
+use proto::telemetry::Delivery;
+use proto::tick::Report;
+use run_log::Input;
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
 
 use super::Simulation;
 use crate::barrier::{MAX_BROADCASTS, Verdict};
 use crate::faults::schedule::FaultIndex;
-use crate::recorder::Answer;
+use run_log::recorder::Answer;
 
 impl Simulation {
     /// Processes an agent's report.

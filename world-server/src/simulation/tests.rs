@@ -1,9 +1,9 @@
 //! Tests of the readings that robots receive, in manually driven runs.
 
-use alliance_proto::fault::{Device, Fault, Order, SensorError, SensorFault, SensorMode};
-use alliance_proto::testkit::default_setup;
-use alliance_proto::tick::Report;
 use glam::Vec2;
+use proto::tick::Report;
+use scenario::fault::{Device, Fault, Order, SensorError, SensorFault, SensorMode};
+use scenario::testkit::default_setup;
 
 use super::*;
 use crate::barrier::Verdict;

@@ -1,15 +1,15 @@
 //! Events that faults wait for.
 
-use alliance_proto::fault::{Fault, Happening, When};
-use alliance_proto::ids::RobotId;
-use alliance_proto::log::Input;
-use alliance_proto::telemetry::BehaviorState;
-use alliance_proto::tick::Report;
-use alliance_proto::time::SimTime;
+use proto::telemetry::BehaviorState;
+use proto::tick::Report;
+use run_log::Input;
+use scenario::fault::{Fault, Happening, When};
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
 
 use super::Simulation;
 use crate::faults::schedule::FaultIndex;
-use crate::recorder::{Event, EventKind};
+use run_log::recorder::{Event, EventKind};
 
 /// An event in the words of a trigger.
 struct Occurrence {

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::scenario::Setup;
-use alliance_proto::telemetry::AllocationRow;
-use alliance_proto::tick::Offer;
+use proto::telemetry::AllocationRow;
+use proto::tick::Offer;
+use scenario::Setup;
+use scenario::ids::{RobotId, TaskId};
 
 use super::Simulation;
 use crate::barrier::Presence;

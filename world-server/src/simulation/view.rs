@@ -2,15 +2,15 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use alliance_proto::control::{AgentState, FaultStatus, Phase};
-use alliance_proto::ids::{BehaviorId, Incarnation, RobotId};
-use alliance_proto::mission::Value;
-use alliance_proto::readings::Readings;
-use alliance_proto::scenario::{Obstacle, Setup};
-use alliance_proto::tick::Report;
-use alliance_proto::time::SimTime;
-use alliance_proto::view::{BehaviorView, MESSAGES_MAX, MessageView, RobotView, View};
 use glam::Vec2;
+use proto::control::{AgentState, FaultStatus, Phase};
+use proto::readings::Readings;
+use proto::tick::Report;
+use proto::view::{BehaviorView, MESSAGES_MAX, MessageView, RobotView, View};
+use scenario::ids::{BehaviorId, Incarnation, RobotId};
+use scenario::mission::Value;
+use scenario::time::SimTime;
+use scenario::{Obstacle, Setup};
 
 use super::Simulation;
 use super::bends::Bends;

@@ -1,7 +1,7 @@
 //! Aspects: properties of a component that evolve each step (thesis §3.2).
 
-use alliance_proto::scenario::Energy;
-use alliance_proto::time::SimTime;
+use scenario::Energy;
+use scenario::time::SimTime;
 
 /// A property that evolves each step.
 #[derive(Clone, Copy, Debug, PartialEq)]

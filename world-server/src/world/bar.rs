@@ -1,9 +1,9 @@
 //! A bar: a solid with round ends that bodies can push, and the limits of its motion.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::view::MarkOutline;
 use glam::Vec2;
 use parry2d::query::Ray;
+use proto::view::MarkOutline;
+use scenario::ids::RobotId;
 
 use super::grid::Grid;
 use super::outline::cast_at_disc;

@@ -2,10 +2,10 @@
 //!
 //! No change creates a new overlap of bodies, except an obstacle that is placed on them.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::readings::Pose;
-use alliance_proto::scenario::Obstacle;
 use glam::Vec2;
+use proto::readings::Pose;
+use scenario::Obstacle;
+use scenario::ids::RobotId;
 
 use super::motion::wrapped;
 use super::space::nearest_place;

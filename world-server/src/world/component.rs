@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::readings::Pose;
 use glam::Vec2;
+use proto::readings::Pose;
+use scenario::ids::RobotId;
 
 use super::{Aspect, Outline};
 

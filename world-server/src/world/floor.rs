@@ -1,10 +1,10 @@
 //! The world without its mission: space, bodies, neighbor search and time.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::readings::Pose;
-use alliance_proto::scenario::{Body, Robot as RobotSpec, Scenario, Sensors};
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::readings::Pose;
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
+use scenario::{Body, Robot as RobotSpec, Scenario, Sensors};
 
 use super::grid::Grid;
 use super::happened::Happened;
@@ -15,7 +15,7 @@ use super::vicinity::{Drift, Vicinity};
 use super::{
     Aspect, Bar, Battery, Component, ComponentId, Outline, Penetrability, Shape, start_poses,
 };
-use crate::recorder::{Event, EventKind};
+use run_log::recorder::{Event, EventKind};
 
 /// The space, bodies and time that every mission has.
 #[derive(Clone, Debug)]

@@ -3,9 +3,9 @@
 //! The slowest component at a point determines the penetrability there. Neutral components have no effect. Robots that are
 //! not solid to each other count as well.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::readings::Ground;
 use glam::Vec2;
+use proto::readings::Ground;
+use scenario::ids::RobotId;
 
 use super::{Component, Floor, Penetrability};
 

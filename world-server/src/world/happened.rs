@@ -1,8 +1,8 @@
 //! Events that a step of the world produces.
 
-use alliance_proto::ids::RobotId;
+use scenario::ids::RobotId;
 
-use crate::recorder::{Event, EventKind};
+use run_log::recorder::{Event, EventKind};
 
 /// The events of one world step, in order.
 #[derive(Debug, Default)]

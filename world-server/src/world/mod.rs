@@ -43,14 +43,14 @@ mod vicinity;
 
 use std::ops::{Deref, DerefMut};
 
-use alliance_proto::fault::Fault;
-use alliance_proto::ids::RobotId;
-use alliance_proto::mission::Deed;
-use alliance_proto::readings::{Actuation, Readings};
-use alliance_proto::scenario::Setup;
+use proto::mission::Deed;
+use proto::readings::{Actuation, Readings};
+use scenario::Setup;
+use scenario::fault::Fault;
+use scenario::ids::RobotId;
 
 use crate::mission::{MissionWorld, Validity, WorldMission};
-use crate::recorder::Event;
+use run_log::recorder::Event;
 
 pub use aspect::{Aspect, Battery};
 pub use bar::{Bar, Push};

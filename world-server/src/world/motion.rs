@@ -2,10 +2,10 @@
 
 use std::f32::consts::{PI, TAU};
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::readings::Actuation;
-use alliance_proto::scenario::Body;
 use glam::Vec2;
+use proto::readings::Actuation;
+use scenario::Body;
+use scenario::ids::RobotId;
 
 use super::outline::Stop;
 use super::{Component, Floor, Outline, Penetrability, Push, SKIN_M};

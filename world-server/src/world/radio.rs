@@ -1,7 +1,7 @@
 //! The robots within radio range of each other.
 
-use alliance_proto::ids::RobotId;
 use glam::Vec2;
+use scenario::ids::RobotId;
 
 use super::Floor;
 use super::grid::Grid;
@@ -62,11 +62,11 @@ impl Air for Floor {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::testkit::default_scenario;
+    use scenario::testkit::default_scenario;
     use std::collections::BTreeSet;
 
-    use alliance_proto::scenario::{Radio, Robot, Scenario, Setup, Start};
     use proptest::prelude::*;
+    use scenario::{Radio, Robot, Scenario, Setup, Start};
 
     use super::*;
     use crate::drill::DRILL;

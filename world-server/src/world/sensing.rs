@@ -1,8 +1,8 @@
-//! Readings of a robot's sensors. Each device is defined in [`alliance_proto::readings`].
+//! Readings of a robot's sensors. Each device is defined in [`proto::readings`].
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::readings::{Hit, Proximity, Readings};
 use glam::Vec2;
+use proto::readings::{Hit, Proximity, Readings};
+use scenario::ids::RobotId;
 
 use super::floor::Robot;
 use super::motion::bearing;

@@ -1,8 +1,8 @@
 //! The room without robots: border, obstacles, patches and bars, and the free places between them.
 
-use alliance_proto::readings::Pose;
-use alliance_proto::scenario::{Body, Obstacle, Scenario};
 use glam::Vec2;
+use proto::readings::Pose;
+use scenario::{Body, Obstacle, Scenario};
 
 use super::bar::Bars;
 use super::{Bar, Component, ComponentId, ObstacleId, Outline, Penetrability, SKIN_M, Shape};

@@ -2,10 +2,10 @@
 
 use std::f32::consts::PI;
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::readings::Pose;
-use alliance_proto::scenario::Scenario;
 use glam::Vec2;
+use proto::readings::Pose;
+use scenario::Scenario;
+use scenario::ids::RobotId;
 
 use super::motion::wrapped;
 use super::space::Space;

@@ -6,8 +6,8 @@
 
 use std::cell::Cell;
 
-use alliance_proto::ids::RobotId;
 use glam::Vec2;
+use scenario::ids::RobotId;
 
 use super::Floor;
 use super::vicinity::ROUNDING_M;

@@ -3,8 +3,8 @@
 
 use std::cell::Cell;
 
-use alliance_proto::ids::RobotId;
 use glam::Vec2;
+use scenario::ids::RobotId;
 
 use super::Floor;
 

@@ -3,9 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::team::Content;
-use alliance_proto::time::SimTime;
+use scenario::ids::{RobotId, TaskId};
+use proto::team::Content;
+use scenario::time::SimTime;
 use robot_agent::allocator::{Allocator, Decision, Input, Me, NoParameters};
 
 #[derive(Clone, Debug)]

@@ -2,13 +2,13 @@
 //!
 //! `cargo run -p own-handler`
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::readings::Actuation;
-use alliance_proto::scenario::{Obstacle, Robot, Scenario, Setup, Start};
-use alliance_proto::time::SimTime;
+use scenario::ids::RobotId;
+use proto::readings::Actuation;
+use scenario::{Obstacle, Robot, Scenario, Setup, Start};
+use scenario::time::SimTime;
 use missions::waste::data::default_scenario;
 use world_server::interruption::InterruptionHandler;
-use world_server::recorder::{Event, EventKind, FaultEvent};
+use run_log::recorder::{Event, EventKind, FaultEvent};
 use world_server::world::{ObstacleId, World};
 
 /// A door that opens and closes once per `period`.

@@ -1,8 +1,8 @@
 //! The data of the visit mission: section `[visit]` of a scenario, its tasks and its terms.
 
-use alliance_proto::mission::prelude::ParameterDefault::{Number, Required};
-use alliance_proto::mission::prelude::ParameterRange::{Above, List, Name, X, Y};
-use alliance_proto::mission::prelude::*;
+use scenario::mission::prelude::ParameterDefault::{Number, Required};
+use scenario::mission::prelude::ParameterRange::{Above, List, Name, X, Y};
+use scenario::mission::prelude::*;
 use serde::{Deserialize, Serialize};
 
 pub const VISIT: Mission = Mission::new("visit", "places that a robot touches once", &Visit);

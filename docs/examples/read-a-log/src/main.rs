@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::Path;
 
-use alliance_proto::log::{EventRow, RunLog};
+use run_log::{EventRow, RunLog};
 use missions::Registry;
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -2,8 +2,8 @@
 
 use std::error::Error;
 
-use alliance_proto::log::{LogLevel, Memory, RunFile};
-use alliance_proto::scenario::Setup;
+use run_log::{LogLevel, Memory, RunFile};
+use scenario::Setup;
 use missions::Registry;
 use in_process::Team;
 

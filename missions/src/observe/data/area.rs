@@ -2,8 +2,8 @@
 
 use std::f32::consts::TAU;
 
-use alliance_proto::scenario::Scenario;
 use glam::Vec2;
+use scenario::Scenario;
 
 use super::{ObserveSection, Region};
 

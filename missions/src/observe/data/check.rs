@@ -1,6 +1,6 @@
 //! Checks of `[observe]` beyond the ranges of its parameters.
 
-use alliance_proto::scenario::{Path, Problem, Scenario};
+use scenario::{Path, Problem, Scenario};
 
 use super::ObserveSection;
 

@@ -1,8 +1,8 @@
 //! Observe in any size (`--robots N --targets M`). The region grows with the team, so that robots cover the same
 //! share of it.
 
-use alliance_proto::mission::section::MissionSection;
-use alliance_proto::scenario::{Radio, Robot, Room, Scenario};
+use scenario::mission::section::MissionSection;
+use scenario::{Radio, Robot, Room, Scenario};
 
 use super::{OBSERVE, ObserveSection, Policy, Region};
 
@@ -31,7 +31,7 @@ pub(super) fn family(robots: usize, targets: usize) -> Scenario {
             width_m: side_m,
             height_m: side_m,
         },
-        body: alliance_proto::scenario::Body {
+        body: scenario::Body {
             speed_m_s: SPEED_M_S,
             ..default.body
         },

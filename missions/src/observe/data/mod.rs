@@ -11,16 +11,12 @@ mod tests;
 pub use area::{Area, direction};
 pub use section::{Duty, ObserveSection, Policy, Region};
 
-use alliance_proto::mission::columns::Column;
-use alliance_proto::mission::data::{
-    BuiltIn, BuiltinScenario, MissionData, Terms, one_behavior_each,
-};
-use alliance_proto::mission::known::{Mission, section};
-use alliance_proto::mission::promises::Promises;
-use alliance_proto::mission::section::Section;
-use alliance_proto::scenario::{
-    BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread,
-};
+use scenario::mission::columns::Column;
+use scenario::mission::data::{BuiltIn, BuiltinScenario, MissionData, Terms, one_behavior_each};
+use scenario::mission::known::{Mission, section};
+use scenario::mission::promises::Promises;
+use scenario::mission::section::Section;
+use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread};
 
 pub const MAX_TARGETS: usize = 10_000;
 

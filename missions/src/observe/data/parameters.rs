@@ -1,8 +1,8 @@
 //! The parameters of `[observe]`, for documentation and for checks.
 
-use alliance_proto::scenario::ParameterDefault::{Number, Text, Whole};
-use alliance_proto::scenario::ParameterRange::{self, Above, Choice, Within};
-use alliance_proto::scenario::ParameterSpec;
+use scenario::ParameterDefault::{Number, Text, Whole};
+use scenario::ParameterRange::{self, Above, Choice, Within};
+use scenario::ParameterSpec;
 
 use super::MAX_TARGETS;
 

@@ -1,6 +1,6 @@
 //! Section `[observe]` of a scenario.
 
-use alliance_proto::scenario::Scenario;
+use scenario::Scenario;
 use serde::{Deserialize, Serialize};
 
 /// The parameters of targets and of their observation. The module `parameters` describes each key.

@@ -1,8 +1,8 @@
 //! Valid and invalid scenarios of observe, and their catalogs.
 
-use alliance_proto::scenario::{Catalog, Scenario, Setup};
 use glam::Vec2;
 use proptest::prelude::*;
+use scenario::{Catalog, Scenario, Setup};
 
 use super::*;
 use crate::Registry;

@@ -1,9 +1,9 @@
 //! A robot's memory of near targets and near teammates, bounded in size.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::time::SimTime;
 use arrayvec::ArrayVec;
 use glam::Vec2;
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
 
 use crate::observe::bus::{SENSED_MOST, Sighting};
 

@@ -8,12 +8,12 @@ mod memory;
 mod tests;
 mod walk;
 
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::scenario::Setup;
-use alliance_proto::team::Content;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::team::Content;
 use robot_agent::mission::{Action, Heard, Perception, TypedMind, TypedMoment};
+use scenario::Setup;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
 
 use super::bus::{SENSED_MOST, Sensed, Sighting, Told, Watch};
 use super::data::{Duty, ObserveSection, Policy, direction};

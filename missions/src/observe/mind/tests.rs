@@ -1,9 +1,9 @@
 //! Tests of a robot's memory.
 
-use alliance_proto::mission::LORE_MAX;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
 use proptest::prelude::*;
+use proto::mission::LORE_MAX;
+use scenario::time::SimTime;
 
 use super::memory::{Memory, Reach};
 use super::*;
@@ -130,7 +130,7 @@ proptest! {
             let shared: Told = memory.in_sight().collect();
             let targets: Vec<u16> = shared.iter().map(|sighting| sighting.target).collect();
             prop_assert_eq!(&targets, &in_sight.iter().copied().collect::<Vec<_>>());
-            let bytes = alliance_proto::codec::encode(&shared).unwrap();
+            let bytes = proto::codec::encode(&shared).unwrap();
             prop_assert!(bytes.len() <= LORE_MAX);
         }
     }

@@ -2,15 +2,15 @@
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_3, TAU};
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::readings::{Actuation, Readings};
-use alliance_proto::rng::{Purpose, robot_stream};
-use alliance_proto::scenario::Setup;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::readings::{Actuation, Readings};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use robot_agent::body::{Chassis, Goal, Navigator, Status, Surroundings};
+use scenario::Setup;
+use scenario::ids::RobotId;
+use scenario::rng::{Purpose, robot_stream};
+use scenario::time::SimTime;
 
 use crate::observe::data::{Area, direction};
 

@@ -10,13 +10,13 @@ mod watch;
 
 use std::sync::Arc;
 
-use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::mission::Sensed as AnySensed;
-use alliance_proto::scenario::{Scenario, Setup};
-use alliance_proto::tick::Outcome;
-use alliance_proto::time::SimTime;
-use alliance_proto::view::{Mark, MarkOutline, MarkRole, View};
 use glam::Vec2;
+use proto::mission::Sensed as AnySensed;
+use proto::tick::Outcome;
+use proto::view::{Mark, MarkOutline, MarkRole, View};
+use scenario::ids::{RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{Scenario, Setup};
 use serde::Serialize;
 use world_server::mission::{Happened, Target, TeamFigures, TypedMission, Validity, Value};
 use world_server::world::Floor;

@@ -1,14 +1,14 @@
 //! The motion of the targets. Each target moves straight at its own speed, turns at random times, and bounces off the
 //! edge of the region.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::rng::{Purpose, robot_stream};
-use alliance_proto::scenario::Setup;
-use alliance_proto::time::SimTime;
 use arrayvec::ArrayVec;
 use glam::Vec2;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use scenario::Setup;
+use scenario::ids::RobotId;
+use scenario::rng::{Purpose, robot_stream};
+use scenario::time::SimTime;
 use serde::{Serialize, Serializer};
 use world_server::world::Grid;
 use xxhash_rust::xxh3::xxh3_64_with_seed;

@@ -1,11 +1,11 @@
 //! Motion and observation of targets, with robots under direct command.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::mission::{Bytes, Deed};
-use alliance_proto::readings::Actuation;
-use alliance_proto::scenario::{Scenario, Setup};
-use alliance_proto::time::SimTime;
 use proptest::prelude::*;
+use proto::mission::{Bytes, Deed};
+use proto::readings::Actuation;
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
+use scenario::{Scenario, Setup};
 use world_server::mission::{TeamFigures, Value};
 use world_server::world::World;
 
@@ -227,5 +227,5 @@ fn a_full_reading_fits_its_size() {
     let sensed = Sensed {
         targets: Some([seen; SENSED_MOST].into()),
     };
-    assert!(Bytes::<{ alliance_proto::mission::SENSED_MAX }>::encode(&sensed).is_ok());
+    assert!(Bytes::<{ proto::mission::SENSED_MAX }>::encode(&sensed).is_ok());
 }

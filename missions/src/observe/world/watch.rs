@@ -1,7 +1,7 @@
 //! The observation of targets by robots, with its events and figures.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::time::SimTime;
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
 use serde::{Serialize, Serializer};
 use world_server::mission::{Happened, TeamFigures, Value};
 use world_server::world::Floor;

@@ -2,7 +2,7 @@
 
 use std::f32::consts::SQRT_2;
 
-use alliance_proto::scenario::{Catalog, Path, Problem, Scenario};
+use scenario::{Catalog, Path, Problem, Scenario};
 use world_server::world::{Bar, Outline};
 
 use super::PushSection;

@@ -5,8 +5,8 @@
 //! start nearest to a bar have its tasks, and each robot has the two bars nearest to it, so that others can take over
 //! the work of a lost robot. The radio range of teams with more than ten robots covers about ten teammates.
 
-use alliance_proto::mission::section::MissionSection;
-use alliance_proto::scenario::{Radio, Robot, Room, Scenario, Start};
+use scenario::mission::section::MissionSection;
+use scenario::{Radio, Robot, Room, Scenario, Start};
 
 use super::{BarSection, PUSH, PushSection, SPOTS};
 use crate::districts::{Districts, nearest_both_ways, range_to_hear};

@@ -1,6 +1,6 @@
 //! Faults of push: a bar that does not move.
 
-use alliance_proto::fault::{FaultArgument, FaultRange, FaultSpec};
+use scenario::fault::{FaultArgument, FaultRange, FaultSpec};
 
 pub const BAR_STUCK: &str = "bar-stuck";
 

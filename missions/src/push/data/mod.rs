@@ -12,9 +12,9 @@ pub use family::family;
 pub use faults::{BAR_STUCK, STUCK_S};
 pub use section::{BarSection, PushSection};
 
-use alliance_proto::ids::TaskId;
-use alliance_proto::mission::prelude::*;
-use alliance_proto::mission::promises::Promises;
+use scenario::ids::TaskId;
+use scenario::mission::prelude::*;
+use scenario::mission::promises::Promises;
 
 use crate::push::bar::{End, end};
 

@@ -1,8 +1,8 @@
 //! The parameters of `[push]`, for documentation and for checks.
 
-use alliance_proto::mission::prelude::ParameterDefault::{Number, Required};
-use alliance_proto::mission::prelude::ParameterRange::{Above, List, X, Y};
-use alliance_proto::mission::prelude::ParameterSpec;
+use scenario::mission::prelude::ParameterDefault::{Number, Required};
+use scenario::mission::prelude::ParameterRange::{Above, List, X, Y};
+use scenario::mission::prelude::ParameterSpec;
 
 use super::MAX_BARS;
 

@@ -1,8 +1,8 @@
 //! Section `[push]` of a scenario.
 
-use alliance_proto::readings::Pose;
-use alliance_proto::scenario::Scenario;
 use glam::Vec2;
+use proto::readings::Pose;
+use scenario::Scenario;
 use serde::{Deserialize, Serialize};
 use world_server::world::Bar;
 

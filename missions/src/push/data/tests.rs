@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use alliance_proto::scenario::{Catalog, Setup};
+use scenario::{Catalog, Setup};
 
 use super::*;
 use crate::Registry;

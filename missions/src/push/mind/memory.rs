@@ -1,7 +1,7 @@
 //! A robot's knowledge of its bars, from its own sensor and from teammates.
 
-use alliance_proto::readings::Pose;
-use alliance_proto::time::SimTime;
+use proto::readings::Pose;
+use scenario::time::SimTime;
 
 use crate::push::bar::{End, lead_m};
 use crate::push::bus::{Lore, Stroke, TOLD_MOST, Told};

@@ -12,14 +12,14 @@ mod way;
 
 use std::sync::Arc;
 
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::readings::Pose;
-use alliance_proto::scenario::Setup;
-use alliance_proto::team::BulletinKind;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::readings::Pose;
+use proto::team::BulletinKind;
 use robot_agent::allocator::OwnBehavior;
 use robot_agent::mission::{Action, Heard, Perception, TypedMind, TypedMoment, bulletin};
+use scenario::Setup;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
 
 use super::bar::{self, End};
 use super::bus::{BarSeen, Deed, Lore, Sensed, Stroke, Told};

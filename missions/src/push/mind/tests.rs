@@ -1,8 +1,8 @@
 //! Tests of a robot's knowledge from readings and messages.
 
-use alliance_proto::readings::Pose;
-use alliance_proto::scenario::{Scenario, Setup};
 use proptest::prelude::*;
+use proto::readings::Pose;
+use scenario::{Scenario, Setup};
 
 use super::memory::{Known, lore};
 use super::*;
@@ -131,12 +131,8 @@ fn heartbeats_contain_many_bars_in_turn() {
         last: Some(stroke(End::Left, SimTime(u64::MAX))),
     };
     let lore: Lore = std::iter::repeat_n(largest, TOLD_MOST).collect();
-    let bytes = alliance_proto::codec::encode(&lore).unwrap();
-    assert!(
-        bytes.len() <= alliance_proto::mission::LORE_MAX,
-        "{}",
-        bytes.len()
-    );
+    let bytes = proto::codec::encode(&lore).unwrap();
+    assert!(bytes.len() <= proto::mission::LORE_MAX, "{}", bytes.len());
 }
 
 /// A message may contain anything.

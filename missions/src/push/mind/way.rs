@@ -2,12 +2,12 @@
 
 use std::f32::consts::PI;
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::readings::{Actuation, Pose, Readings};
-use alliance_proto::scenario::Setup;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::readings::{Actuation, Pose, Readings};
 use robot_agent::body::{Chassis, Driver, wrap};
+use scenario::Setup;
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
 
 use crate::push::bar::{End, point_at, seen_from};
 use crate::push::data::{PushSection, SPOTS};

@@ -1,9 +1,9 @@
 //! Statistics of push for run.json, and the display of readings.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::mission::Sensed as Encoded;
-use alliance_proto::time::SimTime;
-use alliance_proto::view::View;
+use proto::mission::Sensed as Encoded;
+use proto::view::View;
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
 use world_server::mission::TeamFigures;
 
 use crate::push::bar::End;

@@ -4,8 +4,8 @@
 //! middle. Its distance `q` balances the force and the torque of friction: `2·q·c = L²/4 - q²`. A push at the very
 //! end turns the rod about the point `L/√2` from there, and the other end moves back by `√2 - 1` of the way.
 
-use alliance_proto::readings::Pose;
 use glam::Vec2;
+use proto::readings::Pose;
 
 use crate::push::bar::{End, point_at, seen_from};
 

@@ -17,14 +17,14 @@ mod tests;
 
 use std::sync::Arc;
 
-use alliance_proto::fault::MissionFault;
-use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::readings::Pose;
-use alliance_proto::scenario::{Scenario, Setup};
-use alliance_proto::tick::Outcome;
-use alliance_proto::time::SimTime;
-use alliance_proto::view::{Mark, MarkOutline, MarkRole, View};
 use glam::Vec2;
+use proto::readings::Pose;
+use proto::tick::Outcome;
+use proto::view::{Mark, MarkOutline, MarkRole, View};
+use scenario::fault::MissionFault;
+use scenario::ids::{RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{Scenario, Setup};
 use serde::Serialize;
 use world_server::mission::{Happened, TeamFigures, TypedMission, Validity, Value};
 use world_server::world::{Bar, ChangeError, Floor, Push, SKIN_M};

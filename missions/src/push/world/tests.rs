@@ -1,9 +1,9 @@
 //! Bars that bodies push by command, and an independent physical model for comparison.
 
-use alliance_proto::readings::Actuation;
-use alliance_proto::scenario::{Scenario, Setup};
 use proptest::prelude::*;
-use world_server::recorder::EventKind;
+use proto::readings::Actuation;
+use run_log::recorder::EventKind;
+use scenario::{Scenario, Setup};
 use world_server::world::World;
 
 use super::*;
@@ -208,7 +208,7 @@ fn a_robot_senses_the_nearer_end_and_the_touch() {
     let mut world = world(&[(2.0, 5.5, 90.0), (0.5, 0.5, 0.0)]);
     let sensed = |world: &World, robot: u16| -> Sensed {
         match world.readings(RobotId(robot)).mission {
-            alliance_proto::mission::Sensed::Open(bytes) => bytes.decode().unwrap(),
+            proto::mission::Sensed::Open(bytes) => bytes.decode().unwrap(),
             _ => panic!("something is sensed"),
         }
     };

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use alliance_proto::scenario::{Catalog, Path, Problem, Scenario, instead};
+use scenario::{Catalog, Path, Problem, Scenario, instead};
 
 use super::{Between, MAX_POINTS, ServiceSection};
 

@@ -5,8 +5,8 @@
 //! teammates can take over the work of a lost robot. In teams of more than 20 robots the radio range is limited so that
 //! each robot receives from about 20 others.
 
-use alliance_proto::mission::section::MissionSection;
-use alliance_proto::scenario::{Radio, Robot, Room, Scenario, Start};
+use scenario::mission::section::MissionSection;
+use scenario::{Radio, Robot, Room, Scenario, Start};
 
 use super::{Between, Kind, KnownTo, Point, SERVICE, ServiceSection, TasksAre};
 use crate::districts::{Districts, nearest_both_ways, range_to_hear};

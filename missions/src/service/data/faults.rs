@@ -1,6 +1,6 @@
 //! The fault of service: an additional point.
 
-use alliance_proto::fault::{FaultArgument, FaultRange, FaultSpec};
+use scenario::fault::{FaultArgument, FaultRange, FaultSpec};
 
 use super::MAX_KINDS;
 

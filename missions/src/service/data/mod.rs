@@ -14,16 +14,14 @@ pub use faults::POINT;
 pub use points::{PointSpec, points};
 pub use section::{Batch, Between, Kind, KnownTo, Point, ServiceSection, TasksAre};
 
-use alliance_proto::fault::FaultSpec;
-use alliance_proto::ids::TaskId;
-use alliance_proto::mission::columns::Column;
-use alliance_proto::mission::data::{BuiltIn, BuiltinScenario, Draw, MissionData, Terms};
-use alliance_proto::mission::known::{Mission, section};
-use alliance_proto::mission::promises::Promises;
-use alliance_proto::mission::section::Section;
-use alliance_proto::scenario::{
-    BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread,
-};
+use scenario::fault::FaultSpec;
+use scenario::ids::TaskId;
+use scenario::mission::columns::Column;
+use scenario::mission::data::{BuiltIn, BuiltinScenario, Draw, MissionData, Terms};
+use scenario::mission::known::{Mission, section};
+use scenario::mission::promises::Promises;
+use scenario::mission::section::Section;
+use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread};
 
 pub const MAX_POINTS: usize = 10_000;
 pub const MAX_KINDS: usize = 64;

@@ -1,8 +1,8 @@
 //! The keys of `[service]` with their defaults, ranges and descriptions.
 
-use alliance_proto::scenario::ParameterDefault::{Flag, Number, Required, Text, Whole, Words};
-use alliance_proto::scenario::ParameterRange::{Above, Choice, List, Name, Other, Within, X, Y};
-use alliance_proto::scenario::{ParameterRange, ParameterSpec};
+use scenario::ParameterDefault::{Flag, Number, Required, Text, Whole, Words};
+use scenario::ParameterRange::{Above, Choice, List, Name, Other, Within, X, Y};
+use scenario::{ParameterRange, ParameterSpec};
 
 use super::{MAX_KINDS, MAX_POINTS};
 

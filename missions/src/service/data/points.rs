@@ -1,11 +1,11 @@
 //! The points of a run, computed from the scenario and the seed.
 
-use alliance_proto::rng::{Purpose, stream};
-use alliance_proto::scenario::Scenario;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use scenario::Scenario;
+use scenario::rng::{Purpose, stream};
+use scenario::time::SimTime;
 
 use super::{Between, Kind, ServiceSection};
 

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use alliance_proto::mission::section::MissionSection;
-use alliance_proto::scenario::Scenario;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use scenario::Scenario;
+use scenario::mission::section::MissionSection;
 
 use super::check::{covered, has_room};
 use super::{Batch, Between, Kind, KnownTo, Point, SERVICE, ServiceSection, TasksAre};

@@ -1,6 +1,6 @@
 //! The section `[service]` of a scenario file.
 
-use alliance_proto::scenario::Scenario;
+use scenario::Scenario;
 use serde::{Deserialize, Serialize};
 
 use super::MAX_POINTS;

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use alliance_proto::scenario::{Catalog, Scenario, Setup};
-use alliance_proto::time::SimTime;
 use proptest::prelude::*;
+use scenario::time::SimTime;
+use scenario::{Catalog, Scenario, Setup};
 
 use super::*;
 use crate::Registry;

@@ -1,9 +1,9 @@
 //! The initial knowledge of robots.
 
-use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::scenario::Setup;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use scenario::Setup;
+use scenario::ids::{RobotId, TaskId};
+use scenario::time::SimTime;
 
 use crate::service::bus::Fact;
 use crate::service::data::{KnownTo, ServiceSection, TasksAre};

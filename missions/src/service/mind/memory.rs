@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use alliance_proto::ids::TaskId;
-use alliance_proto::time::SimTime;
 use arrayvec::ArrayVec;
 use glam::Vec2;
+use scenario::ids::TaskId;
+use scenario::time::SimTime;
 
 use super::briefing::Briefing;
 use crate::service::bus::{Fact, Known, TOLD_MOST, Told};

@@ -12,17 +12,17 @@ mod wander;
 
 use std::sync::Arc;
 
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::readings::{Actuation, Readings};
-use alliance_proto::scenario::Setup;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::readings::{Actuation, Readings};
 use robot_agent::allocator::OwnBehavior;
 use robot_agent::body::{Driver, Surroundings};
 use robot_agent::mission::{
     Action, AgentMission, Heard, MissionMind, Perception, SharedMission, Typed, TypedMind,
     TypedMoment,
 };
+use scenario::Setup;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
 
 use super::bus::{Deed, Fact, Known, Sensed, Told};
 use super::data::{self, KnownTo, SERVICE, TasksAre};
@@ -58,7 +58,7 @@ impl SharedMission for Team {
     fn planned_cost_ms(&self, setup: &Setup) -> Vec<Vec<Option<i64>>> {
         let (scenario, catalog) = (&setup.scenario, &setup.catalog);
         let points = data::points(scenario, setup.seed);
-        let row = |(robot, rank): (&alliance_proto::scenario::Robot, u16)| {
+        let row = |(robot, rank): (&scenario::Robot, u16)| {
             let skills = self.0.skills(RobotId(rank), setup);
             let start = robot
                 .start

@@ -1,11 +1,11 @@
 //! A robot's knowledge of points, and its estimate of progress.
 
-use alliance_proto::ids::TaskId;
-use alliance_proto::mission::LORE_MAX;
-use alliance_proto::scenario::{Scenario, Setup};
-use alliance_proto::time::SimTime;
 use glam::Vec2;
 use proptest::prelude::*;
+use proto::mission::LORE_MAX;
+use scenario::ids::TaskId;
+use scenario::time::SimTime;
+use scenario::{Scenario, Setup};
 
 use super::briefing::Briefing;
 use super::memory::Memory;
@@ -102,7 +102,7 @@ proptest! {
         for second in 0..60 {
             let heartbeat: Told = memory.tell(&briefing, SimTime(1000 * second));
             prop_assert!(heartbeat.len() <= TOLD_MOST);
-            let bytes = alliance_proto::codec::encode(&heartbeat).unwrap();
+            let bytes = proto::codec::encode(&heartbeat).unwrap();
             prop_assert!(bytes.len() <= LORE_MAX, "{} bytes", bytes.len());
             sent.extend(heartbeat.iter().map(|known| known.fact.point));
         }

@@ -1,11 +1,11 @@
 //! Movement of a robot without a task: to random places, to explore or to clear the way.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::rng::{Purpose, robot_stream};
-use alliance_proto::time::SimTime;
 use glam::Vec2;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use scenario::ids::RobotId;
+use scenario::rng::{Purpose, robot_stream};
+use scenario::time::SimTime;
 
 /// The time after which a place that was not reached is given up.
 const PATIENCE: SimTime = SimTime(60_000);

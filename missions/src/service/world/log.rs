@@ -1,9 +1,9 @@
 //! Output of service beside its points: events, figures of run.json and the view.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::mission::Sensed as Encoded;
-use alliance_proto::time::SimTime;
-use alliance_proto::view::View;
+use proto::mission::Sensed as Encoded;
+use proto::view::View;
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
 use world_server::mission::{Happened, TeamFigures};
 
 use super::points::{Change, Points};

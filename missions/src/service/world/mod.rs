@@ -11,16 +11,16 @@ mod tests;
 
 use std::sync::Arc;
 
-use alliance_proto::fault::MissionFault;
-use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::rng::{Purpose, robot_stream};
-use alliance_proto::scenario::Setup;
-use alliance_proto::tick::Outcome;
-use alliance_proto::time::SimTime;
-use alliance_proto::view::View;
 use arrayvec::ArrayVec;
 use glam::Vec2;
+use proto::tick::Outcome;
+use proto::view::View;
 use rand_chacha::ChaCha8Rng;
+use scenario::Setup;
+use scenario::fault::MissionFault;
+use scenario::ids::{RobotId, TaskId};
+use scenario::rng::{Purpose, robot_stream};
+use scenario::time::SimTime;
 use serde::Serialize;
 use world_server::mission::{Happened, TeamFigures, TypedMission, Validity, Value};
 use world_server::world::{ChangeError, Floor};

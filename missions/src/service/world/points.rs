@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use alliance_proto::time::SimTime;
-use alliance_proto::view::{Mark, MarkRole, View};
 use arrayvec::ArrayVec;
 use glam::Vec2;
+use proto::view::{Mark, MarkRole, View};
+use scenario::time::SimTime;
 use serde::{Serialize, Serializer};
 use world_server::mission::{TeamFigures, Value};
 use world_server::world::Grid;

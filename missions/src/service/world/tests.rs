@@ -1,12 +1,12 @@
 //! The phases of points, with robots that execute given actions.
 
-use alliance_proto::fault::{Fault, MissionFault};
-use alliance_proto::ids::RobotId;
-use alliance_proto::mission::{Bytes, Deed as AnyDeed, Sensed as AnySensed};
-use alliance_proto::readings::Actuation;
-use alliance_proto::scenario::{Scenario, Setup};
-use alliance_proto::time::SimTime;
 use proptest::prelude::*;
+use proto::mission::{Bytes, Deed as AnyDeed, Sensed as AnySensed};
+use proto::readings::Actuation;
+use scenario::fault::{Fault, MissionFault};
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
+use scenario::{Scenario, Setup};
 use world_server::mission::Value;
 use world_server::world::{Impairment, World};
 
@@ -69,7 +69,7 @@ fn step(world: &mut World, commands: [Option<Actuation>; 2]) -> Vec<String> {
     let now = world.now();
     let events = world.step(&commands);
     world.mission().holds(world).unwrap();
-    let text = |event: &world_server::recorder::Event| {
+    let text = |event: &run_log::recorder::Event| {
         let robot = event
             .robot
             .map_or("-", |robot| ["gold", "blue"][robot.index()]);
@@ -461,12 +461,12 @@ fn the_largest_reading_fits() {
         told: Some(u32::MAX),
         effect: Some(u16::MAX),
     };
-    Bytes::<{ alliance_proto::mission::SENSED_MAX }>::encode(&largest).unwrap();
+    Bytes::<{ proto::mission::SENSED_MAX }>::encode(&largest).unwrap();
     let most = Deed {
         work: Some(u16::MAX),
         read: Some(u32::MAX),
     };
-    Bytes::<{ alliance_proto::mission::DEED_MAX }>::encode(&most).unwrap();
+    Bytes::<{ proto::mission::DEED_MAX }>::encode(&most).unwrap();
 }
 
 proptest! {

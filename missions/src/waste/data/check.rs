@@ -1,8 +1,8 @@
 //! Checks of `[waste]`.
 
 use super::WasteSection;
-use alliance_proto::scenario::limits::{FRACTION, LENGTH, TIME, closed, named};
-use alliance_proto::scenario::{Path, Problem, Scenario};
+use scenario::limits::{FRACTION, LENGTH, TIME, closed, named};
+use scenario::{Path, Problem, Scenario};
 
 /// The maximum number of spills of a scenario, and of deposits.
 pub const MAX_SPILLS: usize = 10_000;

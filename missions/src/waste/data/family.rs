@@ -12,7 +12,7 @@
 
 use super::{Spill, Spot, WasteSection, default_scenario};
 use crate::districts::{Districts, Share, nearest, nearest_both_ways, range_to_hear};
-use alliance_proto::scenario::{Radio, Robot, Room, Scenario, Start};
+use scenario::{Radio, Robot, Room, Scenario, Start};
 
 /// The maximum number of robots and spills per district, as in the default mission.
 const ROBOTS: usize = 3;
@@ -165,7 +165,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     use super::*;
-    use alliance_proto::scenario::{Catalog, Setup};
+    use scenario::{Catalog, Setup};
 
     #[test]
     fn with_three_robots_and_two_spills_it_is_the_default_mission() {

@@ -1,6 +1,6 @@
 //! Faults of the clean-up: added waste and moved items.
 
-use alliance_proto::fault::{
+use scenario::fault::{
     Fault, FaultArgument, FaultRange, FaultSpec, MissionFault, Order, OrderError,
 };
 

@@ -1,9 +1,9 @@
 //! The clean-up's columns of mission.csv and figures of run.json.
 
 use super::ItemCounts;
-use alliance_proto::log::{Table, TableRow};
-use alliance_proto::mission::{MissionFigures, Value};
-use alliance_proto::time::SimTime;
+use run_log::{Table, TableRow};
+use scenario::mission::{MissionFigures, Value};
+use scenario::time::SimTime;
 use serde::Deserialize;
 
 pub const LAST_REPORT: &str = "last_report_ms";

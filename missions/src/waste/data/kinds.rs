@@ -1,9 +1,9 @@
 //! The behavior sets of the waste clean-up.
 
 use super::WasteSection;
-use alliance_proto::ids::TaskId;
-use alliance_proto::mission::data::BuiltIn;
-use alliance_proto::scenario::{BehaviorSpec, Scenario};
+use scenario::ids::TaskId;
+use scenario::mission::data::BuiltIn;
+use scenario::{BehaviorSpec, Scenario};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BehaviorKind {

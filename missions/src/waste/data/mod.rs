@@ -26,17 +26,15 @@ pub use kinds::BehaviorKind;
 pub use section::{Deposit, ReportSite, Spill, Spot, WasteSection};
 pub(super) use work::{EMPTY_EXPIRES, sweep_cells};
 
-use alliance_proto::fault::{FaultSpec, MissionFault, Order, OrderError};
-use alliance_proto::mission::columns::Column;
-use alliance_proto::mission::data::{BuiltIn, BuiltinScenario, MissionData, Terms};
-use alliance_proto::mission::known::Mission;
-use alliance_proto::mission::known::section;
-use alliance_proto::mission::promises::Promises;
-use alliance_proto::mission::section::{MissionSection, Section};
-use alliance_proto::scenario::{
-    BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Setup, Unread,
-};
 use glam::Vec2;
+use scenario::fault::{FaultSpec, MissionFault, Order, OrderError};
+use scenario::mission::columns::Column;
+use scenario::mission::data::{BuiltIn, BuiltinScenario, MissionData, Terms};
+use scenario::mission::known::Mission;
+use scenario::mission::known::section;
+use scenario::mission::promises::Promises;
+use scenario::mission::section::{MissionSection, Section};
+use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Setup, Unread};
 
 #[must_use]
 pub fn default_scenario() -> Scenario {

@@ -1,6 +1,6 @@
 //! The kinds of notes that robots of the clean-up write.
 
-use alliance_proto::telemetry::NoteKind;
+use proto::telemetry::NoteKind;
 
 pub const POSITION_UPDATE: NoteKind = NoteKind::Mission(0);
 /// The robot adopted locations from a teammate.

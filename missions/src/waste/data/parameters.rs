@@ -1,8 +1,8 @@
 //! The keys of `[waste]` with their defaults, ranges and descriptions.
 
 use super::check::MAX_ITEMS;
-use alliance_proto::scenario::ParameterDefault::{Flag, Number, Required, Whole, Words};
-use alliance_proto::scenario::{ParameterRange, ParameterSpec};
+use scenario::ParameterDefault::{Flag, Number, Required, Whole, Words};
+use scenario::{ParameterRange, ParameterSpec};
 
 const LENGTH: ParameterRange = ParameterRange::Above(0.0, 1e3);
 const FRACTION: ParameterRange = ParameterRange::Within(0.0, 1.0);

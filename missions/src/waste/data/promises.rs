@@ -1,8 +1,8 @@
 //! Invariants of the clean-up's runs: items are never lost or duplicated, and deposits keep their items.
 
-use alliance_proto::mission::promises::{Place, Promises};
-use alliance_proto::scenario::Scenario;
 use glam::Vec2;
+use scenario::Scenario;
+use scenario::mission::promises::{Place, Promises};
 
 use super::WasteSection;
 

@@ -7,8 +7,8 @@ use super::WasteSection;
 use glam::{UVec2, Vec2};
 
 use super::BehaviorKind;
-use alliance_proto::scenario::{Body, Scenario};
-use alliance_proto::time::SimTime;
+use scenario::time::SimTime;
+use scenario::{Body, Scenario};
 
 /// The time after which a spill that was seen empty counts as unknown. Waste may have been added, or a robot may have
 /// erred.

@@ -2,13 +2,13 @@
 
 use crate::waste::data::BehaviorKind;
 use crate::waste::data::notes;
-use alliance_proto::ids::{BehaviorId, TaskId};
-use alliance_proto::mission::items::{Gripper, ItemsBulletin, ItemsDeed, Zone};
-use alliance_proto::readings::Readings;
+use proto::mission::items::{Gripper, ItemsBulletin, ItemsDeed, Zone};
+use proto::readings::Readings;
+use scenario::ids::{BehaviorId, TaskId};
 
-use alliance_proto::team::About;
-use alliance_proto::telemetry::{Note, NoteKind};
-use alliance_proto::time::SimTime;
+use proto::team::About;
+use proto::telemetry::{Note, NoteKind};
+use scenario::time::SimTime;
 
 use super::briefing::{Briefing, OwnBehavior};
 use super::extremes::Extremes;

@@ -5,11 +5,11 @@ use crate::waste::data::BehaviorKind;
 use crate::waste::data::WasteSection;
 use std::sync::Arc;
 
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::mission::items::Locations;
-use alliance_proto::scenario::{Catalog, Setup};
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::mission::items::Locations;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{Catalog, Setup};
 use smallvec::SmallVec;
 
 use super::map::Map;
@@ -58,7 +58,7 @@ impl Briefing {
             .robots
             .get(&config.name)
             .map(|robot| &robot.sets);
-        let longest = |seconds: fn(&alliance_proto::scenario::BehaviorParams) -> f64| {
+        let longest = |seconds: fn(&scenario::BehaviorParams) -> f64| {
             let sets = sets.into_iter().flat_map(|sets| sets.values());
             SimTime::from_secs_f64(sets.map(seconds).fold(0.0, f64::max))
         };

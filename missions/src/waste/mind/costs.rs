@@ -5,11 +5,11 @@ use crate::waste::data::WasteSection;
 use crate::waste::data::{BehaviorKind, Spill};
 use std::f32::consts::{PI, TAU};
 
-use alliance_proto::ids::TaskId;
-use alliance_proto::readings::Readings;
-use alliance_proto::scenario::{Catalog, Robot, Scenario};
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::readings::Readings;
+use scenario::ids::TaskId;
+use scenario::time::SimTime;
+use scenario::{Catalog, Robot, Scenario};
 
 use super::briefing::OwnBehavior;
 use super::map::Places;

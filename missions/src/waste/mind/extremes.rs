@@ -1,8 +1,8 @@
 //! The smallest and largest x and y that the robot has found to be inside the border (thesis §4.1.2.1).
 
-use alliance_proto::mission::items::Locations;
-use alliance_proto::readings::{Pose, Readings};
 use glam::Vec2;
+use proto::mission::items::Locations;
+use proto::readings::{Pose, Readings};
 
 use super::compass::Compass;
 use robot_agent::body::wrap;

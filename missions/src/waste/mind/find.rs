@@ -1,8 +1,8 @@
 //! find-locations: find the extremes of the border, with two behaviors (thesis §4.1.2.1, Fig. 4.4).
 
-use alliance_proto::readings::Readings;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::readings::Readings;
+use scenario::time::SimTime;
 
 use super::compass::Compass;
 use super::extremes::Extremes;
@@ -169,7 +169,7 @@ impl Wander {
 mod tests {
     use std::f32::consts::PI;
 
-    use alliance_proto::readings::Pose;
+    use proto::readings::Pose;
 
     use super::*;
 

@@ -3,9 +3,9 @@
 use crate::waste::data::{Spill, Spot, WasteSection};
 use std::cell::Cell;
 
-use alliance_proto::mission::items::Locations;
-use alliance_proto::scenario::Scenario;
 use glam::Vec2;
+use proto::mission::items::Locations;
+use scenario::Scenario;
 
 /// The maximum number of spots that a linear search handles without a grid.
 const FEW: usize = 16;

@@ -1,10 +1,10 @@
 //! The robot's knowledge about the mission, and the rules that combine observations with messages of teammates. The
 //! newest fact wins. Own observations win over messages of the same time. "Empty" expires.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::mission::items::{Fact, Knowledge, Locations, LooseItem, Withdrawal};
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::mission::items::{Fact, Knowledge, Locations, LooseItem, Withdrawal};
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
 use smallvec::SmallVec;
 
 use super::sweep::Sweep;

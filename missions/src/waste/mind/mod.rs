@@ -45,12 +45,12 @@ mod tests;
 use std::sync::Arc;
 
 use crate::waste::data::WASTE;
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::mission::Lore;
-use alliance_proto::scenario::Setup;
-use alliance_proto::team::Broadcast;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::mission::Lore;
+use proto::team::Broadcast;
+use scenario::Setup;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
 
 use briefing::Briefing;
 use extremes::Extremes;

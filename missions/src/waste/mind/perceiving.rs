@@ -5,15 +5,15 @@ use crate::waste::data::BehaviorKind;
 use crate::waste::data::notes;
 use std::sync::Arc;
 
-use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::mission::items::{ItemsBulletin, Knowledge, Zone};
-use alliance_proto::mission::{Lore, Payload};
-use alliance_proto::readings::Readings;
+use proto::mission::items::{ItemsBulletin, Knowledge, Zone};
+use proto::mission::{Lore, Payload};
+use proto::readings::Readings;
+use scenario::ids::{RobotId, TaskId};
 
-use alliance_proto::team::{Broadcast, Content, TaskState};
-use alliance_proto::telemetry::{Note, NoteKind};
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::team::{Broadcast, Content, TaskState};
+use proto::telemetry::{Note, NoteKind};
+use scenario::time::SimTime;
 
 use super::briefing::OwnBehavior;
 use super::extremes::Extremes;

@@ -1,7 +1,7 @@
 //! report-progress: go to the report site and report (thesis §4.1.2.3).
 
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use scenario::time::SimTime;
 
 use super::map::Places;
 use super::memory::SET_ASIDE;

@@ -1,8 +1,8 @@
 //! The waste that a robot senses outside the deposits, and the area in which it is certain that there is no more.
 
-use alliance_proto::mission::items::{ITEMS_MOST, SensedItems};
-use alliance_proto::readings::Readings;
 use glam::Vec2;
+use proto::mission::items::{ITEMS_MOST, SensedItems};
+use proto::readings::Readings;
 
 use super::briefing::Briefing;
 use super::map::Places;

@@ -1,9 +1,9 @@
 //! move-spill(LOC): carry the waste of one spill, and loose waste nearer to it than to another, to the deposit (thesis
 //! §4.1.2.2).
 
-use alliance_proto::mission::items::Gripper;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::mission::items::Gripper;
+use scenario::time::SimTime;
 use smallvec::SmallVec;
 
 use super::briefing::Briefing;

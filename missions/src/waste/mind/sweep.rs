@@ -1,7 +1,7 @@
 //! The search for unknown waste: row by row over a spill's area, in alternating directions.
 
-use alliance_proto::mission::items::Locations;
 use glam::Vec2;
+use proto::mission::items::Locations;
 
 use super::map::Places;
 use super::sight::Sight;
@@ -60,7 +60,7 @@ impl Sweep {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::mission::items::SensedItems;
+    use proto::mission::items::SensedItems;
 
     use super::super::map::{Map, Realms};
     use super::*;

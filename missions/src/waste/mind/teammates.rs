@@ -1,9 +1,9 @@
 //! The last heartbeat of each teammate.
 
-use alliance_proto::ids::{Incarnation, RobotId};
-use alliance_proto::team::{Broadcast, Heartbeat, TaskState};
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::team::{Broadcast, Heartbeat, TaskState};
+use scenario::ids::{Incarnation, RobotId};
+use scenario::time::SimTime;
 
 use robot_agent::body::Teammate;
 use robot_agent::body::goal::{is_shorter, length};
@@ -154,9 +154,9 @@ fn is_fresh(teammate: &Teammate, now: SimTime) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::ids::TaskId;
-    use alliance_proto::mission::Lore;
-    use alliance_proto::team::Content;
+    use proto::mission::Lore;
+    use proto::team::Content;
+    use scenario::ids::TaskId;
 
     use super::*;
 

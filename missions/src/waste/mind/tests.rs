@@ -4,14 +4,14 @@ use crate::waste::data::notes;
 use crate::waste::data::{BehaviorKind, default_setup};
 use std::f32::consts::PI;
 
-use alliance_proto::ids::TaskId;
-use alliance_proto::mission::Sensed;
-use alliance_proto::mission::items::{
+use proto::mission::Sensed;
+use proto::mission::items::{
     Fact, Gripper, ItemsBulletin, ItemsSensed, Locations, SensedItems, Withdrawal, Zone,
 };
-use alliance_proto::readings::{Pose, Readings};
+use proto::readings::{Pose, Readings};
+use scenario::ids::TaskId;
 
-use alliance_proto::team::{About, Broadcast, BulletinKind, Content, Heartbeat, TaskState};
+use proto::team::{About, Broadcast, BulletinKind, Content, Heartbeat, TaskState};
 
 use super::*;
 use robot_agent::body::goal::length;

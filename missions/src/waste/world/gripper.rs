@@ -1,8 +1,8 @@
 //! The gripper: picks up the nearest item and puts it down in front of the robot.
 
-use alliance_proto::ids::{ItemId, RobotId};
-use alliance_proto::mission::items::Gripper;
 use glam::Vec2;
+use proto::mission::items::Gripper;
+use scenario::ids::{ItemId, RobotId};
 
 use super::{DELIVERED, DROPPED, PICK_FAILED, PICKED, RESPAWNED, Waste};
 use world_server::mission::Happened;

@@ -5,13 +5,13 @@ use std::sync::OnceLock;
 
 use crate::waste::data::ItemCounts;
 use crate::waste::data::{Spill, WasteSection};
-use alliance_proto::ids::{ItemId, RobotId};
-use alliance_proto::mission::items::Zone;
-use alliance_proto::rng::{self, Purpose};
-use alliance_proto::scenario::Scenario;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::mission::items::Zone;
 use rand::Rng;
+use scenario::Scenario;
+use scenario::ids::{ItemId, RobotId};
+use scenario::rng::{self, Purpose};
+use scenario::time::SimTime;
 use xxhash_rust::xxh3::xxh3_64;
 
 use world_server::world::{Floor, Grid, Outline};

@@ -2,10 +2,10 @@
 
 use crate::waste::data::WasteSection;
 use crate::waste::data::{ITEMS_DELIVERED, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE};
-use alliance_proto::mission::items::Zone;
+use proto::mission::items::Zone;
 
-use alliance_proto::time::SimTime;
-use alliance_proto::view::{ItemView, Mark, MarkOutline, MarkRole, View};
+use proto::view::{ItemView, Mark, MarkOutline, MarkRole, View};
+use scenario::time::SimTime;
 
 use super::{Item, Waste};
 use world_server::mission::{TeamFigures, Value};

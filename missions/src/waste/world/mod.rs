@@ -19,14 +19,14 @@ pub(crate) mod tests;
 use crate::waste::data::{self, BehaviorKind, WasteSection};
 use std::cell::Cell;
 
-use alliance_proto::fault::Fault;
-use alliance_proto::ids::{ItemId, RobotId, TaskId};
-use alliance_proto::mission::items::{Gripper, ItemsDeed, ItemsSensed, Zone};
-use alliance_proto::mission::{Deed, Sensed};
-use alliance_proto::scenario::{Catalog, Setup};
-use alliance_proto::tick::Outcome;
-use alliance_proto::time::SimTime;
-use alliance_proto::view::View;
+use proto::mission::items::{Gripper, ItemsDeed, ItemsSensed, Zone};
+use proto::mission::{Deed, Sensed};
+use proto::tick::Outcome;
+use proto::view::View;
+use scenario::fault::Fault;
+use scenario::ids::{ItemId, RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{Catalog, Setup};
 
 use world_server::mission::{Happened, MissionWorld, TeamFigures, Validity, Value, WorldMission};
 use world_server::world::{ChangeError, Circle, Floor};

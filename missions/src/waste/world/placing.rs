@@ -1,8 +1,8 @@
 //! Faults that add or move items. They never lose or duplicate an item.
 
-use alliance_proto::fault::Fault;
-use alliance_proto::ids::ItemId;
 use glam::Vec2;
+use scenario::fault::Fault;
+use scenario::ids::ItemId;
 
 use super::Waste;
 use crate::waste::data::{MOVE_WASTE, WASTE_FAULT};

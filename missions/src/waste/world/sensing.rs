@@ -1,8 +1,8 @@
 //! Sensor readings of the clean-up's devices.
 
-use alliance_proto::ids::{ItemId, RobotId};
-use alliance_proto::mission::items::{ITEMS_MOST, ItemsSensed, SensedItems, Zone};
 use glam::Vec2;
+use proto::mission::items::{ITEMS_MOST, ItemsSensed, SensedItems, Zone};
+use scenario::ids::{ItemId, RobotId};
 
 use super::Waste;
 use world_server::world::{Circle, Floor};

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use alliance_proto::ids::{BehaviorId, RobotId};
-use alliance_proto::telemetry::{BehaviorState, Reason, StateChange};
-use alliance_proto::time::SimTime;
+use proto::telemetry::{BehaviorState, Reason, StateChange};
+use scenario::ids::{BehaviorId, RobotId};
+use scenario::time::SimTime;
 
 /// The state of a behavior set (thesis §3.3.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

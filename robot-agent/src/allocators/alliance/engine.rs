@@ -3,11 +3,11 @@
 use std::cmp::Reverse;
 use std::sync::Arc;
 
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::scenario::Setup;
-use alliance_proto::team::Broadcast;
-use alliance_proto::telemetry::{Motivation, Reason, StateChange};
-use alliance_proto::time::SimTime;
+use proto::team::Broadcast;
+use proto::telemetry::{Motivation, Reason, StateChange};
+use scenario::Setup;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
 use smallvec::SmallVec;
 
 use super::behavior::{Awake, Behavior, Stance};

@@ -1,10 +1,10 @@
 //! The heartbeats of a robot. A heartbeat is sent at once on every change of state or progress, then every 1/ρ
 //! (docs/ALLIANCE.md §3 "Messages").
 
-use alliance_proto::ids::TaskId;
-use alliance_proto::team::TaskState;
-use alliance_proto::telemetry::{BehaviorState, StateChange};
-use alliance_proto::time::SimTime;
+use proto::team::TaskState;
+use proto::telemetry::{BehaviorState, StateChange};
+use scenario::ids::TaskId;
+use scenario::time::SimTime;
 use smallvec::{SmallVec, smallvec};
 
 use crate::allocator::Announcement;

@@ -5,10 +5,10 @@
 
 use std::ops::Range;
 
-use alliance_proto::ids::{Incarnation, RobotId, TaskId};
-use alliance_proto::scenario::{HistoryOrigin, Switches};
-use alliance_proto::team::{Broadcast, Bulletin, Content, TaskState};
-use alliance_proto::time::SimTime;
+use proto::team::{Broadcast, Bulletin, Content, TaskState};
+use scenario::ids::{Incarnation, RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{HistoryOrigin, Switches};
 use smallvec::{SmallVec, smallvec};
 
 use super::params::USUAL_BEHAVIORS;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use alliance_proto::scenario::{AllocatorSpec, Setup};
+use scenario::{AllocatorSpec, Setup};
 
 use super::{Engine, Parameters};
 use crate::allocator::{ConfigError, Kind, Me, Mind, Prepared};

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use alliance_proto::scenario::Switches;
+use scenario::Switches;
 
 use super::engine::Engine;
 use super::params::Config;

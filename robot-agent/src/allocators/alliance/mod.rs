@@ -13,7 +13,7 @@
 //!
 //! # Decisions beyond the sources
 //!
-//! docs/ALLIANCE.md §3 explains the [`Switches`](alliance_proto::scenario::Switches). The following points are also
+//! docs/ALLIANCE.md §3 explains the [`Switches`](scenario::Switches). The following points are also
 //! decided here:
 //!
 //! - A message counts at the time of the step that receives it, unless a later one of the same sender about the same

@@ -1,8 +1,8 @@
 //! The equations 2.3 to 2.7 of the motivational behavior, one function each (docs/ALLIANCE.md §2).
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::telemetry::Reason;
-use alliance_proto::time::SimTime;
+use proto::telemetry::Reason;
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
 
 use super::history::Record;
 use super::params::Params;

@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::scenario::{BehaviorParams, Roster, Setup, Switches};
-use alliance_proto::team::{Broadcast, Content};
-use alliance_proto::time::SimTime;
+use proto::team::{Broadcast, Content};
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{BehaviorParams, Roster, Setup, Switches};
 use smallvec::SmallVec;
 
 use crate::allocator::Me;

@@ -3,7 +3,7 @@
 //! A working or waiting robot then needs one comparison instead of an evaluation of all its behaviors.
 //! `tests/properties.rs` compares the results with full evaluation.
 
-use alliance_proto::time::SimTime;
+use scenario::time::SimTime;
 
 use super::behavior::{Awake, Stance};
 use super::engine::Engine;

@@ -1,8 +1,8 @@
 //! The reported activities of teammates, and the order of their claims (docs/ALLIANCE.md §3).
 
-use alliance_proto::ids::{Incarnation, RobotId, TaskId};
-use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
-use alliance_proto::time::SimTime;
+use proto::team::{Broadcast, Content, Heartbeat, TaskState};
+use scenario::ids::{Incarnation, RobotId, TaskId};
+use scenario::time::SimTime;
 
 use crate::by_rank::ByRank;
 

@@ -1,7 +1,7 @@
 //! Parameters of behavior sets that L-ALLIANCE learns during a run.
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::time::SimTime;
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
 
 use super::params::Toward;
 

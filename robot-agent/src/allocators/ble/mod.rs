@@ -16,13 +16,13 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-use alliance_proto::allocation::AllocationMessage;
-use alliance_proto::allocation::ble::{ELIGIBLE_MAX, Eligibility, Eligible};
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::scenario::{ParameterDefault, ParameterRange, ParameterSpec};
-use alliance_proto::team::Content;
-use alliance_proto::telemetry::Reason;
-use alliance_proto::time::SimTime;
+use proto::allocation::AllocationMessage;
+use proto::allocation::ble::{ELIGIBLE_MAX, Eligibility, Eligible};
+use proto::team::Content;
+use proto::telemetry::Reason;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 use smallvec::SmallVec;
 

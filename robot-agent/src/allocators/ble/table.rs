@@ -2,9 +2,9 @@
 
 use std::cmp::Reverse;
 
-use alliance_proto::allocation::ble::Eligible;
-use alliance_proto::ids::{Incarnation, RobotId, TaskId};
-use alliance_proto::time::SimTime;
+use proto::allocation::ble::Eligible;
+use scenario::ids::{Incarnation, RobotId, TaskId};
+use scenario::time::SimTime;
 use smallvec::SmallVec;
 
 use crate::allocator::TaskBrief;

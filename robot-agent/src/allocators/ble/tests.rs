@@ -2,15 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use alliance_proto::allocation::AllocationMessage;
-use alliance_proto::allocation::ble::{Eligibility, Eligible};
-use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::telemetry::Reason;
-use alliance_proto::time::SimTime;
 use proptest::prelude::*;
+use proto::allocation::AllocationMessage;
+use proto::allocation::ble::{Eligibility, Eligible};
+use proto::telemetry::Reason;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use scenario::ids::{RobotId, TaskId};
+use scenario::time::SimTime;
 
 use super::table::{News, Table};
 use super::{Ble, Config};

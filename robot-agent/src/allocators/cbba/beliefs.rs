@@ -2,9 +2,9 @@
 //! robots has several places, each negotiated separately. A task for all robots at once has no places and needs no
 //! negotiation.
 
-use alliance_proto::allocation::consensus::Claim;
-use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::time::SimTime;
+use proto::allocation::consensus::Claim;
+use scenario::ids::{RobotId, TaskId};
+use scenario::time::SimTime;
 
 use crate::allocator::{Choice, Me};
 

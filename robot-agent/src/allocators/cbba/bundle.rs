@@ -1,7 +1,7 @@
 //! The bundle and path of a robot (Choi, Brunet, How 2009, Algorithm 3). The bid for a task is its gain in the path's
 //! score S(p) = Σ r·λ^t, with t the time at which the unit of each task is done along p.
 
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use scenario::ids::{BehaviorId, RobotId, TaskId};
 use smallvec::SmallVec;
 
 use super::beliefs::Beliefs;

@@ -1,11 +1,11 @@
 //! Messages of ACBBA and the removal of silent robots. Heartbeats count only as signs of life.
 
-use alliance_proto::allocation::AllocationMessage;
-use alliance_proto::allocation::consensus::Deltas as Message;
-use alliance_proto::allocation::consensus::{Belief, Claim, DELTAS_MAX, Delta};
-use alliance_proto::ids::{Incarnation, RobotId};
-use alliance_proto::team::{Broadcast, Content};
-use alliance_proto::time::SimTime;
+use proto::allocation::AllocationMessage;
+use proto::allocation::consensus::Deltas as Message;
+use proto::allocation::consensus::{Belief, Claim, DELTAS_MAX, Delta};
+use proto::team::{Broadcast, Content};
+use scenario::ids::{Incarnation, RobotId};
+use scenario::time::SimTime;
 
 use super::beliefs::Beliefs;
 use super::bundle::Bundle;

@@ -18,10 +18,10 @@ mod tables;
 #[cfg(test)]
 pub(crate) mod tests;
 
-use alliance_proto::allocation::AllocationMessage;
-use alliance_proto::scenario::{ParameterDefault, ParameterRange, ParameterSpec};
-use alliance_proto::telemetry::Reason;
-use alliance_proto::time::SimTime;
+use proto::allocation::AllocationMessage;
+use proto::telemetry::Reason;
+use scenario::time::SimTime;
+use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 
 use crate::allocator::unit::Unit;

@@ -4,9 +4,9 @@
 //! withdrawn bid could then circulate without end. Here only reports about the same robot are compared by time, and
 //! bids of different robots by value. Robots with the same reports agree for any order of arrival.
 
-use alliance_proto::allocation::consensus::Claim;
-use alliance_proto::ids::RobotId;
-use alliance_proto::time::SimTime;
+use proto::allocation::consensus::Claim;
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
 
 /// The newest report about one robot's bid.
 #[derive(Clone, Copy, Debug, PartialEq)]

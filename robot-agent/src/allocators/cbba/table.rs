@@ -1,8 +1,8 @@
 //! The rules of CBBA for merging a teammate's view of a task (Choi, Brunet, How 2009, Table I).
 
-use alliance_proto::allocation::consensus::Claim;
-use alliance_proto::ids::RobotId;
-use alliance_proto::time::SimTime;
+use proto::allocation::consensus::Claim;
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {

@@ -2,11 +2,11 @@
 //!
 //! The entries are sent in parts ([`Table`]), each a separate consensus with its own times of news s.
 
-use alliance_proto::allocation::AllocationMessage;
-use alliance_proto::allocation::consensus::{BLOCK_TASKS, Belief, Claim, NEWS_MAX, News, Table};
-use alliance_proto::ids::{Incarnation, RobotId};
-use alliance_proto::team::{Broadcast, Content};
-use alliance_proto::time::SimTime;
+use proto::allocation::AllocationMessage;
+use proto::allocation::consensus::{BLOCK_TASKS, Belief, Claim, NEWS_MAX, News, Table};
+use proto::team::{Broadcast, Content};
+use scenario::ids::{Incarnation, RobotId};
+use scenario::time::SimTime;
 
 use super::beliefs::{Beliefs, Entry};
 use super::bundle::Bundle;

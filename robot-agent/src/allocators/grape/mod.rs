@@ -8,13 +8,13 @@ mod partition;
 #[cfg(test)]
 mod tests;
 
-use alliance_proto::allocation::AllocationMessage;
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::scenario::{ParameterDefault, ParameterRange, ParameterSpec};
-use alliance_proto::team::Content;
-use alliance_proto::telemetry::Reason;
-use alliance_proto::time::SimTime;
+use proto::allocation::AllocationMessage;
+use proto::team::Content;
+use proto::telemetry::Reason;
 use rand::RngExt;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 
 use crate::allocator::unit::Unit;

@@ -3,9 +3,9 @@
 
 use std::cmp::Ordering;
 
-use alliance_proto::allocation::grape::{MEMBERS_MAX, Member, Partition as Message};
-use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::time::SimTime;
+use proto::allocation::grape::{MEMBERS_MAX, Member, Partition as Message};
+use scenario::ids::{RobotId, TaskId};
+use scenario::time::SimTime;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Version {

@@ -1,13 +1,13 @@
 //! The properties of GRAPE (docs/ALLOCATORS.md §8).
 
-use alliance_proto::allocation::AllocationMessage;
-use alliance_proto::allocation::grape::{MEMBERS_MAX, Member, Partition as Message};
-use alliance_proto::codec::encoded_len;
-use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::time::SimTime;
+use proto::allocation::AllocationMessage;
+use proto::allocation::grape::{MEMBERS_MAX, Member, Partition as Message};
+use proto::codec::encoded_len;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use scenario::ids::{RobotId, TaskId};
+use scenario::time::SimTime;
 
 use super::partition::{Inbox, Partition, Version};
 use super::{Config, Grape};

@@ -1,6 +1,6 @@
 //! The parameters of L-ALLIANCE, `[allocators.l-alliance]`.
 
-use alliance_proto::scenario::{ParameterDefault, ParameterRange, ParameterSpec};
+use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 
 /// The parameters in `[allocators.l-alliance]`.

@@ -14,10 +14,10 @@ mod rates;
 #[cfg(test)]
 mod tests;
 
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::scenario::{KnownTimes, Setup, Switches};
-use alliance_proto::time::SimTime;
 use rand::RngExt;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{KnownTimes, Setup, Switches};
 
 use super::alliance::{Engine, Learned, Toward, Values};
 use crate::allocator::{Input, Me, Mind, Outcome};

@@ -6,10 +6,10 @@
 
 use std::sync::Arc;
 
-use alliance_proto::ids::{Incarnation, RobotId, TaskId};
-use alliance_proto::scenario::KnownTimes;
-use alliance_proto::team::{Broadcast, Content, TaskState};
-use alliance_proto::time::SimTime;
+use proto::team::{Broadcast, Content, TaskState};
+use scenario::KnownTimes;
+use scenario::ids::{Incarnation, RobotId, TaskId};
+use scenario::time::SimTime;
 use smallvec::SmallVec;
 
 use crate::allocator::Me;

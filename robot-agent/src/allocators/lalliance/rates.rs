@@ -1,7 +1,7 @@
 //! The parameters of ALLIANCE computed from measured times: strategies, orderings and categories (docs/ALLOCATORS.md
 //! §3).
 
-use alliance_proto::ids::RobotId;
+use scenario::ids::RobotId;
 
 use super::config::{Config, Ordering, Strategy};
 

@@ -2,9 +2,9 @@
 
 use std::cmp::Reverse;
 
-use alliance_proto::allocation::murdoch::{AuctionId, Negotiation, Word};
-use alliance_proto::ids::{Incarnation, RobotId, TaskId};
-use alliance_proto::time::SimTime;
+use proto::allocation::murdoch::{AuctionId, Negotiation, Word};
+use scenario::ids::{Incarnation, RobotId, TaskId};
+use scenario::time::SimTime;
 use smallvec::SmallVec;
 
 use super::ledger::Ledger;

@@ -1,9 +1,9 @@
 //! The bidder: bids for tasks, and executes the task of its contract.
 
-use alliance_proto::allocation::murdoch::{AuctionId, Negotiation, Status, Word};
-use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::telemetry::Reason;
-use alliance_proto::time::SimTime;
+use proto::allocation::murdoch::{AuctionId, Negotiation, Status, Word};
+use proto::telemetry::Reason;
+use scenario::ids::{RobotId, TaskId};
+use scenario::time::SimTime;
 use smallvec::SmallVec;
 
 use super::ledger::Ledger;

@@ -2,9 +2,9 @@
 
 use std::cmp::Ordering;
 
-use alliance_proto::allocation::murdoch::{AuctionId, Negotiation};
-use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::time::SimTime;
+use proto::allocation::murdoch::{AuctionId, Negotiation};
+use scenario::ids::{RobotId, TaskId};
+use scenario::time::SimTime;
 use smallvec::SmallVec;
 
 use super::Settings;

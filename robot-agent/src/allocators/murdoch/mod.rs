@@ -26,12 +26,12 @@ mod ledger;
 #[cfg(test)]
 mod tests;
 
-use alliance_proto::allocation::AllocationMessage;
-use alliance_proto::allocation::murdoch::{Negotiation, Status, Word};
-use alliance_proto::ids::{Incarnation, RobotId, TaskId};
-use alliance_proto::scenario::{ParameterDefault, ParameterRange, ParameterSpec};
-use alliance_proto::team::Content;
-use alliance_proto::time::SimTime;
+use proto::allocation::AllocationMessage;
+use proto::allocation::murdoch::{Negotiation, Status, Word};
+use proto::team::Content;
+use scenario::ids::{Incarnation, RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 use smallvec::SmallVec;
 

@@ -2,16 +2,16 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use alliance_proto::allocation::AllocationMessage;
-use alliance_proto::allocation::murdoch::{Negotiation, Status, Word};
-use alliance_proto::ids::{Incarnation, RobotId, TaskId};
-use alliance_proto::team::{Broadcast, Content};
-use alliance_proto::telemetry::Reason;
-use alliance_proto::time::SimTime;
 use proptest::prelude::*;
+use proto::allocation::AllocationMessage;
+use proto::allocation::murdoch::{Negotiation, Status, Word};
+use proto::team::{Broadcast, Content};
+use proto::telemetry::Reason;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use scenario::ids::{Incarnation, RobotId, TaskId};
+use scenario::time::SimTime;
 
 use super::{Config, Monitor, Murdoch};
 use crate::allocators::team::{STEP, Situation, TAU, Task, Team, words};

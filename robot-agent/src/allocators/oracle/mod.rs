@@ -6,7 +6,7 @@ mod plan;
 #[cfg(test)]
 mod tests;
 
-use alliance_proto::telemetry::Reason;
+use proto::telemetry::Reason;
 
 use crate::allocator::utility::UnderWay;
 use crate::allocator::{Allocator, Decision, Input, Me, NoParameters};

@@ -1,7 +1,7 @@
 //! The assignment with the largest total value, by shortest augmenting paths (the Hungarian method, Kuhn 1955,
 //! restricted to the existing offers).
 
-use alliance_proto::tick::Offer;
+use proto::tick::Offer;
 use smallvec::SmallVec;
 
 use crate::allocator::TaskBrief;

@@ -1,8 +1,8 @@
 //! The properties of the oracle (docs/ALLOCATORS.md §7).
 
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::tick::Offer;
 use proptest::prelude::*;
+use proto::tick::Offer;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
 
 use super::Oracle;
 use super::plan::Plan;

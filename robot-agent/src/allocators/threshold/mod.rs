@@ -5,11 +5,11 @@
 #[cfg(test)]
 mod tests;
 
-use alliance_proto::ids::{BehaviorId, TaskId};
-use alliance_proto::scenario::{ParameterDefault, ParameterRange, ParameterSpec};
-use alliance_proto::telemetry::{AllocationRow, BehaviorState, Reason};
-use alliance_proto::time::SimTime;
+use proto::telemetry::{AllocationRow, BehaviorState, Reason};
 use rand::RngExt;
+use scenario::ids::{BehaviorId, TaskId};
+use scenario::time::SimTime;
+use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 
 use crate::allocator::{Allocator, Choice, Decision, Input, Me};

@@ -1,9 +1,9 @@
 //! The properties of response thresholds (docs/ALLOCATORS.md §8).
 
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::telemetry::Reason;
-use alliance_proto::time::SimTime;
 use proptest::prelude::*;
+use proto::telemetry::Reason;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
 
 use super::{Config, Response, Threshold};
 use crate::allocator::{Allocator, Choice, Decision, Draws, Input, RouteCost};

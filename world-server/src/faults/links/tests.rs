@@ -1,8 +1,8 @@
 //! Tests of link faults and of the attribution of deliveries.
 
-use alliance_proto::fault::{Chance, Delay, Link, Loss, Partition, RadioQuality, RangeFault};
-use alliance_proto::testkit::default_setup;
 use proptest::prelude::*;
+use scenario::fault::{Chance, Delay, Link, Loss, Partition, RadioQuality, RangeFault};
+use scenario::testkit::default_setup;
 
 use super::*;
 

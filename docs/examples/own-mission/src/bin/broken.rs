@@ -5,15 +5,15 @@
 
 use std::sync::Arc;
 
-use alliance_proto::fault::Fault;
-use alliance_proto::ids::{BehaviorId, ItemId, RobotId, TaskId};
-use alliance_proto::mission::{Deed, Lore, Sensed};
-use alliance_proto::scenario::Setup;
-use alliance_proto::team::Broadcast;
-use alliance_proto::telemetry::{AllocationRow, BehaviorState};
-use alliance_proto::tick::Outcome;
-use alliance_proto::time::SimTime;
-use alliance_proto::view::View;
+use scenario::fault::Fault;
+use scenario::ids::{BehaviorId, ItemId, RobotId, TaskId};
+use proto::mission::{Deed, Lore, Sensed};
+use scenario::Setup;
+use proto::team::Broadcast;
+use proto::telemetry::{AllocationRow, BehaviorState};
+use proto::tick::Outcome;
+use scenario::time::SimTime;
+use proto::view::View;
 use glam::Vec2;
 use missions::MissionParts;
 use own_mission::VISIT;

@@ -3,8 +3,8 @@
 use crate::waste::data::default_scenario;
 use serde_json::json;
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::scenario::{
+use scenario::ids::RobotId;
+use scenario::{
     AllocatorSpec, ParameterDefault, ParameterRange, ParameterSpec, Scenario, Setup, SetupFile,
     Vocabulary,
 };

@@ -3,7 +3,7 @@
 use crate::waste::data::default_scenario;
 use proptest::prelude::*;
 
-use alliance_proto::scenario::{ParameterFile, Setup};
+use scenario::{ParameterFile, Setup};
 
 fn refusal(text: &str) -> String {
     let file = ParameterFile::parse("p.properties", text.as_bytes());

@@ -4,7 +4,7 @@ use crate::Registry;
 use crate::waste::data::default_scenario;
 use proptest::prelude::*;
 
-use alliance_proto::scenario::{Scenario, Setup};
+use scenario::{Scenario, Setup};
 
 fn refusal(text: &str) -> String {
     match Scenario::parse("s.toml", text, &Registry::built_in().vocabulary()) {

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use alliance_proto::control::{ControlCommand, Reply, Request};
-use alliance_proto::fault::{Fault, Order, OrderError};
-use alliance_proto::rendezvous::Rendezvous;
-use alliance_proto::scenario::{Catalog, Scenario};
+use cluster::rendezvous::Rendezvous;
+use proto::control::{ControlCommand, Reply, Request};
+use scenario::fault::{Fault, Order, OrderError};
+use scenario::{Catalog, Scenario};
 
 use crate::Registry;
 use crate::waste::data::WASTE;

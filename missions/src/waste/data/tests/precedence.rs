@@ -2,7 +2,7 @@
 
 use crate::Registry;
 use crate::waste::data::default_scenario;
-use alliance_proto::scenario::{
+use scenario::{
     Alliance, BehaviorParams, HistoryOrigin, ParameterFile, Scenario, Setup, StepOrder,
 };
 

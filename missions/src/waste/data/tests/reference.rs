@@ -9,14 +9,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::Value;
 
-use alliance_proto::fault::{Campaign, Fault, Faults, Mix, Order};
-use alliance_proto::mission::section::MissionSection;
-use alliance_proto::scenario::{
+use scenario::fault::{Campaign, Fault, Faults, Mix, Order};
+use scenario::mission::section::MissionSection;
+use scenario::testkit::one_of_each;
+use scenario::{
     AllianceSection, Allocators, BehaviorSection, Body, Energy, HistoryOrigin, Obstacle, Preset,
     Radio, Robot, RobotSection, Room, Scenario, Sensors, Start, StepOrder, SwitchSection,
     TaskSection,
 };
-use alliance_proto::testkit::one_of_each;
 
 const REFERENCE: &str = include_str!("../../scenarios/reference.toml");
 

@@ -4,7 +4,7 @@ use crate::Registry;
 use crate::waste::data::{WasteSection, default_scenario, default_setup};
 use proptest::prelude::*;
 
-use alliance_proto::scenario::{Energy, Scenario, Setup, SetupFile};
+use scenario::{Energy, Scenario, Setup, SetupFile};
 
 fn through_json(setup: &Setup) -> Setup {
     let json = serde_json::to_string(setup).unwrap();

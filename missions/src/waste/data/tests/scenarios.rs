@@ -1,6 +1,6 @@
 //! The built-in scenarios of the clean-up.
 
-use alliance_proto::scenario::{Scenario, Setup};
+use scenario::{Scenario, Setup};
 
 use crate::Registry;
 use crate::waste::data::default_scenario;

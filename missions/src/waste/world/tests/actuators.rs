@@ -1,9 +1,9 @@
 //! Actuator faults: a failed gripper, and robots that ignore commands.
 
-use alliance_proto::fault::{ActuatorFault, ActuatorMode, Fault};
-use alliance_proto::ids::RobotId;
-use alliance_proto::mission::items::{Gripper, ItemsDeed};
-use alliance_proto::readings::Actuation;
+use proto::mission::items::{Gripper, ItemsDeed};
+use proto::readings::Actuation;
+use scenario::fault::{ActuatorFault, ActuatorMode, Fault};
+use scenario::ids::RobotId;
 use world_server::faults::actuators::Actuators;
 use world_server::faults::schedule::FaultIndex;
 use world_server::world::World;

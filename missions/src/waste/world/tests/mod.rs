@@ -9,17 +9,17 @@ use crate::waste::data::{WasteSection, default_setup};
 use std::any::Any;
 
 use crate::waste::data::ItemCounts;
-use alliance_proto::mission::items::SensedItems;
-use alliance_proto::readings::Actuation;
-use alliance_proto::scenario::Room;
-use alliance_proto::view::MarkRole;
 use glam::Vec2;
+use proto::mission::items::SensedItems;
+use proto::readings::Actuation;
+use proto::view::MarkRole;
+use scenario::Room;
 
 use super::*;
 use crate::waste::world::tests::floor::{
     BLUE, assert_at, drive, gripper, position, rectangle, robots, world,
 };
-use world_server::recorder::Event;
+use run_log::recorder::Event;
 use world_server::world::World;
 
 pub(crate) fn waste(world: &World) -> &Waste {

@@ -2,17 +2,17 @@
 
 use crate::waste::data;
 use crate::waste::data::default_setup;
-use alliance_proto::fault::SensorFault;
-use alliance_proto::mission::Sensed;
-use alliance_proto::mission::items::{ItemsSensed, Zone};
-use alliance_proto::readings::{Ground, Hit, Pose, Proximity};
+use proto::mission::Sensed;
+use proto::mission::items::{ItemsSensed, Zone};
+use proto::readings::{Ground, Hit, Pose, Proximity};
+use scenario::fault::SensorFault;
 
 use crate::waste::world::WASTE;
-use alliance_proto::fault::{Device, Fault, SensorError, SensorMode};
-use alliance_proto::ids::{RobotId, Tick};
-use alliance_proto::readings::Readings;
-use alliance_proto::tick::TickMessage;
 use glam::Vec2;
+use proto::readings::Readings;
+use proto::tick::TickMessage;
+use scenario::fault::{Device, Fault, SensorError, SensorMode};
+use scenario::ids::{RobotId, Tick};
 use world_server::faults::schedule::FaultIndex;
 use world_server::faults::sensors::Sensors;
 use world_server::world::World;

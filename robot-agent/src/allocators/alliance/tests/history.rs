@@ -1,8 +1,8 @@
 //! comm_received, its origin, releases, and the memory use of the history.
 
-use alliance_proto::mission::Payload;
-use alliance_proto::team::About;
-use alliance_proto::team::{Bulletin, BulletinKind};
+use proto::mission::Payload;
+use proto::team::About;
+use proto::team::{Bulletin, BulletinKind};
 
 use super::*;
 use crate::allocators::alliance::history::{History, Record};

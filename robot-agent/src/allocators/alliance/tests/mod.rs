@@ -11,17 +11,17 @@ mod takeover;
 mod teammates;
 mod waiting;
 
-use alliance_proto::testkit::default_scenario;
+use scenario::testkit::default_scenario;
 use std::sync::Arc;
 
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::mission::Lore;
-use alliance_proto::scenario::{
+use proto::mission::Lore;
+use proto::team::{Broadcast, Content, Heartbeat, TaskState};
+use proto::telemetry::{BehaviorState, Reason, StateChange};
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{
     BehaviorParams, Catalog, Preset, Robot, Scenario, Setup, StepOrder, Switches, TaskSection,
 };
-use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
-use alliance_proto::telemetry::{BehaviorState, Reason, StateChange};
-use alliance_proto::time::SimTime;
 
 use super::{Engine, StepInput};
 use crate::allocator::{Announcement, Outcome};

@@ -1,7 +1,7 @@
 //! Properties that hold for all messages, sensor readings and message losses.
 
-use alliance_proto::scenario::HistoryOrigin;
 use proptest::prelude::*;
+use scenario::HistoryOrigin;
 
 use super::*;
 
@@ -175,7 +175,7 @@ fn compare_with_full_evaluation(switches: Switches, steps: &[Step]) -> Result<()
 }
 
 /// Returns whether the reason is one of the zero factors of the row.
-fn is_named(reason: Reason, row: &alliance_proto::telemetry::Motivation) -> bool {
+fn is_named(reason: Reason, row: &proto::telemetry::Motivation) -> bool {
     match reason {
         Reason::NotApplicable => !row.sensory_feedback,
         Reason::Suppressed => !row.activity_suppression,

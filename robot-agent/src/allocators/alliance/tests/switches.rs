@@ -2,7 +2,7 @@
 //! `takeover` test `wish_when_suppressed` and `reset_stops_active`; the tests of the world's barrier cover
 //! `step_order`.
 
-use alliance_proto::scenario::HistoryOrigin;
+use scenario::HistoryOrigin;
 
 use super::*;
 

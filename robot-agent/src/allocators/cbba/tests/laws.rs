@@ -1,11 +1,11 @@
 //! The properties C1 to C5: consensus, its result, and the effect of message loss.
 
-use alliance_proto::allocation::consensus::Claim;
-use alliance_proto::ids::TaskId;
-use alliance_proto::time::SimTime;
+use proto::allocation::consensus::Claim;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use scenario::ids::TaskId;
+use scenario::time::SimTime;
 
 use super::reference::{Assignment, greedy, optimum};
 use super::team::{STEP_MS, Team, Work};

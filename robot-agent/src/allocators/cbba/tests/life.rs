@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use alliance_proto::allocation::AllocationMessage;
-use alliance_proto::allocation::consensus::{Belief, Claim, Delta, Deltas, News, Table};
-use alliance_proto::codec::encoded_len;
-use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::team::{Broadcast, Content};
-use alliance_proto::telemetry::Reason;
-use alliance_proto::time::SimTime;
+use proto::allocation::AllocationMessage;
+use proto::allocation::consensus::{Belief, Claim, Delta, Deltas, News, Table};
+use proto::codec::encoded_len;
+use proto::team::{Broadcast, Content};
+use proto::telemetry::Reason;
+use scenario::ids::{RobotId, TaskId};
+use scenario::time::SimTime;
 
 use super::team::{Team, Work};
 use crate::allocators::cbba::{Acbba, BundleConfig, Cbba, DeltaConfig};

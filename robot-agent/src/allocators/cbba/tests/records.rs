@@ -1,9 +1,9 @@
 //! The state of the records is independent of the order and number of the reports.
 
-use alliance_proto::allocation::consensus::Claim;
-use alliance_proto::ids::RobotId;
-use alliance_proto::time::SimTime;
 use proptest::prelude::*;
+use proto::allocation::consensus::Claim;
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
 
 use crate::allocators::cbba::records::Records;
 

@@ -1,8 +1,8 @@
 //! All rows of CBBA's table in all cases, compared with an independent transcription (docs/ALLOCATORS.md §6).
 
-use alliance_proto::allocation::consensus::Claim;
-use alliance_proto::ids::RobotId;
-use alliance_proto::time::SimTime;
+use proto::allocation::consensus::Claim;
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
 
 use crate::allocators::cbba::table::{Action, Stamps, consensus};
 

@@ -3,12 +3,12 @@
 
 use std::sync::Arc;
 
-use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, TaskId};
-use alliance_proto::team::{Broadcast, Content};
-use alliance_proto::time::SimTime;
+use proto::team::{Broadcast, Content};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId};
+use scenario::time::SimTime;
 
 use crate::allocator::{
     Allocator, Choice, Decision, Draws, Input, Me, OwnBehavior, RouteCost, TaskBrief,

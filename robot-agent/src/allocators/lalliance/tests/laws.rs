@@ -1,8 +1,8 @@
 //! The properties L1 to L6 of docs/ALLOCATORS.md §3.
 
-use alliance_proto::telemetry::{BehaviorState, Reason};
 use proptest::prelude::*;
 use proptest::strategy::Strategy as _;
+use proto::telemetry::{BehaviorState, Reason};
 
 use super::super::config::Strategy;
 use super::super::monitor::Monitor;

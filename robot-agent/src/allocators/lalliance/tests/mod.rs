@@ -6,12 +6,12 @@ mod trials;
 
 use std::sync::Arc;
 
-use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, TaskId};
-use alliance_proto::mission::Lore;
-use alliance_proto::scenario::{Preset, Switches};
-use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
-use alliance_proto::time::SimTime;
 use glam::Vec2;
+use proto::mission::Lore;
+use proto::team::{Broadcast, Content, Heartbeat, TaskState};
+use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{Preset, Switches};
 
 use super::{Config, Learner, Ordering, Strategy};
 use crate::allocator::{Draws, Input, Me, Mind, Outcome, OwnBehavior, RouteCost, TaskBrief};

@@ -1,11 +1,11 @@
 //! Energy, and the order of the aspects within a step.
 
 use crate::waste::data::WasteSection;
-use alliance_proto::mission::items::ItemsDeed;
-use alliance_proto::scenario::Energy;
+use proto::mission::items::ItemsDeed;
+use scenario::Energy;
 
 use super::*;
-use world_server::recorder::{Event, EventKind};
+use run_log::recorder::{Event, EventKind};
 
 fn battery(capacity_j: f32) -> impl FnOnce(&mut Scenario) {
     move |scenario| {

@@ -1,9 +1,9 @@
 //! Changes between steps, individually and in random order.
 
 use crate::waste::data::WasteSection;
-use alliance_proto::ids::ItemId;
-use alliance_proto::scenario::Energy;
 use proptest::prelude::*;
+use scenario::Energy;
+use scenario::ids::ItemId;
 
 use super::random::{LEAST_GAP_M, RandomActuation, actuations, commands, setups, solids};
 use super::*;

@@ -9,11 +9,11 @@ mod sensing;
 mod start;
 
 use crate::waste::data::{WasteSection, default_setup};
-use alliance_proto::ids::RobotId;
-use alliance_proto::mission::items::Gripper;
-use alliance_proto::readings::Actuation;
-use alliance_proto::scenario::{Obstacle, Robot, Scenario, Setup, Start};
 use glam::Vec2;
+use proto::mission::items::Gripper;
+use proto::readings::Actuation;
+use scenario::ids::RobotId;
+use scenario::{Obstacle, Robot, Scenario, Setup, Start};
 
 use super::CleanUp;
 use crate::waste::world::WASTE;

@@ -1,14 +1,14 @@
 //! Random rooms and commands at every step length: no overlap, no tunneling, no lost item, and reproducible results.
 
 use crate::waste::data::{WasteSection, default_setup};
-use alliance_proto::ids::ItemId;
-use alliance_proto::mission::items::ItemsDeed;
-use alliance_proto::readings::Readings;
-use alliance_proto::scenario::Room;
 use proptest::prelude::*;
+use proto::mission::items::ItemsDeed;
+use proto::readings::Readings;
+use scenario::Room;
+use scenario::ids::ItemId;
 
 use super::*;
-use world_server::recorder::EventKind;
+use run_log::recorder::EventKind;
 use world_server::world::{ObstacleId, Outline, SKIN_M, start_poses};
 
 const STEPS: usize = 40;

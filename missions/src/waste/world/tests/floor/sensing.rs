@@ -3,8 +3,8 @@
 use crate::waste::data::WasteSection;
 use std::f32::consts::{FRAC_PI_2, PI};
 
-use alliance_proto::mission::items::Zone;
-use alliance_proto::readings::{Hit, Proximity};
+use proto::mission::items::Zone;
+use proto::readings::{Hit, Proximity};
 
 use super::*;
 use world_server::world::SKIN_M;

@@ -3,10 +3,10 @@
 use crate::waste::data::default_scenario;
 use std::f32::consts::PI;
 
-use alliance_proto::scenario::Room;
+use scenario::Room;
 
 use super::*;
-use alliance_proto::readings::Pose;
+use proto::readings::Pose;
 
 use world_server::world::StartError;
 

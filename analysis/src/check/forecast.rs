@@ -1,0 +1,173 @@
+//! Closed forms of the times of a behavior set: activation, takeover, yielding and giving up (docs/ALLIANCE.md §4). They are
+//! exact except for the ticks in which messages arrive.
+
+use scenario::{BehaviorParams, BehaviorSpec, HistoryOrigin, Robot, Setup, Switches};
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Forecast {
+    pub robot: String,
+    pub set: String,
+    pub task: String,
+    /// Time from motivation 0 to the threshold while no robot is on the task.
+    pub activates_s: f64,
+    /// ψ: the time after which an active set yields to a teammate that requests the task.
+    pub yields_s: f64,
+    /// λ: the time after which an active set gives up.
+    pub gives_up_s: f64,
+    /// The mission's estimate of the time for one unit of work.
+    pub work_s: f64,
+    /// One entry per set of a teammate that does the same task.
+    pub takeovers: Vec<Takeover>,
+}
+
+/// The times until a robot takes a task over from a teammate, counted from the teammate's first message on the task, s. If the
+/// history starts at progress, each report of progress counts as a first message.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Takeover {
+    pub teammate: String,
+    pub set: String,
+    /// The time if the teammate stops sending after its first message.
+    pub silent_s: f64,
+    /// The time if the teammate sends, makes no progress, yields and gives up on time, and does not return. The robot has not
+    /// sent messages on the task before.
+    pub failing_s: f64,
+    /// The time if the teammate makes progress with every unit of work; `None`: never.
+    pub working_s: Option<f64>,
+}
+
+/// Returns the forecasts of all robots and sets, by rank and in catalog order.
+#[must_use]
+pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
+    let scenario = &setup.scenario;
+    let catalog = &setup.catalog;
+    let unit_s = |robot: &Robot, set: &BehaviorSpec| {
+        let body = scenario.body_of(robot);
+        catalog
+            .mission
+            .unit_s(scenario, &body, robot.skill_at(set), set)
+    };
+    let params_of = |robot: &str, set: &str| &setup.alliance.robots[robot].sets[set];
+    let mut forecasts = Vec::new();
+    for robot in &scenario.robots {
+        for id in catalog.behaviors_of(robot) {
+            let set = &catalog.sets[id.index()];
+            let params = params_of(&robot.name, &set.name);
+            let mut takeovers = Vec::new();
+            for teammate in scenario
+                .robots
+                .iter()
+                .filter(|teammate| teammate.name != robot.name)
+            {
+                for theirs in catalog.behaviors_of(teammate) {
+                    let theirs = &catalog.sets[theirs.index()];
+                    if theirs.task == set.task {
+                        let rival = Rival {
+                            name: &teammate.name,
+                            set: &theirs.name,
+                            params: params_of(&teammate.name, &theirs.name),
+                            work_s: unit_s(teammate, theirs),
+                        };
+                        takeovers.push(rival.takeover(setup, params));
+                    }
+                }
+            }
+            forecasts.push(Forecast {
+                robot: robot.name.clone(),
+                set: set.name.clone(),
+                task: params.task.clone(),
+                activates_s: setup.alliance.threshold / params.fast_impatience,
+                yields_s: params.before_yielding_s,
+                gives_up_s: params.before_giving_up_s,
+                work_s: unit_s(robot, set),
+                takeovers,
+            });
+        }
+    }
+    forecasts
+}
+
+/// Returns the time from 0 to `threshold` with rate `slow` for the first `slow_s` and then with rate `fast`, s.
+#[must_use]
+pub fn rise_s(threshold: f64, slow: f64, fast: f64, slow_s: f64) -> f64 {
+    let reached = slow * slow_s;
+    if reached >= threshold {
+        threshold / slow
+    } else {
+        slow_s + (threshold - reached) / fast
+    }
+}
+
+/// A teammate on the same task.
+struct Rival<'a> {
+    name: &'a str,
+    set: &'a str,
+    params: &'a BehaviorParams,
+    work_s: f64,
+}
+
+impl Rival<'_> {
+    fn takeover(&self, setup: &Setup, params: &BehaviorParams) -> Takeover {
+        let switches = &setup.alliance.switches;
+        let (tau_s, phi_s) = (params.ceased_after_s, params.phi_toward(self.name));
+        let rise = |slow_s: f64| {
+            let slow = params.slow_toward(self.name);
+            rise_s(
+                setup.alliance.threshold,
+                slow,
+                params.fast_impatience,
+                slow_s,
+            )
+        };
+
+        let silent = rise(tau_s.min(phi_s));
+        let failing_s = self.failing_s(switches, params, &rise);
+        let starts_again = switches.history_origin == HistoryOrigin::Progress;
+        let is_left_alone = starts_again && rise(phi_s) > self.work_s;
+        Takeover {
+            teammate: self.name.to_owned(),
+            set: self.set.to_owned(),
+            // At the threshold, the robot waits until it considers the teammate lost.
+            silent_s: if switches.waiting {
+                silent.max(tau_s)
+            } else {
+                silent
+            },
+            failing_s,
+            working_s: (!is_left_alone).then_some(failing_s),
+        }
+    }
+
+    fn failing_s(
+        &self,
+        switches: &Switches,
+        params: &BehaviorParams,
+        rise: &impl Fn(f64) -> f64,
+    ) -> f64 {
+        let tau_s = params.ceased_after_s;
+        let phi_s = params.phi_toward(self.name);
+        let (psi_s, lambda_s) = (
+            self.params.before_yielding_s,
+            self.params.before_giving_up_s,
+        );
+        // Without a release message, the teammate's last heartbeat slows the others for τ. It also occupies the task unless a
+        // later heartbeat reports that the teammate is idle.
+        let slows_s = if switches.release_message { 0.0 } else { tau_s };
+        let occupies_s = if switches.idle_heartbeat {
+            0.0
+        } else {
+            slows_s
+        };
+        let wishes_s = rise(phi_s.min(lambda_s + slows_s));
+        if !switches.waiting {
+            return wishes_s;
+        }
+        let leaves_s = if switches.waiting_counts && switches.reset_stops_active {
+            // The request is the robot's first message on the task and deactivates the teammate.
+            wishes_s.min(lambda_s)
+        } else {
+            wishes_s.max(psi_s).min(lambda_s)
+        };
+        let waits_out_s = wishes_s + params.before_yielding_s + tau_s;
+        wishes_s.max(leaves_s + occupies_s).min(waits_out_s)
+    }
+}

@@ -1,0 +1,156 @@
+//! Output of a check as text and as JSON.
+
+use std::fmt::Write;
+
+use comfy_table::{CellAlignment, Table};
+use scenario::Setup;
+use serde_json::{Value, json};
+
+use super::Check;
+use super::forecast::{Forecast, Takeover};
+use crate::table;
+
+pub fn text(setup: &Setup, check: &Check) -> String {
+    let mut text = String::new();
+    for (robots, table) in tables(&check.forecasts) {
+        let _ = writeln!(text, "{}\n{}", robots.join(", "), table.trim_fmt());
+    }
+    text += "times in s; silent, failing, working: takeover from such a teammate, counted from its first message\n";
+    for warning in &check.warnings {
+        let _ = writeln!(
+            text,
+            "warning: {} of {}: {}",
+            warning.set,
+            warning.robots.join(", "),
+            warning.text
+        );
+    }
+    if check.warnings.is_empty() {
+        let _ = writeln!(text, "{}: no warnings", setup.scenario.name);
+    }
+    text
+}
+
+/// Creates a table for each group of robots. Robots with equal figures share a row.
+fn tables(forecasts: &[Forecast]) -> Vec<(Vec<&str>, Table)> {
+    let mut rows: Vec<(Vec<&str>, [String; 8])> = Vec::new();
+    for forecast in forecasts {
+        let figures = figures(forecast);
+        let same = rows.iter_mut().find(|(_, known)| *known == figures);
+        match same {
+            Some((robots, _)) => robots.push(&forecast.robot),
+            None => rows.push((vec![&forecast.robot], figures)),
+        }
+    }
+    let mut tables: Vec<(Vec<&str>, Table)> = Vec::new();
+    for (robots, figures) in rows {
+        let of_group = tables.iter().position(|(group, _)| *group == robots);
+        let of_group = of_group.unwrap_or_else(|| {
+            tables.push((robots, empty_table()));
+            tables.len() - 1
+        });
+        tables[of_group].1.add_row(figures);
+    }
+    for (_, table) in &mut tables {
+        // The narrow padding makes all columns fit 80 characters.
+        for column in table.column_iter_mut() {
+            column.set_padding((0, 1));
+        }
+        for column in table.column_iter_mut().skip(1) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+        table::keep_whole(table, &[0]);
+    }
+    tables
+}
+
+fn empty_table() -> Table {
+    table::new([
+        "behavior set",
+        "active\nafter",
+        "silent",
+        "failing",
+        "working",
+        "yields",
+        "gives\nup",
+        "unit of\nwork",
+    ])
+}
+
+fn figures(forecast: &Forecast) -> [String; 8] {
+    let over = |time: fn(&Takeover) -> f64| range(forecast.takeovers.iter().map(time));
+    [
+        forecast.set.clone(),
+        seconds(forecast.activates_s),
+        over(|takeover| takeover.silent_s),
+        over(|takeover| takeover.failing_s),
+        over(|takeover| takeover.working_s.unwrap_or(f64::INFINITY)),
+        seconds(forecast.yields_s),
+        seconds(forecast.gives_up_s),
+        format!("≈ {:.0}", forecast.work_s),
+    ]
+}
+
+/// Formats the minimum and maximum of times toward several teammates.
+fn range(times: impl Iterator<Item = f64> + Clone) -> String {
+    let least = times.clone().fold(f64::INFINITY, f64::min);
+    match times.reduce(f64::max) {
+        None => "-".to_owned(),
+        Some(most) if most == least => seconds(most),
+        Some(most) => format!("{} to {}", seconds(least), seconds(most)),
+    }
+}
+
+fn seconds(time: f64) -> String {
+    if time.is_finite() {
+        format!("{time:.1}")
+    } else {
+        "never".to_owned()
+    }
+}
+
+/// Returns the result as JSON. A `working_s` of null means never.
+pub fn json(setup: &Setup, check: &Check) -> Value {
+    let takeover = |takeover: &Takeover| {
+        json!({
+            "teammate": takeover.teammate,
+            "behavior_set": takeover.set,
+            "silent_s": takeover.silent_s,
+            "failing_s": takeover.failing_s,
+            "working_s": takeover.working_s,
+        })
+    };
+    let sets: Vec<Value> = check
+        .forecasts
+        .iter()
+        .map(|forecast| {
+            json!({
+                "robot": forecast.robot,
+                "behavior_set": forecast.set,
+                "task": forecast.task,
+                "activates_s": forecast.activates_s,
+                "yields_s": forecast.yields_s,
+                "gives_up_s": forecast.gives_up_s,
+                "unit_of_work_s": forecast.work_s,
+                "takeovers": forecast.takeovers.iter().map(takeover).collect::<Vec<_>>(),
+            })
+        })
+        .collect();
+    let warnings: Vec<Value> = check
+        .warnings
+        .iter()
+        .map(|warning| {
+            json!({
+                "kind": warning.kind.as_str(),
+                "behavior_set": warning.set,
+                "robots": warning.robots,
+                "text": warning.text,
+            })
+        })
+        .collect();
+    json!({
+        "scenario": setup.scenario.name,
+        "sets": sets,
+        "warnings": warnings,
+    })
+}

@@ -1,0 +1,177 @@
+//! Warnings about valid parameters that contradict each other.
+
+use std::collections::BTreeMap;
+
+use scenario::{BehaviorParams, Setup};
+
+use super::forecast::Forecast;
+
+/// A warning about a behavior set of one or more robots.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    pub kind: Kind,
+    pub set: String,
+    pub robots: Vec<String>,
+    /// The values and their consequence.
+    pub text: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// ψ is shorter than a unit of work.
+    YieldsTooEarly,
+    /// λ is shorter than a unit of work.
+    GivesUpTooEarly,
+    /// λ is shorter than the φ of teammates toward the robot.
+    PatienceUnused,
+    /// τ is shorter than two periods of 1/ρ.
+    SilenceTooShort,
+    /// The report period is too short for ψ and λ.
+    ReportsLate,
+}
+
+impl Kind {
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::YieldsTooEarly => "yields-too-early",
+            Self::GivesUpTooEarly => "gives-up-too-early",
+            Self::PatienceUnused => "patience-unused",
+            Self::SilenceTooShort => "silence-too-short",
+            Self::ReportsLate => "reports-late",
+        }
+    }
+}
+
+/// Returns all warnings, by set in catalog order, then by rule.
+#[must_use]
+pub fn warnings(setup: &Setup, forecasts: &[Forecast]) -> Vec<Warning> {
+    let catalog = &setup.catalog;
+    let mut found: BTreeMap<(usize, Kind, String), Vec<String>> = BTreeMap::new();
+    for forecast in forecasts {
+        let place = catalog.sets.iter().position(|set| set.name == forecast.set);
+        for (kind, text) in of_set(setup, forecast) {
+            let robots = found
+                .entry((place.unwrap_or_default(), kind, text))
+                .or_default();
+            robots.push(forecast.robot.clone());
+        }
+    }
+    found
+        .into_iter()
+        .map(|((place, kind, text), robots)| Warning {
+            kind,
+            set: catalog.sets[place].name.clone(),
+            robots,
+            text,
+        })
+        .collect()
+}
+
+fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(Kind, String)> {
+    let params = |robot: &str, set: &str| &setup.alliance.robots[robot].sets[set];
+    let set = params(&forecast.robot, &forecast.set);
+    let (psi_s, lambda_s) = (set.before_yielding_s, set.before_giving_up_s);
+    let work_s = forecast.work_s;
+    let mut found = Vec::new();
+    if psi_s < work_s {
+        found.push((
+            Kind::YieldsTooEarly,
+            format!(
+                "psi = {psi_s} s is shorter than a unit of work, about {work_s:.0} s: the robot yields before it completes anything"
+            ),
+        ));
+    }
+    if lambda_s < work_s {
+        found.push((
+            Kind::GivesUpTooEarly,
+            format!(
+                "lambda = {lambda_s} s is shorter than a unit of work, about {work_s:.0} s: the robot gives up before it completes anything"
+            ),
+        ));
+    }
+
+    let rivals = || {
+        let takeovers = forecast.takeovers.iter();
+        takeovers.map(|takeover| params(&takeover.teammate, &takeover.set))
+    };
+    let patience_s = rivals()
+        .map(|theirs| theirs.phi_toward(&forecast.robot))
+        .fold(0.0, f64::max);
+    if lambda_s < patience_s {
+        found.push((
+            Kind::PatienceUnused,
+            format!(
+                "lambda = {lambda_s} s is shorter than phi = {patience_s} s of teammates toward the robot: a failing robot gives up before they lose patience"
+            ),
+        ));
+    }
+    let period_s = rivals()
+        .map(|theirs| heartbeat_period_s(setup, theirs))
+        .fold(0.0, f64::max);
+    let tau_s = set.ceased_after_s;
+    if tau_s < 2.0 * period_s {
+        let missed = if tau_s <= period_s {
+            "the robot considers every teammate lost between two heartbeats"
+        } else {
+            "the robot considers a teammate lost after one missing heartbeat"
+        };
+        found.push((
+            Kind::SilenceTooShort,
+            format!(
+                "tau = {tau_s} s is less than two heartbeat periods of teammates, {period_s} s each: {missed}"
+            ),
+        ));
+    }
+    found.extend(report_period(setup, forecast));
+    found
+}
+
+/// Returns the time between two heartbeats, s: 1/ρ, rounded up to whole steps.
+fn heartbeat_period_s(setup: &Setup, params: &BehaviorParams) -> f64 {
+    let step_s = setup.alliance.step_ms as f64 / 1000.0;
+    (1.0 / params.broadcast_rate_hz / step_s - 1e-9).ceil() * step_s
+}
+
+/// Warns if a recurring task must be late: because it takes too long, or because all robots may be at continuing tasks when it
+/// becomes due.
+fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
+    let scenario = &setup.scenario;
+    let catalog = &setup.catalog;
+    let set = catalog.behavior_named(&forecast.set)?;
+    let mission = catalog.mission;
+    let period_s = mission.due_every_s(scenario, &catalog.sets[set.index()])?;
+    let takes_s = forecast.activates_s + forecast.work_s;
+    if takes_s > period_s {
+        return Some((
+            Kind::ReportsLate,
+            format!(
+                "the task takes about {takes_s:.0} s after it becomes due, more than its period of {period_s} s"
+            ),
+        ));
+    }
+    let moving = || {
+        let sets = catalog.sets.iter();
+        sets.filter(move |set| mission.goes_on(set))
+    };
+    let places: u64 = moving()
+        .map(|set| u64::from(catalog.tasks[set.task.index()].max_robots))
+        .sum();
+    if places < scenario.robots.len() as u64 {
+        return None;
+    }
+    let sets = &setup.alliance.robots[&forecast.robot].sets;
+    let longest = |of: fn(&BehaviorParams) -> f64| {
+        moving().map(|set| of(&sets[&set.name])).fold(0.0, f64::max)
+    };
+    let lambda_s = longest(|params| params.before_giving_up_s);
+    let psi_s = longest(|params| params.before_yielding_s);
+    (lambda_s > period_s).then(|| {
+        (
+            Kind::ReportsLate,
+            format!(
+                "all robots may be at other tasks when the task becomes due, every {period_s} s; this robot continues until psi = {psi_s} s if a teammate requests its task, otherwise until lambda = {lambda_s} s"
+            ),
+        )
+    })
+}

@@ -1,0 +1,205 @@
+//! Command line, output files and terminal output of `alliance compare`.
+
+use std::num::NonZeroUsize;
+use std::path::Path;
+use std::process::ExitCode;
+use std::thread::available_parallelism;
+
+use anyhow::{Context, bail};
+use clap::Args;
+use terminal::tell;
+use world_server::mission_args::Known;
+
+use super::analysis::Analysis;
+use super::answer::answer;
+use super::data::{ALLOCATOR, Data, allocators, blocks, first_run, names};
+use super::figures::figures;
+use super::hypotheses::{check, judge};
+use super::memory;
+use super::page::Page;
+use super::tables::tables;
+use crate::sweep::comparison::{Axes, Comparison};
+use crate::sweep::folder::put;
+use crate::sweep::journal::Header;
+use crate::sweep::parquet::parquet;
+use crate::sweep::plan::{Plan, setup};
+use crate::sweep::results::{csv, figures as figures_of, table};
+use crate::sweep::run::{Row, attempt};
+use crate::sweep::task::{Arguments, Study, counted, quoted};
+use crate::sweep::workers::work;
+
+const PAGE: &str = "comparison.html";
+
+/// Compare allocators under the same faults
+///
+/// A comparison is a sweep whose plan varies `allocator`. It reports the differences and their significance. An interrupted
+/// comparison resumes where it stopped.
+#[derive(Args, Clone, Debug)]
+pub struct CompareCommand {
+    #[command(flatten)]
+    arguments: Arguments,
+    /// Repeat all runs of one cell and print their rows as CSV, then exit
+    #[arg(long, value_name = "CELL", conflicts_with_all = ["shard", "merge", "out", "scenario"])]
+    cell: Option<usize>,
+}
+
+impl CompareCommand {
+    /// Runs the command. Exit status: 0 all runs are done, 1 failed runs or an interruption, 2 invalid input or missing runs, 3 a file
+    /// cannot be written. Incomplete missions are not failures.
+    #[must_use]
+    pub fn run(&self, known: &Known) -> ExitCode {
+        let study = Study {
+            name: "compare",
+            folder: "comparisons",
+            prepare,
+            finish,
+        };
+        let Some(cell) = self.cell else {
+            return self.arguments.run(known, &study);
+        };
+        match self.again(known, cell) {
+            Ok(text) => match terminal::print(&text) {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(error) => {
+                    tell!("alliance compare: {error:#}");
+                    ExitCode::from(3)
+                }
+            },
+            Err(error) => {
+                tell!("alliance compare: {error:#}");
+                ExitCode::from(2)
+            }
+        }
+    }
+
+    /// Repeats the runs of a cell. Returns their rows as CSV.
+    fn again(&self, known: &Known, cell: usize) -> anyhow::Result<String> {
+        let (mut plan, _) = self.arguments.plan(known)?;
+        prepare(&mut plan, self.arguments.jobs())?;
+        let seeds = plan.design.repetitions();
+        let cells = plan.design.runs().unwrap_or_default() / seeds;
+        if cell >= cells {
+            bail!(
+                "there is no cell {cell}; cells are numbered from 0 to {}",
+                cells - 1
+            );
+        }
+        let runs: Vec<usize> = (cell * seeds..(cell + 1) * seeds).collect();
+        let mut rows: Vec<Row> = Vec::new();
+        let attempt = |run, stops: &dyn Fn() -> bool| attempt(&plan, run, stops);
+        work(&runs, self.arguments.jobs(), &|| false, attempt, |row| {
+            rows.push(row);
+            Ok(())
+        })?;
+        rows.sort_by_key(|row| row.run);
+        let columns = table(&plan.design, &rows);
+        Ok(String::from_utf8(csv(&columns, rows.len())?)?)
+    }
+}
+
+/// Checks the requirements of a comparison that a sweep does not have.
+fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Comparison>> {
+    plan.measures = true;
+    let design = &plan.design;
+    let rivals = allocators(design).map(|place| names(&design.factors[place]));
+    let rivals = rivals.unwrap_or_default();
+    if rivals.len() < 2 {
+        bail!(
+            "a comparison needs two or more allocators, but the plan varies {}; write [grid] {ALLOCATOR} = [\"alliance\", \"cbba\"]",
+            if rivals.is_empty() { "none" } else { "one" }
+        );
+    }
+    let mut axes = Vec::new();
+    let mut largest = 0.0_f64;
+    for block in 0..blocks(design) {
+        let run = first_run(design, block);
+        let table = plan.scenario(run).map_err(anyhow::Error::msg);
+        let setup = table.and_then(|table| setup(&table, design.seed(run)));
+        let setup = setup.with_context(|| format!("run {run}"))?;
+        largest = largest.max(memory::of_a_run(&setup));
+        axes.push(Axes::of(&setup.scenario));
+    }
+    memory::check(largest, jobs, design.runs().unwrap_or_default())?;
+    let comparison = Comparison {
+        question: plan.question.clone(),
+        hypotheses: plan.hypotheses.clone(),
+        axes,
+    };
+    let data = Data::of(design, &comparison, &[]);
+    let (mut missions, mut classes) = (data.missions(), data.classes());
+    for names in [&mut missions, &mut classes] {
+        // A single mission or class has an empty name.
+        names.retain(|name| !name.is_empty());
+    }
+    check(&plan.hypotheses, &data.allocators, &missions, &classes)?;
+    Ok(Some(comparison))
+}
+
+/// Writes and shows the results. Returns `true` if no run failed.
+fn finish(
+    folder: &Path,
+    header: &Header,
+    rows: &[Row],
+    plan: Option<&Path>,
+) -> anyhow::Result<bool> {
+    let comparison = header
+        .comparison
+        .as_ref()
+        .context("the journal belongs to a sweep; use alliance sweep --merge")?;
+    let design = &header.design;
+    let runs = table(design, rows);
+    put(folder, "results.csv", &csv(&runs, rows.len())?)?;
+    put(folder, "results.parquet", &parquet(&runs)?)?;
+
+    let data = Data::of(design, comparison, rows);
+    let jobs = available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let analysis = Analysis::of(&data, jobs);
+    let verdicts = judge(&data, &comparison.hypotheses);
+    let answer = answer(&data, &analysis, &verdicts);
+    let tables = tables(&data, &analysis, &verdicts);
+    for table in &tables {
+        for (name, bytes) in table.files()? {
+            put(folder, &name, &bytes)?;
+        }
+    }
+    let figures = figures(&data, &analysis)?;
+    for figure in &figures {
+        put(
+            folder,
+            &format!("{}.svg", figure.name),
+            figure.svg.as_bytes(),
+        )?;
+    }
+    let failed = rows.iter().filter(|row| figures_of(row).is_none()).count();
+    let page = Page {
+        name: &header.sweep,
+        question: comparison.question.as_deref(),
+        answer: &answer,
+        data: &data,
+        analysis: &analysis,
+        verdicts: &verdicts,
+        figures: &figures,
+        tables: &tables,
+        runs: (rows.len(), failed),
+    };
+    put(folder, PAGE, page.html().as_bytes())?;
+
+    if let Some(question) = &comparison.question {
+        tell!("{question}");
+    }
+    for sentence in &answer {
+        tell!("- {sentence}");
+    }
+    tell!("{}, {failed} failed", counted(rows.len(), "run"));
+    // After a merge, only the name of the plan is available.
+    let plan = plan.map_or_else(
+        || quoted(Path::new(&format!("{}.toml", header.sweep))),
+        quoted,
+    );
+    tell!(
+        "repeat   alliance compare {plan} --cell N repeats the runs of cell N; cells.csv lists the numbers"
+    );
+    tell!("numbers  {}", folder.join("cells.csv").display());
+    tell!("page     {}", folder.join(PAGE).display());
+    Ok(failed == 0)
+}

@@ -1,0 +1,444 @@
+//! The rows of all runs, by block, allocator, metric and seed.
+
+use std::collections::BTreeSet;
+
+use super::metrics::Metric;
+use crate::sweep::comparison::{Axes, Comparison};
+use crate::sweep::design::{Design, FAULTS, Factor, MISSION};
+use crate::sweep::results::figures;
+use crate::sweep::run::{Figures, Row};
+
+/// The column of the compared allocator.
+pub const ALLOCATOR: &str = "allocator";
+
+/// The allocator with access to the ground truth. It does not compete; regret is measured against it.
+pub const REFERENCE: &str = "oracle";
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Data {
+    pub allocators: Vec<String>,
+    /// The index of the [`REFERENCE`] in `allocators`.
+    pub reference: Option<usize>,
+    pub metrics: Vec<Metric>,
+    pub columns: Vec<String>,
+    pub blocks: Vec<Block>,
+}
+
+/// The conditions that all allocators share: a mission under a class of faults.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Block {
+    pub settings: Vec<String>,
+    /// The mission with all other varied settings; empty if there is only one.
+    pub mission: String,
+    /// The class of faults; empty if there is only one.
+    pub faults: String,
+    /// The x values of curves.
+    pub axes: Axes,
+    pub cells: Vec<Cell>,
+}
+
+/// The runs of an allocator in a block; they differ only in the seed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cell {
+    /// The cell's number, for the option --cell.
+    pub number: usize,
+    pub runs: usize,
+    pub failed: usize,
+    pub unhit: usize,
+    /// Values of the counted runs by metric and seed; `None` for a missing value.
+    pub values: Vec<Vec<Option<f64>>>,
+}
+
+impl Block {
+    #[must_use]
+    pub fn name(&self) -> String {
+        let parts = [&self.mission, &self.faults].into_iter();
+        let parts: Vec<&str> = parts
+            .filter(|part| !part.is_empty())
+            .map(String::as_str)
+            .collect();
+        if parts.is_empty() {
+            "all runs".to_owned()
+        } else {
+            parts.join(", ")
+        }
+    }
+}
+
+impl Cell {
+    #[must_use]
+    pub fn counted(&self) -> usize {
+        self.runs - self.failed - self.unhit
+    }
+
+    /// Returns the existing values of a metric.
+    #[must_use]
+    pub fn present(&self, metric: usize) -> Vec<f64> {
+        self.values[metric].iter().flatten().copied().collect()
+    }
+
+    #[must_use]
+    pub fn mean(&self, metric: usize) -> Option<f64> {
+        mean(&self.present(metric))
+    }
+
+    /// Returns the values of both cells for the seeds that both have.
+    #[must_use]
+    pub fn paired(&self, other: &Self, metric: usize) -> (Vec<f64>, Vec<f64>) {
+        let both = self.values[metric].iter().zip(&other.values[metric]);
+        both.filter_map(|(first, second)| Some(((*first)?, (*second)?)))
+            .unzip()
+    }
+}
+
+/// Returns the mean, or `None` without values.
+#[must_use]
+pub fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+impl Data {
+    #[must_use]
+    pub fn place(&self, metric: &Metric) -> usize {
+        // Only kinds of broadcast without traffic are absent.
+        self.metrics
+            .iter()
+            .position(|known| known == metric)
+            .unwrap_or_default()
+    }
+
+    #[must_use]
+    pub fn missions(&self) -> Vec<&str> {
+        distinct(self.blocks.iter().map(|block| block.mission.as_str()))
+    }
+
+    #[must_use]
+    pub fn classes(&self) -> Vec<&str> {
+        distinct(self.blocks.iter().map(|block| block.faults.as_str()))
+    }
+
+    /// Sorts the rows of all runs into blocks and cells.
+    #[must_use]
+    pub fn of(design: &Design, comparison: &Comparison, rows: &[Row]) -> Self {
+        let rivals = allocators(design);
+        let rival = rivals.map(|rivals| &design.factors[rivals]);
+        let names: Vec<String> = rival.map_or_else(Vec::new, names);
+        let kinds: BTreeSet<&String> = rows
+            .iter()
+            .filter_map(|row| figures(row)?.measures.as_deref())
+            .flat_map(|measures| measures.sent.keys())
+            .collect();
+        let mut metrics = Metric::ALL.to_vec();
+        for kind in kinds {
+            metrics.push(Metric::MessagesOf(kind.clone()));
+            metrics.push(Metric::BytesOf(kind.clone()));
+        }
+        let mut data = Self {
+            reference: names.iter().position(|name| name == REFERENCE),
+            allocators: names,
+            columns: settings(design)
+                .flat_map(|(_, factor)| factor.columns.iter().cloned())
+                .collect(),
+            blocks: (0..blocks(design))
+                .map(|number| block(design, number, &comparison.axes))
+                .collect(),
+            metrics,
+        };
+        let seeds = design.repetitions();
+        for block in &mut data.blocks {
+            block.cells = vec![
+                Cell {
+                    values: vec![vec![None; seeds]; data.metrics.len()],
+                    ..Cell::default()
+                };
+                data.allocators.len()
+            ];
+        }
+        for row in rows {
+            let places = design.places(row.run);
+            let rival = rivals.map_or(0, |rivals| places[rivals]);
+            let cell = &mut data.blocks[block_of(design, &places)].cells[rival];
+            cell.number = row.run / seeds;
+            cell.add(&data.metrics, row, row.run % seeds);
+        }
+        data.find_regret();
+        data
+    }
+
+    fn find_regret(&mut self) {
+        let (par2, regret) = (self.place(&Metric::Par2), self.place(&Metric::Regret));
+        let Some(reference) = self.reference else {
+            return;
+        };
+        for block in &mut self.blocks {
+            let best = block.cells[reference].values[par2].clone();
+            for cell in &mut block.cells {
+                let pairs = cell.values[par2].iter().zip(&best);
+                cell.values[regret] = pairs
+                    .map(|(value, best)| Some((*value)? - (*best)?))
+                    .collect();
+            }
+        }
+    }
+}
+
+impl Cell {
+    fn add(&mut self, metrics: &[Metric], row: &Row, seed: usize) {
+        self.runs += 1;
+        let Some(figures) = figures(row) else {
+            self.failed += 1;
+            return;
+        };
+        if !is_hit(figures) {
+            self.unhit += 1;
+            return;
+        }
+        if let Some(measures) = &figures.measures {
+            for (values, metric) in self.values.iter_mut().zip(metrics) {
+                values[seed] = metric.of(figures, measures);
+            }
+        }
+    }
+}
+
+/// Checks whether a run has no faults, or at least one of them had an effect.
+fn is_hit(figures: &Figures) -> bool {
+    let faults = figures.all_faults();
+    faults.armed == 0 || faults.hit > 0
+}
+
+/// Returns the index of the factor that varies the allocator.
+#[must_use]
+pub fn allocators(design: &Design) -> Option<usize> {
+    let mut factors = design.factors.iter();
+    factors.position(|factor| factor.columns.iter().any(|column| column == ALLOCATOR))
+}
+
+#[must_use]
+pub fn names(factor: &Factor) -> Vec<String> {
+    let levels = factor.levels.iter();
+    levels
+        .map(|level| {
+            let cells: Vec<String> = level.cells.iter().map(ToString::to_string).collect();
+            cells.join(" ")
+        })
+        .collect()
+}
+
+/// Returns the factors of blocks, which are all except allocator and seed, with their indices.
+fn settings(design: &Design) -> impl Iterator<Item = (usize, &Factor)> {
+    let rivals = allocators(design);
+    let seeds = design.factors.len().saturating_sub(1);
+    let factors = design.factors.iter().enumerate();
+    factors.filter(move |(place, _)| Some(*place) != rivals && *place != seeds)
+}
+
+#[must_use]
+pub fn blocks(design: &Design) -> usize {
+    settings(design)
+        .map(|(_, factor)| factor.levels.len())
+        .product()
+}
+
+/// Returns the index of the block that contains a run.
+fn block_of(design: &Design, places: &[usize]) -> usize {
+    settings(design).fold(0, |number, (place, factor)| {
+        number * factor.levels.len() + places[place]
+    })
+}
+
+#[must_use]
+pub fn first_run(design: &Design, block: usize) -> usize {
+    let mut rest = block;
+    let mut places = vec![0; design.factors.len()];
+    let factors: Vec<(usize, &Factor)> = settings(design).collect();
+    for (place, factor) in factors.into_iter().rev() {
+        places[place] = rest % factor.levels.len();
+        rest /= factor.levels.len();
+    }
+    let factors = design.factors.iter().zip(places);
+    factors.fold(0, |run, (factor, place)| run * factor.levels.len() + place)
+}
+
+fn block(design: &Design, number: usize, axes: &[Axes]) -> Block {
+    let places = design.places(first_run(design, number));
+    let (mut settings_of, mut mission, mut faults) = (Vec::new(), Vec::new(), String::new());
+    for (place, factor) in settings(design) {
+        let cells = &factor.levels[places[place]].cells;
+        for (column, cell) in factor.columns.iter().zip(cells) {
+            let cell = cell.to_string();
+            match column.as_str() {
+                FAULTS => faults.clone_from(&cell),
+                MISSION => mission.push(cell.clone()),
+                // Constant settings are not part of the name.
+                _ if factor.levels.len() > 1 => mission.push(format!("{column} {cell}")),
+                _ => {}
+            }
+            settings_of.push(cell);
+        }
+    }
+    Block {
+        settings: settings_of,
+        mission: mission.join(", "),
+        faults,
+        axes: axes.get(number).copied().unwrap_or(Axes {
+            robots: 0,
+            loss: None,
+        }),
+        cells: Vec::new(),
+    }
+}
+
+fn distinct<'t>(names: impl Iterator<Item = &'t str>) -> Vec<&'t str> {
+    let mut found = Vec::new();
+    for name in names {
+        if !found.contains(&name) {
+            found.push(name);
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use missions::waste::data::default_scenario;
+    use proto::tick::Outcome;
+
+    use super::*;
+    use crate::sweep::measures::Measures;
+    use crate::sweep::plan::Plan;
+    use crate::sweep::results::tests::{complete, failed};
+    use crate::sweep::run::End;
+
+    /// Creates the data of two missions under two classes of faults with three allocators and `seeds` seeds. `rows` returns the
+    /// makespan; a negative value is an incomplete run, `None` a run whose fault never hit.
+    pub fn data(rows: impl Fn(usize, usize, usize) -> Option<f64>, seeds: usize) -> Data {
+        let text = format!(
+            "seeds = {seeds}\n[grid]\nallocator = ['alliance', 'oracle', 'nearest']\n\
+             [missions.near]\n[missions.far]\n[faults.none]\n[faults.dead]\ntimeline = [{{ fault.kill = 'gold' }}]\n"
+        );
+        let plan = Plan::parse("plan.toml", &text, |_| Ok(default_scenario())).unwrap();
+        let runs = plan.design.runs().unwrap();
+        let rows: Vec<Row> = (0..runs)
+            .map(|run| {
+                let (block, rival) = (run / seeds / 3, run / seeds % 3);
+                row(run, rows(block, rival, run % seeds))
+            })
+            .collect();
+        Data::of(&plan.design, &comparison(), &rows)
+    }
+
+    fn comparison() -> Comparison {
+        Comparison {
+            question: None,
+            hypotheses: Vec::new(),
+            axes: Vec::new(),
+        }
+    }
+
+    fn row(run: usize, seconds: Option<f64>) -> Row {
+        let mut row = complete(run, (seconds.unwrap_or(1.0).abs() * 1000.0) as u64);
+        if let End::Ended(figures) = &mut row.end {
+            figures.measures = Some(Box::new(Measures {
+                limit_s: 100.0,
+                ..Measures::default()
+            }));
+            if seconds.is_none() {
+                figures.faults.retain(|kind, _| kind == "mute");
+            }
+            if seconds.is_some_and(|seconds| seconds < 0.0) {
+                figures.outcome = Outcome::TimeLimit;
+            }
+        }
+        row
+    }
+
+    #[test]
+    fn rows_are_sorted_into_blocks_cells_and_pairs() {
+        let data = data(
+            |block, rival, seed| match (block, rival, seed) {
+                (1, 2, 0) => None,
+                (1, 0, 1) => Some(-1.0),
+                _ => Some((100 * block + 10 * rival + seed) as f64),
+            },
+            3,
+        );
+        assert_eq!(data.allocators, ["alliance", "oracle", "nearest"]);
+        assert_eq!(data.reference, Some(1));
+        let names: Vec<String> = data.blocks.iter().map(Block::name).collect();
+        assert_eq!(
+            names,
+            ["near, none", "near, dead", "far, none", "far, dead"]
+        );
+        assert_eq!(
+            (data.missions(), data.classes()),
+            (vec!["near", "far"], vec!["none", "dead"])
+        );
+        let numbers: Vec<usize> = data
+            .blocks
+            .iter()
+            .flat_map(|block| &block.cells)
+            .map(|cell| cell.number)
+            .collect();
+        assert_eq!(numbers, (0..12).collect::<Vec<_>>());
+
+        let par2 = data.place(&Metric::Par2);
+        let dead = &data.blocks[1].cells;
+        assert_eq!(
+            dead[0].values[par2],
+            [Some(100.0), Some(200.0), Some(102.0)],
+            "twice the limit"
+        );
+        assert_eq!(
+            dead[0].present(data.place(&Metric::Makespan)),
+            [100.0, 102.0]
+        );
+        assert_eq!((dead[2].unhit, dead[2].counted()), (1, 2));
+        assert_eq!(
+            dead[0].paired(&dead[2], par2),
+            (vec![200.0, 102.0], vec![121.0, 122.0])
+        );
+        let regret = data.place(&Metric::Regret);
+        assert_eq!(
+            dead[0].values[regret],
+            [Some(-10.0), Some(89.0), Some(-10.0)]
+        );
+        assert_eq!(dead[1].present(regret), [0.0; 3]);
+    }
+
+    #[test]
+    fn a_failed_run_does_not_count() {
+        let plan = Plan::parse(
+            "plan.toml",
+            "seeds = 2\n[grid]\nallocator = ['alliance', 'nearest']\n",
+            |_| Ok(default_scenario()),
+        )
+        .unwrap();
+        let rows = [row(0, Some(5.0)), failed(1), row(2, None), row(3, None)];
+        let data = Data::of(&plan.design, &comparison(), &rows);
+        let [block] = &data.blocks[..] else {
+            panic!("{:?}", data.blocks)
+        };
+        assert_eq!(block.name(), "all runs");
+        assert_eq!((block.cells[0].failed, block.cells[0].counted()), (1, 1));
+        assert_eq!(block.cells[1].counted(), 0);
+        assert_eq!(block.cells[1].mean(0), None);
+    }
+
+    #[test]
+    fn the_first_run_of_each_block_does_not_depend_on_the_column_order() {
+        let plan = Plan::parse(
+            "plan.toml",
+            "seeds = 2\n[grid]\nroom.width_m = [12.0, 14.0]\nallocator = ['alliance', 'nearest']\nbody.speed_m_s = [0.4, 0.5]\n",
+            |_| Ok(default_scenario()),
+        )
+        .unwrap();
+        let found: Vec<usize> = (0..blocks(&plan.design))
+            .map(|block| first_run(&plan.design, block))
+            .collect();
+        assert_eq!(found, [0, 2, 8, 10]);
+        for (block, run) in found.into_iter().enumerate() {
+            assert_eq!(block_of(&plan.design, &plan.design.places(run)), block);
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! The compared metrics.
+
+use proto::tick::Outcome;
+use scenario::mission::Value;
+
+use crate::sweep::measures::Measures;
+use crate::sweep::run::Figures;
+
+/// A figure of a run. Less is better, except for completion and observed targets.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Metric {
+    /// 1 if the mission was completed, otherwise 0.
+    Completion,
+    /// Simulated time of a complete run, s.
+    Makespan,
+    /// The makespan, or twice the limit for an incomplete run, s.
+    Par2,
+    /// PAR2 minus that of the reference with the same seed, s.
+    Regret,
+    Messages,
+    /// The payload of all broadcasts.
+    Bytes,
+    /// The number of broadcasts of one kind.
+    MessagesOf(String),
+    /// The payload of the broadcasts of one kind.
+    BytesOf(String),
+    /// The distance that all robots travelled, m.
+    Distance,
+    /// Gini's index of the distances.
+    DistanceGini,
+    /// The energy of all robots, J.
+    Energy,
+    /// Gini's index of the energies.
+    EnergyGini,
+    /// Time with two or more robots at an exclusive task, s.
+    Duplicate,
+    /// Time with an applicable task and no productive robot, s.
+    Orphan,
+    /// Time with an applicable task and no robot at it, s.
+    Unattended,
+    /// Time from a loss to the first teammate that considers the robot lost, s.
+    Detection,
+    /// Time from a loss to the takeover of the task, s.
+    Takeover,
+    /// The greatest lateness of a recurring task, s.
+    Lateness,
+    /// The share of targets in sight, for missions with a fixed duration.
+    Observed,
+}
+
+impl Metric {
+    /// All metrics except those of single kinds of broadcast.
+    pub const ALL: [Self; 17] = [
+        Self::Completion,
+        Self::Makespan,
+        Self::Par2,
+        Self::Regret,
+        Self::Messages,
+        Self::Bytes,
+        Self::Distance,
+        Self::DistanceGini,
+        Self::Energy,
+        Self::EnergyGini,
+        Self::Duplicate,
+        Self::Orphan,
+        Self::Unattended,
+        Self::Detection,
+        Self::Takeover,
+        Self::Lateness,
+        Self::Observed,
+    ];
+
+    /// Returns the name in tables and hypotheses, with the unit.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let name = match self {
+            Self::Completion => "completion",
+            Self::Makespan => "makespan_s",
+            Self::Par2 => "par2_s",
+            Self::Regret => "regret_s",
+            Self::Messages => "messages",
+            Self::Bytes => "bytes",
+            Self::MessagesOf(kind) => return format!("{kind}_messages"),
+            Self::BytesOf(kind) => return format!("{kind}_bytes"),
+            Self::Distance => "distance_m",
+            Self::DistanceGini => "distance_gini",
+            Self::Energy => "energy_j",
+            Self::EnergyGini => "energy_gini",
+            Self::Duplicate => "duplicate_s",
+            Self::Orphan => "orphan_s",
+            Self::Unattended => "unattended_s",
+            Self::Detection => "detection_s",
+            Self::Takeover => "takeover_s",
+            Self::Lateness => "lateness_s",
+            Self::Observed => "observed",
+        };
+        name.to_owned()
+    }
+
+    /// Returns the definition in one sentence.
+    #[must_use]
+    pub fn meaning(&self) -> &'static str {
+        match self {
+            Self::Completion => {
+                "Share of the runs in which the mission was completed, with Wilson's interval."
+            }
+            Self::Makespan => {
+                "Simulated time to the end of a mission that was completed; other runs have none."
+            }
+            Self::Par2 => {
+                "Makespan, or twice the limit for a run that did not complete the mission, so the worst runs count."
+            }
+            Self::Regret => {
+                "PAR2 minus that of the oracle with the same seed and faults. The oracle is myopic, so regret may be negative."
+            }
+            Self::Messages => "Broadcasts, each counted once for all receivers.",
+            Self::Bytes => "Payload of all broadcasts, encoded and sealed.",
+            Self::MessagesOf(_) => "Broadcasts of this kind.",
+            Self::BytesOf(_) => "Payload of the broadcasts of this kind.",
+            Self::Distance => "Distance that all robots travelled.",
+            Self::DistanceGini => "Gini's index of the robots' distances, from 0 (all equal) to 1.",
+            Self::Energy => "Energy that all robots drew; empty if the scenario has no [energy].",
+            Self::EnergyGini => "Gini's index of the robots' energy.",
+            Self::Duplicate => {
+                "Time with two or more robots at an exclusive task, summed over all tasks."
+            }
+            Self::Orphan => {
+                "Time in which a task was applicable without a productive robot, summed over all tasks."
+            }
+            Self::Unattended => {
+                "Time in which a task was applicable without a robot at it, summed over all tasks."
+            }
+            Self::Detection => {
+                "Time from the crash or stop of a robot at a task until a teammate first considers it lost; mean over the run."
+            }
+            Self::Takeover => {
+                "Time from the crash or stop of a robot at an exclusive task until another robot activates the task; mean over the run."
+            }
+            Self::Lateness => "Greatest lateness of a recurring task.",
+            Self::Observed => {
+                "Share of the targets in sight of at least one robot, over the entire run (A/n). Only for missions of observe, which have a fixed duration."
+            }
+        }
+    }
+
+    /// Checks whether a larger value is better.
+    #[must_use]
+    pub fn more_is_better(&self) -> bool {
+        matches!(self, Self::Completion | Self::Observed)
+    }
+
+    /// Returns the value for a run, or `None` without one. [`Metric::Regret`] needs a second run and is always `None`.
+    #[must_use]
+    pub fn of(&self, figures: &Figures, measures: &Measures) -> Option<f64> {
+        let is_complete = figures.outcome == Outcome::Complete;
+        let seconds = figures.sim_time_ms as f64 / 1000.0;
+        let sent = |kind: &String| measures.sent.get(kind).copied().unwrap_or_default();
+        match self {
+            Self::Completion => Some(f64::from(u8::from(is_complete))),
+            Self::Makespan => is_complete.then_some(seconds),
+            Self::Par2 if is_complete => Some(seconds),
+            Self::Par2 => Some(2.0 * measures.limit_s),
+            Self::Regret => None,
+            Self::Messages => Some(figures.messages_sent as f64),
+            Self::Bytes => Some(figures.bytes_sent as f64),
+            Self::MessagesOf(kind) => Some(sent(kind).messages as f64),
+            Self::BytesOf(kind) => Some(sent(kind).bytes as f64),
+            Self::Distance => Some(measures.distance_m),
+            Self::DistanceGini => Some(measures.distance_gini),
+            Self::Energy => measures.energy_j,
+            Self::EnergyGini => measures.energy_gini,
+            Self::Duplicate => Some(measures.duplicate_s),
+            Self::Orphan => Some(measures.orphan_s),
+            Self::Unattended => Some(measures.unattended_s),
+            Self::Detection => measures.detection_s,
+            Self::Takeover => measures.takeover_s,
+            Self::Lateness => figures.lateness_ms().map(|ms| ms as f64 / 1000.0),
+            Self::Observed => match figures.mission.get("a") {
+                Value::Real(share) => Some(share),
+                _ => None,
+            },
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! Merging of message streams by time.
+
+use scenario::time::SimTime;
+
+use super::recording::Message;
+
+/// Messages in order of time.
+pub type Stream<'s> = Box<dyn Iterator<Item = anyhow::Result<Message>> + 's>;
+
+/// Merges streams in order of time. Messages with equal times come in the order of the streams. An error is returned at
+/// once.
+pub fn merge<'s>(
+    streams: impl IntoIterator<Item = Stream<'s>>,
+) -> impl Iterator<Item = anyhow::Result<Message>> {
+    let mut streams: Vec<_> = streams.into_iter().map(Iterator::peekable).collect();
+    std::iter::from_fn(move || {
+        let time = |next: &anyhow::Result<Message>| {
+            next.as_ref()
+                .map_or(SimTime::ZERO, |message: &Message| message.at)
+        };
+        let heads = streams
+            .iter_mut()
+            .filter_map(|stream| Some((stream.peek().map(time)?, stream)));
+        // For equal times, the first stream comes first.
+        heads.min_by_key(|(at, _)| *at)?.1.next()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use anyhow::anyhow;
+
+    use super::*;
+
+    /// Returns messages at these times, identified by their contents.
+    fn stream(name: &'static str, times: &'static [u64]) -> Stream<'static> {
+        Box::new(times.iter().map(move |at| Ok(message(name, *at))))
+    }
+
+    fn message(name: &str, at: u64) -> Message {
+        Message {
+            at: SimTime(at),
+            channel: 0,
+            bytes: name.as_bytes().to_vec(),
+        }
+    }
+
+    fn merged(streams: Vec<Stream<'_>>) -> Vec<String> {
+        merge(streams)
+            .map(|message| match message {
+                Ok(message) => {
+                    format!(
+                        "{}{}",
+                        String::from_utf8(message.bytes).unwrap(),
+                        message.at.0
+                    )
+                }
+                Err(error) => error.to_string(),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn in_order_of_time_and_of_streams() {
+        let streams = vec![
+            stream("a", &[1, 4, 4]),
+            stream("b", &[0, 1, 5]),
+            stream("c", &[]),
+        ];
+        assert_eq!(merged(streams), ["b0", "a1", "b1", "a4", "a4", "b5"]);
+        assert!(merged(Vec::new()).is_empty());
+    }
+
+    #[test]
+    fn an_error_is_returned_at_once() {
+        let torn: Stream<'_> = Box::new(
+            [
+                Ok(message("b", 2)),
+                Err(anyhow!("torn")),
+                Ok(message("b", 3)),
+            ]
+            .into_iter(),
+        );
+        let streams = vec![stream("a", &[1, 9]), torn];
+        assert_eq!(merged(streams), ["a1", "b2", "torn", "b3", "a9"]);
+    }
+}

@@ -1,0 +1,118 @@
+//! An MCAP file: topics with messages of one type each.
+
+use std::collections::BTreeMap;
+use std::io::{Seek, Write};
+use std::marker::PhantomData;
+
+use ::mcap::records::{MessageHeader, Metadata};
+use ::mcap::{Compression, WriteOptions, Writer};
+use anyhow::Context;
+use foxglove::{Encode, Schema};
+use scenario::time::SimTime;
+
+/// An MCAP file during writing. The writer of the foxglove crate ignores the errors of a full disk. Messages are
+/// therefore encoded by foxglove and written by the mcap crate.
+pub struct Recording<W: Write + Seek> {
+    writer: Writer<W>,
+    /// The number of messages per channel.
+    counts: BTreeMap<u16, u32>,
+}
+
+/// A topic with its message type.
+pub struct Channel<M> {
+    id: u16,
+    messages: PhantomData<fn(M)>,
+}
+
+pub struct Message {
+    pub at: SimTime,
+    pub channel: u16,
+    pub bytes: Vec<u8>,
+}
+
+impl<W: Write + Seek> Recording<W> {
+    pub fn new(file: W) -> anyhow::Result<Self> {
+        let options = WriteOptions::new().compression(Some(Compression::Lz4));
+        Ok(Self {
+            writer: options.create(file)?,
+            counts: BTreeMap::new(),
+        })
+    }
+
+    /// Adds a topic to the file.
+    ///
+    /// # Errors
+    /// Returns the errors of the file, or an error for more than 65 535 topics.
+    pub fn channel<M: Encode>(&mut self, topic: &str) -> anyhow::Result<Channel<M>> {
+        let schema = M::get_schema().context("a message type without schema")?;
+        Ok(Channel {
+            id: self.raw_channel(topic, &schema, &M::get_message_encoding())?,
+            messages: PhantomData,
+        })
+    }
+
+    /// Adds a topic whose messages are encoded elsewhere. Returns its channel id.
+    pub fn raw_channel(
+        &mut self,
+        topic: &str,
+        schema: &Schema,
+        encoding: &str,
+    ) -> anyhow::Result<u16> {
+        let schema = self
+            .writer
+            .add_schema(&schema.name, &schema.encoding, &schema.data)?;
+        let id = self
+            .writer
+            .add_channel(schema, topic, encoding, &BTreeMap::new())?;
+        Ok(id)
+    }
+
+    /// Adds a record of facts about the whole file.
+    pub fn write_metadata(
+        &mut self,
+        name: &str,
+        metadata: BTreeMap<String, String>,
+    ) -> anyhow::Result<()> {
+        let name = name.to_owned();
+        self.writer.write_metadata(&Metadata { name, metadata })?;
+        Ok(())
+    }
+
+    pub fn write(&mut self, message: &Message) -> anyhow::Result<()> {
+        let count = self.counts.entry(message.channel).or_default();
+        *count = count.wrapping_add(1);
+        let time_ns = message.at.0.saturating_mul(1_000_000);
+        let header = MessageHeader {
+            channel_id: message.channel,
+            sequence: *count,
+            log_time: time_ns,
+            publish_time: time_ns,
+        };
+        self.writer
+            .write_to_known_channel(&header, &message.bytes)?;
+        Ok(())
+    }
+
+    /// Writes the index and closes the file.
+    pub fn finish(mut self) -> anyhow::Result<()> {
+        self.writer.finish()?;
+        self.writer.into_inner().flush()?;
+        Ok(())
+    }
+}
+
+impl<M: Encode> Channel<M> {
+    /// Encodes a message for this topic.
+    pub fn message(&self, at: SimTime, message: &M) -> Message {
+        let mut bytes = Vec::with_capacity(message.encoded_len().unwrap_or(0));
+        message
+            .encode(&mut bytes)
+            // Encoding fails only for lack of space, and a `Vec` grows.
+            .expect("a message can be encoded");
+        Message {
+            at,
+            channel: self.id,
+            bytes,
+        }
+    }
+}

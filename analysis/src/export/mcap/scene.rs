@@ -1,0 +1,354 @@
+//! The visible scene: room, marks, obstacles, items and robots.
+
+use std::io::{Seek, Write};
+
+use foxglove::messages::{
+    ArrowPrimitive, Color, CubePrimitive, CylinderPrimitive, Pose, SceneEntity, SceneUpdate,
+    SpherePrimitive, TextPrimitive, Vector3,
+};
+use glam::Vec2;
+use plotters::style::RGBColor;
+use proto::control::AgentState;
+use proto::view::{ItemView, Mark, MarkOutline, MarkRole, RobotView, View};
+use scenario::time::SimTime;
+use scenario::{Obstacle, Setup};
+use world_server::world::Penetrability;
+
+use super::recording::{Channel, Message, Recording};
+use super::well_known::{WORLD, at, color, stamp, turned, vector};
+use crate::palette;
+
+const FLOOR: RGBColor = RGBColor(246, 246, 244);
+const BORDER: RGBColor = RGBColor(60, 60, 60);
+const SOLID: RGBColor = RGBColor(130, 130, 130);
+const SLOW: RGBColor = RGBColor(150, 110, 60);
+const FAST: RGBColor = RGBColor(90, 170, 220);
+const INK: RGBColor = RGBColor(34, 34, 34);
+
+/// Height of walls and robots, m.
+const HEIGHT: f64 = 0.3;
+/// Thickness of flat objects on the floor, m.
+const FLAT: f64 = 0.01;
+/// Thickness of a line, m.
+const THIN: f32 = 0.04;
+/// Size of letters, m.
+const LETTERS: f64 = 0.22;
+
+pub struct SceneTopics {
+    setup: Setup,
+    room: EntityTopic,
+    marks: EntityTopic,
+    obstacles: EntityTopic,
+    items: EntityTopic,
+    /// The robots with their colors, by rank.
+    robots: Vec<(EntityTopic, RGBColor)>,
+}
+
+/// One topic with one entity. A change publishes the whole entity again.
+struct EntityTopic {
+    channel: Channel<SceneUpdate>,
+    id: String,
+    frame: String,
+    shown: Option<SceneEntity>,
+}
+
+impl EntityTopic {
+    fn new<W: Write + Seek>(
+        recording: &mut Recording<W>,
+        topic: &str,
+        id: &str,
+        frame: &str,
+    ) -> anyhow::Result<Self> {
+        Ok(Self {
+            channel: recording.channel(topic)?,
+            id: id.to_owned(),
+            frame: frame.to_owned(),
+            shown: None,
+        })
+    }
+
+    /// Returns an empty entity, fixed in its frame.
+    fn bare(&self) -> SceneEntity {
+        SceneEntity {
+            id: self.id.clone(),
+            frame_id: self.frame.clone(),
+            frame_locked: true,
+            ..SceneEntity::default()
+        }
+    }
+
+    /// Publishes an entity if it differs from the last one.
+    fn show(&mut self, now: SimTime, entity: SceneEntity, seen: &mut Vec<Message>) {
+        if self.shown.as_ref() == Some(&entity) {
+            return;
+        }
+        let update = SceneUpdate {
+            deletions: Vec::new(),
+            entities: vec![SceneEntity {
+                timestamp: Some(stamp(now)),
+                ..entity.clone()
+            }],
+        };
+        seen.push(self.channel.message(now, &update));
+        self.shown = Some(entity);
+    }
+}
+
+impl SceneTopics {
+    /// Creates the topics in a recording.
+    pub fn new<W: Write + Seek>(
+        recording: &mut Recording<W>,
+        setup: &Setup,
+    ) -> anyhow::Result<Self> {
+        let names = || setup.scenario.robots.iter().map(|robot| &*robot.name);
+        let mut still = |id: &str| EntityTopic::new(recording, &format!("/scene/{id}"), id, WORLD);
+        let (room, marks) = (still("room")?, still("marks")?);
+        let (obstacles, items) = (still("obstacles")?, still("items")?);
+        let robots = names()
+            .zip(palette::colors(names()))
+            .map(|(name, color)| {
+                let topic = format!("/scene/robots/{name}");
+                Ok((EntityTopic::new(recording, &topic, name, name)?, color))
+            })
+            .collect::<anyhow::Result<_>>()?;
+        Ok(Self {
+            setup: setup.clone(),
+            room,
+            marks,
+            obstacles,
+            items,
+            robots,
+        })
+    }
+
+    /// Publishes the parts of the scene that have changed.
+    pub fn see(&mut self, view: &View, seen: &mut Vec<Message>) {
+        let now = view.now;
+        let room = self.draw_room();
+        self.room.show(now, room, seen);
+        let marks = draw_marks(&view.marks, self.marks.bare());
+        self.marks.show(now, marks, seen);
+        let obstacles = SceneEntity {
+            cubes: view.obstacles.iter().map(block).collect(),
+            ..self.obstacles.bare()
+        };
+        self.obstacles.show(now, obstacles, seen);
+        let items = self.draw_items(&view.items);
+        self.items.show(now, items, seen);
+        for (rank, robot) in view.robots.iter().enumerate() {
+            let load = robot
+                .carrying
+                .and_then(|item| view.items.get(item.0 as usize));
+            let entity = self.draw_robot(rank, robot, load);
+            self.robots[rank].0.show(now, entity, seen);
+        }
+    }
+
+    /// Draws the static parts: floor and border.
+    fn draw_room(&self) -> SceneEntity {
+        let scenario = &self.setup.scenario;
+        let (width, height) = (scenario.room.width_m, scenario.room.height_m);
+        let (width, height) = (f64::from(width), f64::from(height));
+        let middle = |level: f64| vector(width / 2.0, height / 2.0, level);
+        let wall = 0.05;
+        let beam = |center: (f64, f64), size: (f64, f64)| CubePrimitive {
+            pose: Some(at(vector(center.0, center.1, HEIGHT / 2.0))),
+            size: Some(vector(size.0, size.1, HEIGHT)),
+            color: Some(color(BORDER, 1.0)),
+        };
+        // The border lies outside, so that a robot at the border touches it.
+        let outside = wall / 2.0;
+        let floor = CubePrimitive {
+            pose: Some(at(middle(-1.5 * FLAT))),
+            size: Some(vector(width, height, FLAT)),
+            color: Some(color(FLOOR, 1.0)),
+        };
+        let along = (width + 2.0 * wall, wall);
+        let across = (wall, height);
+        SceneEntity {
+            cubes: vec![
+                floor,
+                beam((width / 2.0, -outside), along),
+                beam((width / 2.0, height + outside), along),
+                beam((-outside, height / 2.0), across),
+                beam((width + outside, height / 2.0), across),
+            ],
+            ..self.room.bare()
+        }
+    }
+
+    /// Draws the items on the floor. A carried item belongs to its robot.
+    fn draw_items(&self, items: &[ItemView]) -> SceneEntity {
+        let on_floor = items.iter().filter(|item| item.carrier.is_none());
+        SceneEntity {
+            spheres: on_floor
+                .map(|item| ball(item.position.x, item.position.y, item.radius_m))
+                .collect(),
+            ..self.items.bare()
+        }
+    }
+
+    /// Draws a robot in its own frame: body, heading, load and activity.
+    fn draw_robot(&self, rank: usize, robot: &RobotView, load: Option<&ItemView>) -> SceneEntity {
+        let (topic, robot_color) = &self.robots[rank];
+        if robot.state == AgentState::Absent {
+            return topic.bare();
+        }
+        let radius = self.setup.scenario.body.radius_m;
+        let alive = robot.state == AgentState::Present;
+        let paint =
+            |rgb: RGBColor| -> Option<Color> { Some(color(rgb, if alive { 1.0 } else { 0.4 })) };
+        let activity = match robot.active {
+            _ if !alive => robot.state.as_str(),
+            Some(set) => self.setup.catalog.behavior_name(set),
+            None => "idle",
+        };
+        let name = &self.setup.scenario.robots[rank].name;
+        SceneEntity {
+            cylinders: vec![CylinderPrimitive {
+                pose: Some(at(vector(0.0, 0.0, HEIGHT / 2.0))),
+                size: Some(vector(2.0 * radius, 2.0 * radius, HEIGHT)),
+                bottom_scale: 1.0,
+                top_scale: 1.0,
+                color: paint(*robot_color),
+            }],
+            arrows: vec![ArrowPrimitive {
+                pose: Some(at(vector(0.0, 0.0, HEIGHT + FLAT))),
+                shaft_length: 0.6 * f64::from(radius),
+                shaft_diameter: 0.3 * f64::from(radius),
+                head_length: 0.4 * f64::from(radius),
+                head_diameter: 0.7 * f64::from(radius),
+                color: paint(INK),
+            }],
+            spheres: load
+                .iter()
+                .map(|item| ball(radius, 0.0, item.radius_m))
+                .collect(),
+            texts: vec![lettering(
+                format!("{name}: {activity}"),
+                vector(0.0, 0.0, HEIGHT + 1.5 * LETTERS),
+            )],
+            ..topic.bare()
+        }
+    }
+}
+
+fn ball(x: f32, y: f32, radius: f32) -> SpherePrimitive {
+    SpherePrimitive {
+        pose: Some(at(vector(x, y, radius))),
+        size: Some(vector(2.0 * radius, 2.0 * radius, 2.0 * radius)),
+        color: Some(color(palette::ITEM, 1.0)),
+    }
+}
+
+/// Draws the mission's marks flat on the floor, with labels.
+fn draw_marks(marks: &[Mark], bare: SceneEntity) -> SceneEntity {
+    let mut entity = bare;
+    for mark in marks {
+        // A range is transparent, so that it hides nothing.
+        let opacity = if mark.role == MarkRole::Range {
+            0.3
+        } else {
+            1.0
+        };
+        let paint = Some(color(palette::of_mark(mark), opacity));
+        let mut slab = |from: Vec2, to: Vec2, width: f32| {
+            let (way, middle) = (to - from, (from + to) / 2.0);
+            entity.cubes.push(CubePrimitive {
+                pose: Some(Pose {
+                    position: Some(vector(middle.x, middle.y, 0.0)),
+                    orientation: Some(turned(way.y.atan2(way.x))),
+                }),
+                size: Some(vector(way.length(), width, FLAT)),
+                color: paint,
+            });
+        };
+        let top = match mark.outline {
+            MarkOutline::Disc { center, radius_m } => {
+                entity.cylinders.push(CylinderPrimitive {
+                    pose: Some(at(vector(center.x, center.y, 0.0))),
+                    size: Some(vector(2.0 * radius_m, 2.0 * radius_m, FLAT)),
+                    bottom_scale: 1.0,
+                    top_scale: 1.0,
+                    color: paint,
+                });
+                center + Vec2::new(0.0, radius_m)
+            }
+            MarkOutline::Rectangle { min, max } => {
+                let middle_y = (min.y + max.y) / 2.0;
+                let end = |x| Vec2::new(x, middle_y);
+                slab(end(min.x), end(max.x), max.y - min.y);
+                Vec2::new((min.x + max.x) / 2.0, max.y)
+            }
+            MarkOutline::Bar {
+                from,
+                to,
+                half_width_m,
+            } => {
+                slab(from, to, 2.0 * half_width_m);
+                (from + to) / 2.0
+            }
+            MarkOutline::Line { from, to } => {
+                slab(from, to, THIN);
+                (from + to) / 2.0
+            }
+        };
+        if mark.is_labelled(marks.len()) {
+            let above = vector(top.x, f64::from(top.y) + LETTERS, 0.1);
+            entity.texts.push(lettering(mark.label.clone(), above));
+        }
+    }
+    entity
+}
+
+/// Draws a rectangle on the floor: a block, or a patch that robots can cross.
+fn block(obstacle: &Obstacle) -> CubePrimitive {
+    let penetrability = Penetrability(obstacle.penetrability);
+    let (paint, opacity, height) = match obstacle.penetrability {
+        _ if penetrability.is_solid() => (SOLID, 1.0, HEIGHT),
+        slow if slow < 1.0 => (SLOW, 0.5, 2.0 * FLAT),
+        _ => (FAST, 0.5, 2.0 * FLAT),
+    };
+    CubePrimitive {
+        pose: Some(at(vector(
+            obstacle.x_m + obstacle.width_m / 2.0,
+            obstacle.y_m + obstacle.height_m / 2.0,
+            height / 2.0,
+        ))),
+        size: Some(vector(obstacle.width_m, obstacle.height_m, height)),
+        color: Some(color(paint, opacity)),
+    }
+}
+
+/// Returns a text that turns towards the viewer.
+fn lettering(text: String, position: Vector3) -> TextPrimitive {
+    TextPrimitive {
+        pose: Some(at(position)),
+        billboard: true,
+        font_size: LETTERS,
+        scale_invariant: false,
+        color: Some(color(INK, 1.0)),
+        text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::visit;
+
+    #[test]
+    fn marks_of_any_mission_lie_on_the_floor_with_their_labels() {
+        let entity = draw_marks(&visit::marks(), SceneEntity::default());
+        let texts: Vec<&str> = entity.texts.iter().map(|text| text.text.as_str()).collect();
+        assert_eq!(texts, ["place", "home", "box", "rope"]);
+        assert_eq!((entity.cylinders.len(), entity.cubes.len()), (1, 3));
+        // The bar is 5 m long.
+        let size = entity.cubes[1].size.unwrap();
+        assert!((size.x - 5.0).abs() < 1e-6 && (size.y - 0.4).abs() < 1e-6);
+        let half_done = entity.cubes[1].color;
+        assert_eq!(half_done, Some(color(palette::ITEM, 1.0)));
+        let done = entity.cylinders[0].color;
+        assert_eq!(done, Some(color(RGBColor(122, 62, 160), 1.0)));
+    }
+}

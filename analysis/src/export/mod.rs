@@ -1,0 +1,162 @@
+//! `alliance export`: a run in the formats of other tools.
+//!
+//! - `mcap`: the visible state of the run and its tables, as one recording.
+//! - `parquet`: the tables of its log, one file each.
+//! - `scenario`: the run as a scenario with all external influences, to run, change or sweep again.
+
+#[cfg(feature = "mcap")]
+mod mcap;
+#[cfg(not(feature = "mcap"))]
+#[path = "without_mcap.rs"]
+mod mcap;
+mod parquet;
+mod scenario;
+
+use missions::Registry;
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context, anyhow};
+use clap::Args;
+use run_log::{RunLog, RunOutcome};
+use terminal::tell;
+
+use crate::new_file::NewFile;
+use crate::optional;
+
+/// Write a run as MCAP for Foxglove, Lichtblick and PlotJuggler, as Parquet for notebooks, or as a scenario
+#[derive(Args, Clone, Debug)]
+pub struct ExportCommand {
+    /// Folder of the run
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    #[command(flatten)]
+    formats: Formats,
+}
+
+/// The formats to write, at least one.
+#[derive(Args, Clone, Debug)]
+#[group(required = true, multiple = true)]
+struct Formats {
+    /// Write an MCAP file [default: DIR/run.mcap]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
+    mcap: Option<Option<PathBuf>>,
+    /// Write each table of the log as a Parquet file into this folder [default: DIR/parquet]
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true)]
+    parquet: Option<Option<PathBuf>>,
+    /// Write the scenario, with manual actions on its fault timeline [default: DIR/scenario.toml]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
+    scenario: Option<Option<PathBuf>>,
+}
+
+impl ExportCommand {
+    /// Writes the export. Returns exit status 0; 1 if this program does not reproduce the run exactly; 2 if the folder
+    /// contains no run or a file cannot be written.
+    #[must_use]
+    pub fn run(&self) -> ExitCode {
+        match self.export() {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => {
+                tell!("alliance export: {error:#}");
+                ExitCode::from(if error.is::<mcap::Differs>() { 1 } else { 2 })
+            }
+        }
+    }
+
+    fn export(&self) -> anyhow::Result<()> {
+        if self.formats.mcap.is_some() {
+            mcap_is_there()?;
+        }
+        let log = open(&self.folder)?;
+        if let Some(folder) = &self.formats.parquet {
+            let folder = folder
+                .clone()
+                .unwrap_or_else(|| self.folder.join("parquet"));
+            let left_out = parquet::write(&log, &folder)?;
+            if !left_out.is_empty() {
+                tell!(
+                    "note: --log {} keeps no {}",
+                    log.run.log.as_str(),
+                    left_out.join(", ")
+                );
+            }
+            tell!("parquet {}", folder.display());
+        }
+        if let Some(file) = &self.formats.scenario {
+            let file = file
+                .clone()
+                .unwrap_or_else(|| self.folder.join("scenario.toml"));
+            let (text, notes) = scenario::of(&log)?;
+            for note in notes {
+                tell!("note: {note}");
+            }
+            let mut new = NewFile::create(&file)?;
+            new.writer().write_all(text.as_bytes())?;
+            new.put_in_place()?;
+            tell!("scenario {} (seed {})", file.display(), log.run.setup.seed);
+        }
+        if let Some(file) = &self.formats.mcap {
+            let file = file.clone().unwrap_or_else(|| mcap_file(&self.folder));
+            write_mcap(&log, &file)?;
+        }
+        Ok(())
+    }
+}
+
+/// Checks that this program can write MCAP files.
+///
+/// # Errors
+/// Returns an error that names the required feature.
+pub fn mcap_is_there() -> anyhow::Result<()> {
+    optional::check("mcap", cfg!(feature = "mcap"))
+}
+
+/// Writes the run in `folder` as DIR/run.mcap.
+///
+/// # Errors
+/// Returns an error when this program does not reproduce the run exactly or the file cannot be written.
+pub fn export_mcap(folder: &Path) -> anyhow::Result<()> {
+    write_mcap(&open(folder)?, &mcap_file(folder))
+}
+
+fn mcap_file(folder: &Path) -> PathBuf {
+    folder.join("run.mcap")
+}
+
+fn write_mcap(log: &RunLog, path: &Path) -> anyhow::Result<()> {
+    let mut file = NewFile::create(path)?;
+    mcap::write(log, file.writer()).with_context(|| path.display().to_string())?;
+    file.put_in_place()?;
+    tell!("mcap    {}", path.display());
+    Ok(())
+}
+
+fn open(folder: &Path) -> anyhow::Result<RunLog> {
+    // The source of this error repeats its text, so only the text is kept.
+    RunLog::open(folder, &Registry::of_this_program().vocabulary())
+        .map_err(|error| anyhow!("{} is not a run folder: {error}", folder.display()))
+}
+
+/// Returns the facts about the source run that an export contains.
+fn facts(log: &RunLog) -> BTreeMap<String, String> {
+    let run = &log.run;
+    let hash = run
+        .hash
+        .clone()
+        .or_else(|| log.last.map(|seal| format!("{:016x}", seal.hash)));
+    let outcome = match run.outcome {
+        RunOutcome::Running => "running",
+        RunOutcome::Ended(outcome) => outcome.as_str(),
+    };
+    [
+        ("seed", run.setup.seed.to_string()),
+        ("scenario", run.setup.scenario.name.clone()),
+        ("hash", hash.unwrap_or_default()),
+        ("outcome", outcome.to_owned()),
+        ("version", run.version.clone()),
+    ]
+    .map(|(key, value)| (key.to_owned(), value))
+    .into()
+}

@@ -1,0 +1,34 @@
+//! Analysis of recorded runs: replay, invariant checks, comparison, reports and export.
+//!
+//! - [`replay`]: the repetition of a run from its log. [`learned`]: the values that its robots have learned. [`diff`]:
+//!   the first difference of two runs. [`retrace`]: a finished run with a view of each tick.
+//! - [`report`]: figures and metrics of a run. [`export`]: a run for other tools.
+//! - [`sweep`]: many runs and their statistics. [`compare`]: allocators under faults. [`random_mission`]: random
+//!   missions for sweeps. [`invariants`]: conditions that every run must satisfy.
+//! - [`tune`]: parameter search for allocators.
+//! - [`strategies`]: L-ALLIANCE's strategies against the optimum.
+//! - [`check`]: the effective parameters of a scenario, before a run. [`table`]: tables in a terminal.
+//!
+//! [`run_log`] reads the logs. Each module contains the `alliance` subcommand that belongs to it.
+
+pub mod check;
+pub mod compare;
+pub mod diff;
+pub mod export;
+pub mod interrupted;
+pub mod invariants;
+pub mod learned;
+mod new_file;
+mod optional;
+mod page_head;
+mod palette;
+pub mod random_mission;
+pub mod replay;
+pub mod report;
+pub mod retrace;
+pub mod strategies;
+pub mod sweep;
+pub mod table;
+pub mod tune;
+#[cfg(test)]
+mod visit;

@@ -1,0 +1,438 @@
+//! Random fault plans: orders of every kind of fault for a scenario's timeline.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use scenario::fault::{
+    Chance, Delay, Fault, FaultRange, Happening, Link, Loss, MissionFault, MoveRobot, Order,
+    Partition, RadioQuality, RangeFault, SkillFault, When, Who,
+};
+use scenario::ids::BehaviorId;
+use scenario::{Catalog, Obstacle, Robot, Scenario};
+use serde::{Deserialize, Serialize};
+use world_server::faults::campaign::{random_actuator_fault, random_sensor_fault};
+
+use super::Between;
+
+/// Longest duration of a fault, s.
+const LONGEST_S: f64 = 60.0;
+/// Shortest duration of a fault, s.
+const SHORTEST_S: f64 = 0.5;
+/// Share of faults that wait for an event.
+const BY_EVENT: f64 = 0.1;
+/// Share of timed faults that start before the first tick.
+const AT_ONCE: f64 = 0.05;
+/// Share of timed faults that recur.
+const PERIODIC: f64 = 0.02;
+/// Share of faults that never heal, of those that do not recur.
+const FOR_GOOD: f64 = 0.12;
+
+/// The number and the time limit of random faults.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RandomFaults {
+    pub min: u32,
+    pub max: u32,
+    /// The time by which all timed faults have begun, and have healed if they heal, s of simulated time.
+    pub until_s: f64,
+}
+
+impl RandomFaults {
+    pub(super) fn between(&self) -> Between {
+        Between {
+            min: self.min,
+            max: self.max,
+        }
+    }
+}
+
+/// A function that draws a fault of one kind. It returns `None` if the mission has no possible target.
+type Draw = fn(&mut Dice<'_>) -> Option<Fault>;
+
+/// All kinds of faults, with equal probability.
+const DRAWS: [Draw; 26] = [
+    |dice| Some(Fault::Kill(dice.robot().name)),
+    |dice| Some(Fault::Terminate(dice.robot().name)),
+    |dice| Some(Fault::Pause(dice.robot().name)),
+    |dice| Some(Fault::Continue(dice.robot().name)),
+    |dice| Some(Fault::Restart(dice.robot().name)),
+    |dice| Some(Fault::Add(dice.absent_robot()?)),
+    |dice| Some(Fault::Remove(dice.robot().name)),
+    |dice| {
+        let Link { from, to } = dice.link();
+        Some(Fault::Drop(Loss {
+            from,
+            to,
+            p: dice.between(0.1, 1.0),
+            burst_s: dice.any(&[0.0, 0.5, 2.0]),
+        }))
+    },
+    |dice| {
+        let Link { from, to } = dice.link();
+        Some(Fault::Delay(Delay {
+            from,
+            to,
+            delay_s: dice.between(0.0, 3.0),
+            jitter_s: dice.any(&[0.0, 0.5, 2.0]),
+        }))
+    },
+    |dice| Some(Fault::Duplicate(dice.chance())),
+    |dice| Some(Fault::Reorder(dice.chance())),
+    |dice| Some(Fault::Hold(dice.link())),
+    |dice| dice.partition().map(Fault::Partition),
+    |dice| Some(Fault::Mute(dice.robot().name)),
+    |dice| Some(Fault::Deaf(dice.robot().name)),
+    |dice| {
+        let range_m = dice.between(1.0, 8.0) as f32;
+        Some(Fault::Range(RangeFault { range_m }))
+    },
+    |dice| Some(Fault::Radio(dice.any(&RadioQuality::ALL))),
+    |dice| {
+        let robot = dice.robot();
+        Some(random_sensor_fault(
+            dice.rng,
+            &robot,
+            dice.scenario.mission(),
+        ))
+    },
+    |dice| {
+        let robot = dice.robot();
+        Some(random_actuator_fault(dice.rng, &robot))
+    },
+    |dice| Some(Fault::Power(dice.robot().name)),
+    |dice| Some(Fault::Babble(dice.robot().name)),
+    |dice| {
+        let (x_m, y_m) = dice.place();
+        Some(Fault::Obstacle(Obstacle {
+            x_m,
+            y_m,
+            width_m: dice.between(0.2, 1.5) as f32,
+            height_m: dice.between(0.2, 1.5) as f32,
+            penetrability: dice.any(&[0.0, 0.0, 0.0, 0.3, 2.0]),
+        }))
+    },
+    |dice| dice.mission_fault().map(Fault::Mission),
+    |dice| dice.mission_fault().map(Fault::Mission),
+    |dice| {
+        let (x_m, y_m) = dice.place();
+        Some(Fault::MoveRobot(MoveRobot {
+            robot: dice.robot().name,
+            x_m,
+            y_m,
+            heading_deg: dice.any(&[None, Some(-90.0), Some(33.0)]),
+        }))
+    },
+    |dice| dice.worse_skill().map(Fault::Skill),
+];
+
+/// The number of kinds for missions without skills.
+const WITHOUT_SKILLS: usize = DRAWS.len() - 1;
+
+/// Rounds a position down to two decimals, so that it never lies beyond the border.
+fn written(place_m: f32) -> f64 {
+    (f64::from(place_m) * 100.0).floor() / 100.0
+}
+
+/// Draws a random timeline, sorted by time. Orders that wait for an event come last.
+#[must_use]
+pub fn timeline(faults: &RandomFaults, scenario: &Scenario, rng: &mut ChaCha8Rng) -> Vec<Order> {
+    let count = faults.between().draw(rng);
+    let mut dice = Dice { rng, scenario };
+    let mut orders = Vec::new();
+    let draws = match scenario.mission().skills(scenario)[..] {
+        [] => &DRAWS[..WITHOUT_SKILLS],
+        _ => &DRAWS[..],
+    };
+    while orders.len() < count as usize {
+        let draw = dice.any(draws);
+        if let Some(fault) = draw(&mut dice) {
+            orders.push(dice.order(fault, faults.until_s));
+        }
+    }
+    orders.sort_by_key(|order| (order.at_s.is_none(), order.at()));
+    orders
+}
+
+/// The random draws for one mission.
+struct Dice<'a> {
+    rng: &'a mut ChaCha8Rng,
+    scenario: &'a Scenario,
+}
+
+impl Dice<'_> {
+    fn order(&mut self, fault: Fault, until_s: f64) -> Order {
+        let lasts = !fault.is_momentary();
+        let mut order = Order::now(fault);
+        if self.rng.random_bool(BY_EVENT) {
+            order.when = Some(self.event());
+            if lasts && !self.rng.random_bool(FOR_GOOD) {
+                order.for_s = Some(self.between(SHORTEST_S, LONGEST_S));
+            }
+            return order;
+        }
+        let at_s = if self.rng.random_bool(AT_ONCE) {
+            0.0
+        } else {
+            self.between(0.0, until_s - SHORTEST_S)
+        };
+        order.at_s = Some(at_s);
+        let longest_s = LONGEST_S.min(until_s - at_s);
+        if self.rng.random_bool(PERIODIC) {
+            let every_s = self.between(20.0, 60.0);
+            order.every_s = Some(every_s);
+            order.for_s = lasts.then(|| self.between(SHORTEST_S, every_s / 2.0));
+        } else if lasts && !self.rng.random_bool(FOR_GOOD) {
+            order.for_s = Some(self.between(SHORTEST_S.min(longest_s), longest_s));
+        }
+        order
+    }
+
+    fn event(&mut self) -> When {
+        let robot = self.robot().name;
+        let verbs: Vec<&str> = Happening::verbs(self.scenario.mission()).collect();
+        let mut when = When {
+            robot: self.rng.random_bool(0.5).then_some(robot),
+            what: self.any(&verbs).to_owned(),
+            subject: None,
+        };
+        if when.is_about_a_set() && self.rng.random_bool(0.5) {
+            when.subject = self.set_of(when.robot.as_deref());
+        }
+        when
+    }
+
+    /// Draws the name of a behavior set of `robot`, or of any robot.
+    fn set_of(&mut self, robot: Option<&str>) -> Option<String> {
+        let catalog = Catalog::of(self.scenario);
+        let mut robots = self.scenario.robots.iter();
+        let sets: Vec<BehaviorId> = match robots.find(|spec| robot == Some(&spec.name)) {
+            Some(robot) => catalog.behaviors_of(robot).collect(),
+            None => (0..catalog.sets.len() as u16).map(BehaviorId).collect(),
+        };
+        (!sets.is_empty()).then(|| catalog.behavior_name(self.any(&sets)).to_owned())
+    }
+
+    fn robot(&mut self) -> Robot {
+        let robots = &self.scenario.robots;
+        robots[self.rng.random_range(0..robots.len())].clone()
+    }
+
+    fn absent_robot(&mut self) -> Option<String> {
+        let absent: Vec<&Robot> = self
+            .scenario
+            .robots
+            .iter()
+            .filter(|robot| robot.absent)
+            .collect();
+        let place = (!absent.is_empty()).then(|| self.rng.random_range(0..absent.len()));
+        place.map(|place| absent[place].name.clone())
+    }
+
+    fn link(&mut self) -> Link {
+        let (from, to) = (self.endpoint(), self.endpoint());
+        // A robot does not receive its own messages.
+        let to = if to == from { Who::All } else { to };
+        Link { from, to }
+    }
+
+    fn endpoint(&mut self) -> Who {
+        let robot = self.robot().name;
+        if self.rng.random_bool(0.5) {
+            Who::All
+        } else {
+            Who::Robot(robot)
+        }
+    }
+
+    fn chance(&mut self) -> Chance {
+        let Link { from, to } = self.link();
+        let p = self.between(0.1, 1.0);
+        Chance { from, to, p }
+    }
+
+    /// Draws a partition: each robot is in one of two groups or in none.
+    fn partition(&mut self) -> Option<Partition> {
+        let mut groups = [Vec::new(), Vec::new(), Vec::new()];
+        for robot in &self.scenario.robots {
+            let group = self.any(&[0, 0, 1, 1, 2]);
+            groups[group].push(robot.name.clone());
+        }
+        let [one, other, _] = groups;
+        let one_way = self.rng.random_bool(0.3);
+        (!one.is_empty() && !other.is_empty()).then(|| Partition {
+            groups: vec![one, other],
+            one_way,
+        })
+    }
+
+    /// Draws a place within the border, m.
+    fn place(&mut self) -> (f32, f32) {
+        let room = self.scenario.room;
+        let mut along = |size_m: f32| self.between(0.0, f64::from(size_m)) as f32;
+        let (x_m, y_m) = (along(room.width_m), along(room.height_m));
+        (x_m.min(room.width_m), y_m.min(room.height_m))
+    }
+
+    /// Draws a fault that reduces a skill of a robot, if the robot has any.
+    fn worse_skill(&mut self) -> Option<SkillFault> {
+        let robot = self.robot();
+        let mut skills = self.scenario.mission().skills(self.scenario);
+        skills.retain(|skill| robot.skill(skill).unwrap_or(1.0) > 0.0);
+        Some(SkillFault {
+            skill: (!skills.is_empty()).then(|| self.any(&skills))?,
+            robot: robot.name,
+            share: self.between(0.0, 1.0),
+        })
+    }
+
+    /// Draws one of the mission's own faults, if there are any.
+    fn mission_fault(&mut self) -> Option<MissionFault> {
+        let mission = self.scenario.mission();
+        let specs = mission.faults();
+        let spec = (!specs.is_empty()).then(|| self.any(specs))?;
+        let (x_m, y_m) = self.place_of_interest();
+        let items = mission.promises(self.scenario).items as u32;
+        let values = spec.arguments.iter().map(|argument| {
+            let value = match argument.range {
+                FaultRange::X => written(x_m),
+                FaultRange::Y => written(y_m),
+                FaultRange::Within(from, to) => self.between(from, to),
+                // An existing item, or the first id that does not exist.
+                FaultRange::Item => self.rng.random_range(0..=items).into(),
+                // At most two more than the minimum.
+                FaultRange::Whole(from, to) => {
+                    let most = to.min(from.saturating_add(2));
+                    self.rng.random_range(from..=most).into()
+                }
+            };
+            (argument.key.to_owned(), value)
+        });
+        let values = values.collect();
+        Some(MissionFault {
+            name: spec.name.to_owned(),
+            values,
+        })
+    }
+
+    /// Draws a place within the border, m. Half of the draws give a place where robots look for items.
+    fn place_of_interest(&mut self) -> (f32, f32) {
+        const TRIES: usize = 30;
+        let anywhere = self.place();
+        if self.rng.random_bool(0.5) {
+            return anywhere;
+        }
+        for _ in 0..TRIES {
+            let place = self.place();
+            let mission = self.scenario.mission();
+            if mission.is_looked_for(self.scenario, place.into()) {
+                return place;
+            }
+        }
+        anywhere
+    }
+
+    fn any<T: Clone>(&mut self, all: &[T]) -> T {
+        all[self.rng.random_range(0..all.len())].clone()
+    }
+
+    /// Draws a number, rounded to two decimals for readability.
+    fn between(&mut self, from: f64, to: f64) -> f64 {
+        let value = if from < to {
+            self.rng.random_range(from..to)
+        } else {
+            from
+        };
+        (value * 100.0).round() / 100.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+    use missions::waste::data::{default_scenario, default_setup};
+    use rand_chacha::rand_core::SeedableRng;
+
+    use super::*;
+
+    fn orders(until_s: f64) -> Vec<Order> {
+        let faults = RandomFaults {
+            min: 20,
+            max: 20,
+            until_s,
+        };
+        let scenario = default_scenario();
+        let of = |seed| timeline(&faults, &scenario, &mut ChaCha8Rng::seed_from_u64(seed));
+        (0..200).flat_map(of).collect()
+    }
+
+    #[test]
+    fn everything_has_healed_in_time_but_what_never_does() {
+        let setup = default_setup(1);
+        for until_s in [1.0, 5.0, 240.0] {
+            for order in orders(until_s) {
+                order.check(&setup.scenario, &setup.catalog).unwrap();
+                let Some(at_s) = order.at_s else {
+                    assert!(order.when.is_some());
+                    assert!(order.for_s.is_none() || !order.fault.is_momentary());
+                    continue;
+                };
+                let ends_s = at_s + order.for_s.unwrap_or_default();
+                assert!(
+                    order.every_s.is_some() || ends_s <= until_s + 0.01,
+                    "{order:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn triggers_of_every_kind_and_waste_anywhere() {
+        let orders = orders(240.0);
+        let whens = || orders.iter().filter_map(|order| order.when.as_ref());
+        for verb in Happening::verbs(default_scenario().mission()) {
+            let with_verb = || whens().filter(|when| when.what == verb);
+            assert!(with_verb().any(|when| when.robot.is_some() && when.subject.is_none()));
+            assert!(with_verb().any(|when| when.robot.is_none()));
+            let about_a_set = with_verb().any(When::is_about_a_set);
+            assert_eq!(with_verb().any(|when| when.subject.is_some()), about_a_set);
+        }
+        assert!(orders.iter().any(|order| order.at_s == Some(0.0)));
+        let room = default_scenario().room;
+        let strewn = |x_m: f64, y_m: f64| {
+            let mission = default_scenario().mission();
+            !mission.is_looked_for(&default_scenario(), Vec2::new(x_m as f32, y_m as f32))
+        };
+        let places = orders.iter().filter_map(|order| match &order.fault {
+            Fault::Mission(fault) => Some((fault.get("x_m")?, fault.get("y_m")?)),
+            _ => None,
+        });
+        let places: Vec<(f64, f64)> = places.collect();
+        assert!(places.iter().any(|&(x_m, y_m)| strewn(x_m, y_m)));
+        let (width_m, height_m) = (f64::from(room.width_m), f64::from(room.height_m));
+        assert!(
+            places
+                .iter()
+                .all(|&(x_m, y_m)| x_m <= width_m && y_m <= height_m)
+        );
+    }
+
+    #[test]
+    fn no_place_is_beyond_a_border_that_reads_as_more_than_it_is() {
+        let border_m = 9.11_f32;
+        assert!(f64::from(border_m) < 9.11 && written(border_m) <= f64::from(border_m));
+    }
+
+    #[test]
+    fn shares_of_waiting_recurring_and_permanent_faults() {
+        let orders = orders(240.0);
+        let share = |which: fn(&Order) -> bool| {
+            orders.iter().filter(|order| which(order)).count() as f64 / orders.len() as f64
+        };
+        let near = |share: f64, wanted: f64| assert!((share - wanted).abs() < 0.03, "{share}");
+        near(share(|order| order.when.is_some()), BY_EVENT);
+        near(share(|order| order.every_s.is_some()), PERIODIC);
+        let stays = |order: &Order| {
+            order.when.is_none() && order.for_s.is_none() && !order.fault.is_momentary()
+        };
+        near(share(stays), FOR_GOOD * 20.0 / 25.0);
+    }
+}

@@ -1,0 +1,339 @@
+//! Random missions: room, team, tasks and faults, each a function of a seed.
+//!
+//! - [`room`]: obstacles with corridors between them. [`mod@team`]: robots. [`faults`]: a timeline with faults of every kind.
+//!
+//! The drawn values are written into a scenario, so that its run needs no further draws. To find the cause of a
+//! failure, users can remove parts of that scenario.
+
+pub mod faults;
+pub mod room;
+pub mod team;
+
+use missions::Registry;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use scenario::mission::data::Draw;
+use scenario::mission::known::Mission;
+use scenario::{Scenario, instead};
+use serde::{Deserialize, Serialize};
+
+use faults::{RandomFaults, timeline};
+use room::obstacles;
+use team::team;
+
+/// Maximum number of obstacles, faults and robots of a mission.
+const MOST: u32 = 100;
+
+/// Shortest and longest side of a room, m. Robots start side by side.
+const LEAST_M: f32 = 6.0;
+const MOST_M: f32 = 100.0;
+
+/// The parts of a mission that are drawn; the rest comes from the scenario.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RandomMission {
+    /// The range of the room's width and height.
+    pub room: Option<Sides>,
+    /// The range of the number of obstacles; fewer if the room has no space.
+    pub obstacles: Option<Between>,
+    /// The range of the number of robots.
+    pub robots: Option<Between>,
+    /// Name of the mission whose tasks are drawn.
+    pub mission: Option<String>,
+    /// The range of the random faults.
+    pub faults: Option<RandomFaults>,
+}
+
+/// A range of whole numbers with equal probability.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Between {
+    pub min: u32,
+    pub max: u32,
+}
+
+/// A range of lengths, m.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sides {
+    pub min: f32,
+    pub max: f32,
+}
+
+/// The random streams. Each drawn part has its own stream, so that a change of one part does not shift the others.
+#[derive(Clone, Copy)]
+enum Stream {
+    Robots = 1,
+    Obstacles = 2,
+    Faults = 3,
+    Room = 4,
+    Mission = 5,
+}
+
+/// Returns the draw function of a mission that this program contains.
+fn draw_of(name: &str) -> Option<Draw> {
+    let missions = Registry::of_this_program().vocabulary().missions;
+    missions
+        .iter()
+        .find(|mission| mission.name() == name)?
+        .random()
+}
+
+impl Between {
+    fn draw(self, rng: &mut ChaCha8Rng) -> u32 {
+        rng.random_range(self.min..=self.max)
+    }
+}
+
+impl Sides {
+    /// Draws a length, rounded to two decimals for readability.
+    fn draw(self, rng: &mut ChaCha8Rng) -> f32 {
+        (rng.random_range(self.min..=self.max) * 100.0).round() / 100.0
+    }
+}
+
+impl RandomMission {
+    /// Returns the first invalid value: its key, the problem and the remedy.
+    #[must_use]
+    pub fn mistake(&self) -> Option<(&'static str, String, String)> {
+        let faults = self.faults.as_ref().map(|faults| faults.between());
+        let counts = [
+            ("obstacles", self.obstacles, 0),
+            ("robots", self.robots, 1),
+            ("faults", faults, 0),
+        ];
+        for (key, between, least) in counts {
+            let Some(Between { min, max }) = between else {
+                continue;
+            };
+            if min < least || max < min || max > MOST {
+                let what = format!("from {min} to {max} does not fit");
+                let remedy = format!("write numbers from {least} to {MOST}, the lower one as min");
+                return Some((key, what, remedy));
+            }
+        }
+        if let Some(Sides { min, max }) = self.room
+            && !(LEAST_M <= min && min <= max && max <= MOST_M)
+        {
+            let what = format!("from {min} to {max} m does not fit");
+            let remedy =
+                format!("write lengths from {LEAST_M} to {MOST_M} m, the lower one as min");
+            return Some(("room", what, remedy));
+        }
+        if let Some(name) = &self.mission
+            && draw_of(name).is_none()
+        {
+            let missions = Registry::of_this_program().vocabulary().missions;
+            let drawn = missions.iter().filter(|mission| mission.random().is_some());
+            let what = format!("mission '{name}' does not support random generation");
+            let remedy = instead(name, drawn.map(Mission::name));
+            return Some(("mission", what, remedy));
+        }
+        let until_s = self.faults.as_ref().map(|faults| faults.until_s);
+        until_s
+            .filter(|until_s| !(1.0..=1e6).contains(until_s))
+            .map(|until_s| {
+                let what = format!("until_s = {until_s} is out of range");
+                (
+                    "faults",
+                    what,
+                    "it must be at least 1 and at most 1000000 s".to_owned(),
+                )
+            })
+    }
+
+    /// Returns the scenario with the values that `seed` gives.
+    #[must_use]
+    pub fn draw(&self, mut scenario: Scenario, seed: u64) -> Scenario {
+        let stream = |stream: Stream| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(stream as u64);
+            rng
+        };
+        if let Some(sides) = self.room {
+            let mut rng = stream(Stream::Room);
+            scenario.room.width_m = sides.draw(&mut rng);
+            scenario.room.height_m = sides.draw(&mut rng);
+        }
+        if let Some(between) = self.robots {
+            let mut rng = stream(Stream::Robots);
+            let count = between.draw(&mut rng);
+            scenario.robots = team(count, self.faults.is_some(), &mut rng);
+        }
+        if let Some(draw) = self.mission.as_deref().and_then(draw_of) {
+            draw(&mut scenario, &mut stream(Stream::Mission));
+        }
+        if let Some(between) = self.obstacles {
+            let mut rng = stream(Stream::Obstacles);
+            let count = between.draw(&mut rng);
+            scenario.obstacles = obstacles(&scenario, count, &mut rng);
+        }
+        if let Some(faults) = &self.faults {
+            let mut rng = stream(Stream::Faults);
+            scenario.faults.timeline = timeline(faults, &scenario, &mut rng);
+        }
+        scenario
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use missions::waste::data::default_scenario;
+    use std::collections::BTreeSet;
+
+    use scenario::Setup;
+
+    use super::*;
+
+    fn mission() -> RandomMission {
+        RandomMission {
+            room: Some(Sides {
+                min: 6.0,
+                max: 16.0,
+            }),
+            obstacles: Some(Between { min: 1, max: 8 }),
+            robots: Some(Between { min: 1, max: 8 }),
+            mission: None,
+            faults: Some(RandomFaults {
+                min: 0,
+                max: 12,
+                until_s: 240.0,
+            }),
+        }
+    }
+
+    #[test]
+    fn every_seed_gives_a_mission_that_can_be_run_and_they_differ() {
+        let (mut obstacles, mut robots, mut faults) =
+            (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
+        let (mut kinds, mut sides) = (BTreeSet::new(), BTreeSet::new());
+        for seed in 0..500 {
+            let scenario = mission().draw(default_scenario(), seed);
+            assert_eq!(scenario, mission().draw(default_scenario(), seed));
+            Registry::built_in()
+                .worlds()
+                .of(&scenario)
+                .unwrap()
+                .start_poses(&scenario)
+                .unwrap();
+            for side_m in [scenario.room.width_m, scenario.room.height_m] {
+                assert!((6.0..=16.0).contains(&side_m));
+                sides.insert((100.0 * side_m) as u32);
+            }
+            obstacles.insert(scenario.obstacles.len());
+            robots.insert(scenario.robots.len());
+            faults.insert(scenario.faults.timeline.len());
+            for order in &scenario.faults.timeline {
+                kinds.insert(order.fault.name().to_owned());
+            }
+            // The text form must work too, because a failed run leaves it behind.
+            let text = scenario.to_toml().unwrap();
+            assert_eq!(
+                Scenario::parse("mission.toml", &text, &Registry::built_in().vocabulary()).unwrap(),
+                scenario
+            );
+            Setup::resolve(scenario, seed, None).unwrap();
+        }
+        assert!(sides.len() > 500);
+        assert!(obstacles.contains(&8));
+        assert_eq!(robots, (1..=8).collect());
+        assert_eq!(faults, (0..=12).collect());
+        assert_eq!(kinds.len(), 25);
+    }
+
+    /// Checks each mission with a draw function: all seeds give distinct scenarios that survive the text form and
+    /// resolve.
+    #[test]
+    fn every_drawn_mission_can_be_run() {
+        let missions = Registry::of_this_program().vocabulary().missions;
+        let drawing = missions.iter().filter(|mission| mission.random().is_some());
+        let names: Vec<&str> = drawing.map(Mission::name).collect();
+        assert!(names.contains(&"service"));
+        for name in names {
+            let random = RandomMission {
+                mission: Some(name.to_owned()),
+                ..mission()
+            };
+            let mut sections = BTreeSet::new();
+            for seed in 0..200 {
+                let scenario = random.draw(default_scenario(), seed);
+                assert_eq!(scenario.mission().name(), name);
+                let again = random.draw(default_scenario(), seed);
+                assert_eq!(scenario, again);
+                let text = scenario.to_toml().unwrap();
+                let vocabulary = Registry::built_in().vocabulary();
+                let read = Scenario::parse("mission.toml", &text, &vocabulary);
+                assert_eq!(read.unwrap(), scenario, "seed {seed}");
+                sections.insert(format!("{:?}", scenario.mission));
+                Setup::resolve(scenario, seed, None).unwrap();
+            }
+            assert_eq!(sections.len(), 200, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_drawn_part_does_not_shift_the_others() {
+        let all = mission().draw(default_scenario(), 7);
+        let alone = RandomMission {
+            room: mission().room,
+            obstacles: mission().obstacles,
+            ..RandomMission::default()
+        };
+        let room = alone.draw(default_scenario(), 7);
+        assert_eq!(room.obstacles, all.obstacles);
+        assert_eq!(room.robots, default_scenario().robots);
+        assert_ne!(all, mission().draw(default_scenario(), 8));
+    }
+
+    #[test]
+    fn numbers_that_do_not_fit_are_named() {
+        assert_eq!(mission().mistake(), None);
+        let wrong = |change: fn(&mut RandomMission)| {
+            let mut mission = mission();
+            change(&mut mission);
+            mission.mistake().unwrap().0
+        };
+        assert_eq!(
+            wrong(|mission| mission.robots = Some(Between { min: 0, max: 3 })),
+            "robots"
+        );
+        assert_eq!(
+            wrong(|mission| mission.obstacles = Some(Between { min: 4, max: 3 })),
+            "obstacles"
+        );
+        assert_eq!(
+            wrong(|mission| mission.obstacles = Some(Between { min: 0, max: 101 })),
+            "obstacles"
+        );
+        assert_eq!(
+            wrong(|mission| mission.room = Some(Sides { min: 1.0, max: 9.0 })),
+            "room"
+        );
+        assert_eq!(
+            wrong(|mission| mission.room = Some(Sides {
+                min: 9.0,
+                max: f32::NAN
+            })),
+            "room"
+        );
+        for name in ["waste", "no-such"] {
+            let mut mission = mission();
+            mission.mission = Some(name.to_owned());
+            let (key, what, remedy) = mission.mistake().unwrap();
+            assert_eq!(
+                (key, what),
+                (
+                    "mission",
+                    format!("mission '{name}' does not support random generation")
+                )
+            );
+            assert!(remedy.contains("service"), "{remedy}");
+        }
+        for until_s in [0.0, f64::NAN, 1e9] {
+            let mut mission = mission();
+            mission.faults.as_mut().unwrap().until_s = until_s;
+            assert_eq!(mission.mistake().unwrap().0, "faults");
+        }
+    }
+}

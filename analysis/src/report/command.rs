@@ -1,0 +1,550 @@
+//! Command line of `alliance report`.
+
+use missions::Registry;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context, anyhow, bail};
+use clap::Args;
+use run_log::{LogLevel, RunLog};
+use scenario::time::{SimTime, seconds};
+use terminal::tell;
+
+use super::figures::canvas::{Sheet, TEXT_PX, WIDTH_PX};
+use super::figures::{Figure, Room, Wanted, figures};
+use super::history::History;
+use super::made::Made;
+use super::metrics::Metrics;
+use super::page::{Part, page};
+use super::page_of_two::{SIDES, page_of_two};
+use super::pdf;
+use crate::diff::compare;
+use crate::retrace::retrace;
+
+/// The minimum ratio of figure width to font size. A narrower figure has no room beside names and axes.
+const LEAST_LETTERS: f64 = 33.0;
+
+/// Show what happened in a run: a page with figures and metrics, and the figures as SVG files.
+#[derive(Args, Clone, Debug)]
+pub struct ReportCommand {
+    /// Folder of the run
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// Folder of another run, to show both runs side by side with their first difference
+    #[arg(value_name = "OTHER")]
+    other: Option<PathBuf>,
+    /// Output folder for report.html and the figures [default: DIR/report; for two runs OTHER/report-of-two]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    look: Look,
+}
+
+/// Options for the content and the size of figures.
+#[derive(Args, Clone, Debug, Default)]
+pub struct Look {
+    /// Figures begin at this simulated time, such as 60s, 1.5s or 2min [default: the start]
+    #[arg(long, value_name = "TIME", value_parser = seconds)]
+    pub from: Option<f64>,
+    /// Figures end at this simulated time [default: the end]
+    #[arg(long, value_name = "TIME", value_parser = seconds)]
+    pub to: Option<f64>,
+    /// Width of the figures, px [default: 960]
+    #[arg(long, value_name = "PX")]
+    pub width: Option<f64>,
+    /// Font size, px; lines and marks scale with it [default: 12]
+    #[arg(long, value_name = "PX")]
+    pub font_size: Option<f64>,
+    /// Only these figures, by file name without extension
+    #[arg(long, value_name = "FIGURE,…", value_delimiter = ',')]
+    pub only: Vec<String>,
+    /// Additional figures of the room at these simulated times
+    #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = seconds)]
+    pub snapshot: Vec<f64>,
+    /// Also write each figure as PDF
+    #[arg(long)]
+    pub pdf: bool,
+}
+
+impl Look {
+    /// Checks that figures of this size and format can be made.
+    fn check(&self) -> anyhow::Result<()> {
+        self.sheet()?;
+        if self.pdf { pdf::is_there() } else { Ok(()) }
+    }
+
+    /// Returns the sheet for the chosen width and font size.
+    fn sheet(&self) -> anyhow::Result<Sheet> {
+        let width = self.width.unwrap_or(WIDTH_PX);
+        let font = self.font_size.unwrap_or(TEXT_PX);
+        if !(4.0..=72.0).contains(&font) {
+            bail!("--font-size {font}: must be from 4 to 72");
+        }
+        let least = (font * LEAST_LETTERS).ceil();
+        if !(least..=10_000.0).contains(&width) {
+            bail!("--width {width}: must be from {least} (at font size {font} px) to 10000");
+        }
+        Ok(Sheet::new(width, font))
+    }
+}
+
+impl ReportCommand {
+    /// Writes the report. Returns exit status 0, or 2 if the folder or the options are invalid.
+    #[must_use]
+    pub fn run(&self) -> ExitCode {
+        let (folder, name) = match &self.other {
+            Some(other) => (other, "report-of-two"),
+            None => (&self.folder, "report"),
+        };
+        let out = self.out.clone().unwrap_or_else(|| folder.join(name));
+        let made = match &self.other {
+            Some(other) => report_of_two([&self.folder, other], &out, &self.look),
+            None => report(&self.folder, &out, &self.look),
+        };
+        match made {
+            Ok(notes) => {
+                for note in notes {
+                    tell!("note: {note}");
+                }
+                tell!("report  {}", out.join("report.html").display());
+                ExitCode::SUCCESS
+            }
+            Err(error) => {
+                tell!("alliance report: {error:#}");
+                ExitCode::from(2)
+            }
+        }
+    }
+}
+
+struct Shown {
+    log: RunLog,
+    rooms: Vec<Room>,
+    history: History,
+    metrics: Metrics,
+}
+
+impl Shown {
+    fn of(folder: &Path, look: &Look, notes: &mut Vec<String>) -> anyhow::Result<Self> {
+        // The source of this error repeats its text, so only the text is kept.
+        let logged = RunLog::open(folder, &Registry::of_this_program().vocabulary())
+            .map_err(|error| anyhow!("{} is not a run folder: {error}", folder.display()))?;
+        let (log, rooms) = full_log(logged, &look.snapshot, notes)?;
+        let history = History::read(&log).map_err(|error| anyhow!("{error}"))?;
+        let metrics = Metrics::of(&history, &log.run);
+        Ok(Self {
+            log,
+            rooms,
+            history,
+            metrics,
+        })
+    }
+
+    /// Returns the page part of this run, with axes that reach to `end`.
+    fn part(&mut self, folder: &Path, look: &Look, end: SimTime) -> anyhow::Result<Part<'_>> {
+        let wanted = Wanted {
+            sheet: look.sheet()?,
+            from_s: look.from,
+            to_s: look.to,
+            end_s: end.as_secs_f64(),
+            only: look.only.clone(),
+            rooms: std::mem::take(&mut self.rooms),
+        };
+        Ok(Part {
+            run: &self.log.run,
+            history: &self.history,
+            metrics: &self.metrics,
+            figures: figures(&self.history, &self.metrics, &wanted)?,
+            made: Made::of(folder, &wanted),
+        })
+    }
+}
+
+/// Writes the report of a run and returns notes for the reader.
+///
+/// # Errors
+/// Returns an error when the folder contains no readable run, the options do not fit, or a file cannot be written.
+pub fn report(folder: &Path, out: &Path, look: &Look) -> anyhow::Result<Vec<String>> {
+    look.check()?;
+    let mut notes = Vec::new();
+    let mut shown = Shown::of(folder, look, &mut notes)?;
+    let end = shown.history.end;
+    let part = shown.part(folder, look, end)?;
+    let (text, left_out) = page(&part);
+    note_left_out(left_out, &mut notes);
+    write_figures(out, &part.figures, look.pdf)?;
+    write(&out.join("report.html"), text.as_bytes())?;
+    Ok(notes)
+}
+
+/// Writes a report of two runs side by side and returns notes for the reader.
+fn report_of_two(folders: [&PathBuf; 2], out: &Path, look: &Look) -> anyhow::Result<Vec<String>> {
+    look.check()?;
+    let mut notes = Vec::new();
+    let mut a = Shown::of(folders[0], look, &mut notes)?;
+    let mut b = Shown::of(folders[1], look, &mut notes)?;
+    let difference = compare(&a.log, &b.log).map_err(|error| anyhow!("{error}"))?;
+    let end = a.history.end.max(b.history.end);
+    let parts = [
+        a.part(folders[0], look, end)?,
+        b.part(folders[1], look, end)?,
+    ];
+    let names = folders.map(|folder| folder.display().to_string());
+    let (text, left_out) = page_of_two(&names, &parts, &difference.to_string());
+    note_left_out(left_out, &mut notes);
+    for (part, side) in parts.iter().zip(SIDES) {
+        write_figures(&out.join(side), &part.figures, look.pdf)?;
+    }
+    write(&out.join("report.html"), text.as_bytes())?;
+    Ok(notes)
+}
+
+fn note_left_out(figures: usize, notes: &mut Vec<String>) {
+    if figures > 0 {
+        let subject = match figures {
+            1 => "1 figure is".to_owned(),
+            _ => format!("{figures} figures are"),
+        };
+        notes.push(format!(
+            "{subject} only in separate files because the page would be too large"
+        ));
+    }
+}
+
+/// Returns the full log of a run, and the room at `times`, s. Replays the run if its log does not contain them.
+fn full_log(
+    logged: RunLog,
+    times: &[f64],
+    notes: &mut Vec<String>,
+) -> anyhow::Result<(RunLog, Vec<Room>)> {
+    let level = logged.run.log;
+    if level == LogLevel::Full && times.is_empty() {
+        return Ok((logged, Vec::new()));
+    }
+    let step = SimTime(logged.run.setup.scenario.step_ms);
+    let wanted: Vec<SimTime> = times
+        .iter()
+        .map(|at| SimTime(SimTime::from_secs_f64(*at).0 / step.0 * step.0))
+        .collect();
+    let mut rooms = Vec::new();
+    let mut end = SimTime::ZERO;
+    let again = retrace(&logged, LogLevel::Full, |view| {
+        end = view.now;
+        if wanted.contains(&view.now) {
+            rooms.push(Room { view });
+        }
+    })?;
+    if let Some(at) = wanted.iter().find(|at| **at > end) {
+        bail!("--snapshot {}: the run ended at {end}", at.as_secs_f64());
+    }
+    notes.extend(again.differs);
+    if level == LogLevel::Full {
+        return Ok((logged, rooms));
+    }
+    notes.push(format!(
+        "the run was logged with --log {}, so it was replayed for this report",
+        level.as_str()
+    ));
+    Ok((again.log, rooms))
+}
+
+fn write_figures(out: &Path, figures: &[Figure], with_pdf: bool) -> anyhow::Result<()> {
+    fs::create_dir_all(out).with_context(|| format!("cannot create {}", out.display()))?;
+    for Figure { name, svg, .. } in figures {
+        write(&out.join(format!("{name}.svg")), svg.as_bytes())?;
+        if with_pdf {
+            let bytes = pdf::of(svg).with_context(|| name.clone())?;
+            write(&out.join(format!("{name}.pdf")), &bytes)?;
+        }
+    }
+    Ok(())
+}
+
+fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use missions::waste::data::{default_scenario, default_setup};
+    use run_log::recorder::Folder;
+    use run_log::{RunFile, Table};
+    use scenario::{Scenario, Setup};
+    use tempfile::TempDir;
+
+    use super::*;
+    use crate::visit;
+    use in_process::Team;
+
+    const FILES: [&str; 14] = [
+        "every-reported.svg",
+        "gantt.svg",
+        "map-by-robot.svg",
+        "map.svg",
+        "mission.svg",
+        "report.html",
+        "robot-blue.svg",
+        "robot-gold.svg",
+        "robot-green.svg",
+        "task-0-find-locations-applicable.svg",
+        "task-0-find-locations.svg",
+        "task-1-move-spill-top.svg",
+        "task-2-move-spill-bottom.svg",
+        "task-3-report-progress.svg",
+    ];
+
+    /// Returns a folder with the log of the first 80 s of the default mission.
+    fn run(log: LogLevel) -> TempDir {
+        run_of("alliance", log)
+    }
+
+    fn run_of(allocator: &str, log: LogLevel) -> TempDir {
+        run_until(allocator, 80.0, log)
+    }
+
+    fn run_until(allocator: &str, limit_s: f64, log: LogLevel) -> TempDir {
+        let folder = TempDir::new().unwrap();
+        let scenario = Scenario {
+            limit_s,
+            allocator: Some(allocator.to_owned()),
+            ..default_scenario()
+        };
+        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+        let sink = Folder::create(folder.path()).unwrap();
+        Team::new(setup, log, sink).unwrap().run().unwrap();
+        folder
+    }
+
+    fn files(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        let name = |entry: std::io::Result<fs::DirEntry>| entry.unwrap().file_name();
+        let mut names: Vec<String> = entries
+            .map(|entry| name(entry).into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_page_that_needs_no_other_file() {
+        let folder = run(LogLevel::Full);
+        let out = folder.path().join("elsewhere/report");
+        assert_eq!(
+            report(folder.path(), &out, &Look::default()).unwrap(),
+            [""; 0]
+        );
+        assert_eq!(files(&out), FILES);
+        let page = fs::read_to_string(out.join("report.html")).unwrap();
+        assert_eq!(page.matches("<svg ").count(), FILES.len() - 1);
+        let place = |text: &str| page.find(text).unwrap();
+        assert!(place("id=\"gantt\"") < place(">outcome<"));
+        assert!(place("<h2>Figures") < place("id=\"map\""));
+        let page = page.replace("http://www.w3.org/2000/svg", "");
+        for reference in ["http", "src=", "href=", "url(", "@import"] {
+            assert!(!page.contains(reference), "{reference}");
+        }
+    }
+
+    #[test]
+    fn a_torn_log_is_reported_up_to_its_last_whole_tick() {
+        for (allocator, table) in [
+            ("alliance", "motivations.csv"),
+            ("nearest", "allocation.csv"),
+        ] {
+            let folder = run_of(allocator, LogLevel::Full);
+            let table = folder.path().join(table);
+            let bytes = fs::read(&table).unwrap();
+            fs::write(&table, &bytes[..bytes.len() / 2]).unwrap();
+            let log = RunLog::open(folder.path(), &Registry::built_in().vocabulary()).unwrap();
+            let end = History::read(&log).unwrap().end;
+            assert_eq!(end.0, log.last.unwrap().now.0 + 50);
+            assert!((10_000..70_000).contains(&end.0), "{allocator}: {end}");
+            report(
+                folder.path(),
+                &folder.path().join("report"),
+                &Look::default(),
+            )
+            .unwrap();
+        }
+    }
+
+    /// Reads a complete table with the columns of an older version.
+    #[test]
+    fn a_table_with_other_columns_is_refused_in_one_line() {
+        let old = "t_ms,robot,task,utility,holder,state\n0,blue,find-locations,0.5,,hibernating\n";
+        let tables = [(Table::Allocation, old.as_bytes().to_vec())];
+        let run = RunFile {
+            setup: default_setup(1),
+            ..visit::run_file()
+        };
+        let log = RunLog::from_tables(Path::new("runs/old"), run, tables.into());
+        let error = History::read(&log).unwrap_err().to_string();
+        let at = "runs/old/allocation.csv: CSV deserialize error: record 1 (line: 2, byte: 37)";
+        assert_eq!(error, format!("{at}: missing field `behavior_set`"));
+    }
+
+    #[test]
+    fn a_folder_without_a_run_is_refused_in_one_line() {
+        let refusal = |folder: &Path| {
+            let error = report(folder, &folder.join("report"), &Look::default()).unwrap_err();
+            assert!(!folder.join("report").exists());
+            format!("{error:#}")
+        };
+        let nothing = TempDir::new().unwrap();
+        let name = nothing.path().display();
+        assert_eq!(
+            refusal(nothing.path()),
+            format!(
+                "{name} is not a run folder: cannot read {name}/run.json: No such file or directory (os error 2)"
+            )
+        );
+    }
+
+    #[test]
+    fn a_run_without_a_full_log_is_replayed() {
+        let [full, off] = [LogLevel::Full, LogLevel::Off].map(|level| {
+            let folder = run(level);
+            let out = folder.path().join("report");
+            let notes = report(folder.path(), &out, &Look::default()).unwrap();
+            let gantt = fs::read_to_string(out.join("gantt.svg")).unwrap();
+            assert_eq!(files(&out), FILES);
+            (notes, gantt)
+        });
+        assert_eq!(full.0, [""; 0]);
+        let note = "the run was logged with --log off, so it was replayed for this report";
+        assert_eq!(off.0, [note]);
+        assert_eq!(full.1, off.1);
+    }
+
+    #[test]
+    fn two_runs_stand_side_by_side() {
+        let full = run(LogLevel::Full);
+        let short = run_until("nearest", 40.0, LogLevel::Full);
+        let out = full.path().join("two");
+        let folders = [&full, &short].map(|folder| folder.path().to_owned());
+        let notes = report_of_two(folders.each_ref(), &out, &Look::default()).unwrap();
+        assert_eq!(notes, [""; 0]);
+        assert_eq!(files(&out), ["a", "b", "report.html"]);
+        let figures = FILES.into_iter().filter(|file| file.ends_with(".svg"));
+        assert_eq!(files(&out.join("a")), figures.collect::<Vec<_>>());
+        let page = fs::read_to_string(out.join("report.html")).unwrap();
+        // The setup difference comes first, then the first tick that differs.
+        let cause = page.find("scenario: allocator: ").unwrap();
+        assert!(cause < page.find("differs first in tick").unwrap());
+        assert!(cause < page.find("id=\"a-gantt\"").unwrap());
+        assert!(page.find("id=\"a-gantt\"") < page.find("id=\"b-gantt\""));
+        for same in ["unscripted stalls or losses", "version"] {
+            assert!(
+                !page.contains(&format!("<tr class=\"differs\"><td>{same}")),
+                "{same}"
+            );
+            assert!(page.contains(&format!("><td>{same}")), "{same}");
+        }
+        for other in ["hash", "scenario", "makespan"] {
+            assert!(
+                page.contains(&format!("<tr class=\"differs\"><td>{other}</td>")),
+                "{other}"
+            );
+        }
+        // Equal times have equal positions in both figures.
+        for side in SIDES {
+            let gantt = fs::read_to_string(out.join(side).join("gantt.svg")).unwrap();
+            assert!(gantt.contains(">\n80\n</text>"), "{side}");
+        }
+        let error = report_of_two([&folders[0], &out], &out, &Look::default()).unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .starts_with(&format!("{} is not", out.display()))
+        );
+    }
+
+    fn report_files(folder: &TempDir, look: &Look) -> Result<Vec<String>, String> {
+        let out = TempDir::new().unwrap();
+        match report(folder.path(), out.path(), look) {
+            Ok(_) => Ok(files(out.path())),
+            Err(error) => Err(format!("{error:#}")),
+        }
+    }
+
+    #[test]
+    fn a_part_of_a_run_and_only_some_figures() {
+        let folder = run(LogLevel::Full);
+        let look = Look {
+            only: vec!["gantt".to_owned(), "room-at-50s".to_owned()],
+            from: Some(40.0),
+            to: Some(60.0),
+            snapshot: vec![50.02],
+            width: Some(500.0),
+            font_size: Some(9.0),
+            ..Look::default()
+        };
+        let out = folder.path().join("report");
+        report(folder.path(), &out, &look).unwrap();
+        let names = ["gantt.svg", "report.html", "room-at-50s.svg"];
+        assert_eq!(files(&out), names);
+        for name in ["gantt.svg", "room-at-50s.svg"] {
+            let svg = fs::read_to_string(out.join(name)).unwrap();
+            assert!(svg.starts_with("<svg width=\"500\""), "{name}: {svg}");
+        }
+        let gantt = fs::read_to_string(out.join("gantt.svg")).unwrap();
+        for (number, is_there) in [("40", true), ("60", true), ("70", false), ("30", false)] {
+            assert_eq!(
+                gantt.contains(&format!(">\n{number}\n</text>")),
+                is_there,
+                "{number}"
+            );
+        }
+        let room = fs::read_to_string(out.join("room-at-50s.svg")).unwrap();
+        for robot in ["blue", "gold", "green", ": "] {
+            assert!(room.contains(robot), "{robot}");
+        }
+        let page = fs::read_to_string(out.join("report.html")).unwrap();
+        assert_eq!(page.matches("<svg ").count(), 2);
+        assert!(page.contains("from 40 s to 60 s"));
+    }
+
+    #[test]
+    fn an_impossible_option_is_refused_in_one_line() {
+        let folder = run(LogLevel::Full);
+        let refusal = |change: &dyn Fn(&mut Look)| {
+            let mut look = Look::default();
+            change(&mut look);
+            report_files(&folder, &look).unwrap_err()
+        };
+        let none = refusal(&|look| look.only = vec!["gant".to_owned()]);
+        let start =
+            "--only: there is no figure 'gant'; did you mean 'gantt'? (there are gantt, map, ";
+        assert!(none.starts_with(start), "{none}");
+        let cases = [
+            (
+                refusal(&|look| look.from = Some(80.0)),
+                "--from 80: the run ended at 80 s",
+            ),
+            (
+                refusal(&|look| (look.from, look.to) = (Some(50.0), Some(40.0))),
+                "--to 40: must be later than --from, 50 s",
+            ),
+            (
+                refusal(&|look| look.snapshot = vec![80.05]),
+                "--snapshot 80.05: the run ended at 80.000 s",
+            ),
+            (
+                refusal(&|look| look.width = Some(300.0)),
+                "--width 300: must be from 396 (at font size 12 px) to 10000",
+            ),
+            (
+                refusal(&|look| look.width = Some(f64::NAN)),
+                "--width NaN: must be from 396 (at font size 12 px) to 10000",
+            ),
+            (
+                refusal(&|look| look.font_size = Some(2.0)),
+                "--font-size 2: must be from 4 to 72",
+            ),
+        ];
+        for (error, expected) in cases {
+            assert_eq!(error, expected);
+        }
+    }
+}

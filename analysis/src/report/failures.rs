@@ -1,0 +1,270 @@
+//! Losses of robots: detection by teammates, takeovers, and the outcome for their tasks.
+
+use scenario::ids::TaskId;
+use scenario::time::SimTime;
+
+use super::history::{History, SetHistory};
+use super::spans::Span;
+use super::stints::{Stint, StintEnd};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Loss {
+    Died,
+    /// The process was stopped or did not respond.
+    Stopped,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failure {
+    pub at: SimTime,
+    pub robot: usize,
+    pub loss: Loss,
+    /// The time when the robot took part again.
+    pub back: Option<SimTime>,
+    /// The task that the robot was executing, and its outcome.
+    pub orphan: Option<Orphan>,
+}
+
+/// A task whose robot was lost.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Orphan {
+    pub task: TaskId,
+    /// The first teammate that stopped counting on the robot, before its return.
+    pub detection: Option<Detection>,
+    /// The continuation of the task.
+    pub aftermath: Aftermath,
+}
+
+/// The detection of a loss by a teammate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Detection {
+    pub at: SimTime,
+    pub by: usize,
+    pub sign: Sign,
+}
+
+/// The sign by which the log shows that a teammate no longer counts on a robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Sign {
+    /// The teammate's τ has passed since it last received the robot's claim of the task.
+    Silence,
+    /// The teammate's impatience rate for the task rose to δ_fast.
+    Impatience,
+    /// The teammate activated a behavior set for the task.
+    Activation,
+}
+
+/// The outcome for a task whose robot was lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Aftermath {
+    /// A teammate was already executing the task at the loss.
+    Covered { by: usize },
+    /// A teammate activated the task next.
+    TakenOver { at: SimTime, by: usize },
+    /// The robot itself returned before any teammate activated the task.
+    Resumed { at: SimTime },
+    /// No robot has executed the task since.
+    Nobody,
+}
+
+/// The activation of an exclusive task that another robot had not finished.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Takeover {
+    pub at: SimTime,
+    pub task: TaskId,
+    /// Rank of the last robot that had activated the task.
+    pub from: usize,
+    pub by: usize,
+    /// The time of the last progress: the loss of the previous robot; otherwise the latest effect of its stint, or its
+    /// activation.
+    pub stood_since: SimTime,
+    /// The state of the previous robot.
+    pub cause: Cause,
+}
+
+/// The reason why a takeover was possible.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Cause {
+    Lost(Loss),
+    /// The previous robot left the task for this reason, as in events.csv.
+    Left(String),
+    StillActive,
+}
+
+impl Failure {
+    /// Returns whether this loss ended the stint. The last step of the stint may or may not count in the tick of the
+    /// loss.
+    fn ended(&self, stint: &Stint, step: SimTime) -> bool {
+        stint.robot == self.robot
+            && matches!(stint.end, StintEnd::Absent | StintEnd::Ongoing)
+            && (self.at..=self.at + step).contains(&stint.span.to)
+    }
+}
+
+impl Takeover {
+    /// Returns the time without progress before the takeover.
+    #[must_use]
+    pub fn latency(&self) -> SimTime {
+        self.at.since(self.stood_since)
+    }
+}
+
+/// Returns all losses of robots in order of time.
+#[must_use]
+pub fn failures(history: &History, stints: &[Stint]) -> Vec<Failure> {
+    let losses = history.events.iter().filter_map(|event| {
+        let loss = match event.kind.as_str() {
+            "gone" => Loss::Died,
+            "stalled" => Loss::Stopped,
+            _ => return None,
+        };
+        Some((event.t_ms, history.rank(&event.robot)?, loss))
+    });
+    losses
+        .map(|(at, robot, loss)| {
+            let mut present = history.robots[robot].present.iter();
+            let mut failure = Failure {
+                at,
+                robot,
+                loss,
+                back: present.find(|span| span.from > at).map(|span| span.from),
+                orphan: None,
+            };
+            let stint = stints
+                .iter()
+                .find(|stint| failure.ended(stint, history.step));
+            failure.orphan = stint.map(|stint| Orphan {
+                task: stint.task,
+                detection: detection(history, &failure, stint.task),
+                aftermath: aftermath(stints, &failure, stint.task),
+            });
+            failure
+        })
+        .collect()
+}
+
+fn detection(history: &History, failure: &Failure, task: TaskId) -> Option<Detection> {
+    let until = failure.back.unwrap_or(history.end);
+    history
+        .behaviors_for(task)
+        .filter(|(by, _)| *by != failure.robot)
+        .flat_map(|(by, set)| {
+            let later = |moment: &SimTime| *moment > failure.at;
+            let hurried = set.hurries.iter().copied().find(later);
+            let activated = set.active.iter().map(|span| span.from).find(later);
+            let signs = [
+                (silence(history, by, set, failure), Sign::Silence),
+                (hurried, Sign::Impatience),
+                (activated, Sign::Activation),
+            ];
+            signs
+                .into_iter()
+                .filter_map(move |(at, sign)| Some(Detection { at: at?, by, sign }))
+        })
+        .filter(|detection| detection.at < until)
+        .min_by_key(|detection| (detection.at, detection.sign, detection.by))
+}
+
+/// Returns the tick in which the τ of `by` passes after the last received claim of the lost robot. Returns `None` if τ
+/// passed before the loss, or if `by` was absent.
+fn silence(history: &History, by: usize, set: &SetHistory, failure: &Failure) -> Option<SimTime> {
+    let teammate = &history.robots[by];
+    // The broadcast of the last step arrives in the next step.
+    let last = teammate.heard.iter().rev().find(|claim| {
+        claim.sender == failure.robot
+            && claim.task == set.task
+            && claim.at <= failure.at + history.step
+    })?;
+    let ends = last.at + SimTime::from_secs_f64(set.params.ceased_after_s);
+    let tick = SimTime(ends.0.div_ceil(history.step.0) * history.step.0);
+    (tick > failure.at && teammate.present.contains(tick)).then_some(tick)
+}
+
+fn aftermath(stints: &[Stint], failure: &Failure, task: TaskId) -> Aftermath {
+    let on_task = || stints.iter().filter(|stint| stint.task == task);
+    let covers = |stint: &&Stint| {
+        let Span { from, to } = stint.span;
+        stint.robot != failure.robot && from <= failure.at && failure.at < to
+    };
+    if let Some(stint) = on_task().find(covers) {
+        return Aftermath::Covered { by: stint.robot };
+    }
+    match on_task().find(|stint| stint.span.from > failure.at) {
+        Some(next) if next.robot == failure.robot => Aftermath::Resumed { at: next.span.from },
+        Some(next) => Aftermath::TakenOver {
+            at: next.span.from,
+            by: next.robot,
+        },
+        None => Aftermath::Nobody,
+    }
+}
+
+/// Returns all takeovers in order of time. Simultaneous activations, activations that yield to another claim, and tasks
+/// left as not applicable do not count.
+#[must_use]
+pub fn takeovers(history: &History, stints: &[Stint], failures: &[Failure]) -> Vec<Takeover> {
+    let mut takeovers: Vec<Takeover> = history
+        .tasks()
+        .filter(|task| history.catalog.tasks[task.index()].max_robots == 1)
+        .flat_map(|task| {
+            let on_task: Vec<&Stint> = stints
+                .iter()
+                .filter(|stint| stint.task == task && !gave_in(stint, stints))
+                .collect();
+            on_task
+                .windows(2)
+                .filter_map(|pair| takeover(history, pair[0], pair[1], failures))
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    takeovers.sort_by_key(|takeover| takeover.at);
+    takeovers
+}
+
+/// Returns whether the robot activated the task while another robot had it, and then left it to that robot.
+fn gave_in(stint: &Stint, stints: &[Stint]) -> bool {
+    let at = stint.span.from;
+    let claimed = |other: &Stint| {
+        other.robot != stint.robot
+            && other.task == stint.task
+            && other.span.from <= at
+            && at < other.span.to
+    };
+    stint.end == StintEnd::Left("arbitration".to_owned()) && stints.iter().any(claimed)
+}
+
+fn takeover(
+    history: &History,
+    before: &Stint,
+    after: &Stint,
+    failures: &[Failure],
+) -> Option<Takeover> {
+    let at = after.span.from;
+    // A robot that returns and continues has not activated anything.
+    let returns = !history.robots[after.robot]
+        .present
+        .contains(at - history.step);
+    if before.robot == after.robot || before.span.from == at || returns {
+        return None;
+    }
+    let idle_since = before.idle_since(at);
+    let (stood_since, cause) = match &before.end {
+        _ if before.span.to > at => (idle_since, Cause::StillActive),
+        StintEnd::Left(reason) if reason == "not-applicable" => return None,
+        StintEnd::Left(reason) => (idle_since, Cause::Left(reason.clone())),
+        StintEnd::Absent | StintEnd::Ongoing => {
+            let failure = failures
+                .iter()
+                .find(|failure| failure.ended(before, history.step))?;
+            (failure.at, Cause::Lost(failure.loss))
+        }
+    };
+    Some(Takeover {
+        at,
+        task: after.task,
+        from: before.robot,
+        by: after.robot,
+        stood_since,
+        cause,
+    })
+}

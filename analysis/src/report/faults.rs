@@ -1,0 +1,245 @@
+//! Faults and recoveries in events.csv.
+
+use run_log::EventRow;
+use scenario::time::SimTime;
+
+use super::spans::Span;
+
+/// An event that the report lists as a fault.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fault {
+    pub at: SimTime,
+    pub label: String,
+    /// The detail from the log; may be empty.
+    pub detail: String,
+    pub phase: Phase,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    Begin,
+    /// The end of the fault, or its announcement before the start.
+    End,
+    /// One effect of the fault; a fault can have thousands.
+    Hit,
+}
+
+/// Returns all faults in order of time. Joins at the start do not count.
+#[must_use]
+pub fn faults(events: &[EventRow]) -> Vec<Fault> {
+    events.iter().filter_map(fault).collect()
+}
+
+fn fault(event: &EventRow) -> Option<Fault> {
+    let EventRow { robot, subject, .. } = event;
+    let (phase, label) = match event.kind.as_str() {
+        "gone" => (Phase::Begin, format!("{robot} died")),
+        "stalled" => (Phase::Begin, format!("{robot} stopped")),
+        "back" => (Phase::End, format!("{robot} back")),
+        "joined" if event.t_ms > SimTime::ZERO => (Phase::End, format!("{robot} joined")),
+        "lost" => (Phase::Hit, format!("{robot} lost a message")),
+        "hit" => (Phase::Hit, format!("{subject} hit")),
+        kind @ ("applied" | "failed") => (Phase::Begin, format!("{subject} {kind}")),
+        kind @ ("armed" | "healed" | "cleared") => (Phase::End, format!("{subject} {kind}")),
+        _ => return None,
+    };
+    Some(Fault {
+        at: event.t_ms,
+        label,
+        detail: event.detail.clone(),
+        phase,
+    })
+}
+
+/// The period of a fault; empty for a momentary fault.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FaultSpan {
+    pub span: Span,
+    pub label: String,
+}
+
+/// Returns the faults of a run that lasted until `end`, by start time. Deaths and stops without a scripted fault count
+/// too. Faults with equal labels and times are merged.
+#[must_use]
+pub fn fault_spans(events: &[EventRow], end: SimTime) -> Vec<FaultSpan> {
+    // Each entry has the event's subject or robot, by which the end event finds it.
+    let mut all: Vec<(&str, FaultSpan)> = Vec::new();
+    let mut open: Vec<usize> = Vec::new();
+    for event in events {
+        let at = event.t_ms;
+        let scripted = |words: &[&str]| {
+            let mut same = events.iter().filter(|other| other.t_ms == at);
+            same.any(|other| {
+                let (kind, target) = other.detail.split_once(' ').unwrap_or_default();
+                other.kind == "applied" && words.contains(&kind) && target == event.robot
+            })
+        };
+        let begun = match event.kind.as_str() {
+            "applied" => Some((event.subject.as_str(), short_label(&event.detail))),
+            "gone" if !scripted(&["kill", "terminate", "remove", "restart"]) => {
+                Some((event.robot.as_str(), format!("{} died", event.robot)))
+            }
+            "stalled" if !scripted(&["pause"]) => {
+                Some((event.robot.as_str(), format!("{} stopped", event.robot)))
+            }
+            _ => None,
+        };
+        let ended = match event.kind.as_str() {
+            "healed" => event.subject.as_str(),
+            "joined" | "back" => event.robot.as_str(),
+            _ => "",
+        };
+        open.retain(|place| {
+            let (owner, fault) = &mut all[*place];
+            let ends = *owner == ended;
+            if ends {
+                fault.span.to = at;
+            }
+            !ends
+        });
+        if let Some((owner, label)) = begun {
+            let kind = event.detail.split(' ').next().unwrap_or_default();
+            let lasts =
+                event.kind != "applied" || !scenario::fault::Fault::is_name_of_momentary(kind);
+            if lasts {
+                open.push(all.len());
+            }
+            let to = if lasts { end } else { at };
+            let span = Span { from: at, to };
+            all.push((owner, FaultSpan { span, label }));
+        }
+    }
+    let mut merged: Vec<(usize, FaultSpan)> = Vec::new();
+    for (_, fault) in all {
+        match merged.iter_mut().find(|(_, other)| *other == fault) {
+            Some((count, _)) => *count += 1,
+            None => merged.push((1, fault)),
+        }
+    }
+    let named = merged.into_iter().map(|(count, fault)| match count {
+        1 => fault,
+        _ => FaultSpan {
+            label: format!("{count} × {}", fault.label),
+            ..fault
+        },
+    });
+    named.collect()
+}
+
+/// Shortens a logged fault for a figure: `drop --from green --to all --p 0.3` becomes `drop green→all 0.3`. Places are
+/// left out because the map shows them.
+fn short_label(detail: &str) -> String {
+    let words: Vec<&str> = detail.split(' ').collect();
+    let kind = words[0];
+    if kind == "obstacle" || !scenario::fault::Fault::COMMON.contains(&kind) {
+        return kind.to_owned();
+    }
+    let option = |name: &str| {
+        let place = words.iter().position(|word| *word == name)?;
+        words.get(place + 1).copied()
+    };
+    let mut parts = vec![kind.to_owned()];
+    if let (Some(from), Some(to)) = (option("--from"), option("--to")) {
+        parts.push(format!("{from}→{to}"));
+    }
+    let rest = words[1..].iter().enumerate().filter(|(place, word)| {
+        let of_link = matches!(words[*place], "--from" | "--to");
+        !word.starts_with("--") && !of_link
+    });
+    parts.extend(rest.map(|(_, word)| (*word).to_owned()));
+    parts.join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn event(t_ms: u64, kind: &str, robot: &str, subject: &str) -> EventRow {
+        EventRow {
+            t_ms: SimTime(t_ms),
+            kind: kind.to_owned(),
+            robot: robot.to_owned(),
+            subject: subject.to_owned(),
+            reason: String::new(),
+            detail: String::new(),
+        }
+    }
+
+    #[test]
+    fn fault_spans_have_short_labels() {
+        let event_with_detail = |t_ms, kind, robot, subject, detail: &str| EventRow {
+            detail: detail.to_owned(),
+            ..event(t_ms, kind, robot, subject)
+        };
+        let drop = "drop --from green --to all --p 0.3";
+        let events = [
+            event(0, "joined", "blue", ""),
+            event_with_detail(0, "armed", "", "f1", "kill gold"),
+            event_with_detail(100, "gone", "gold", "", "incarnation 1"),
+            event_with_detail(100, "applied", "gold", "f1", "kill gold"),
+            event_with_detail(150, "applied", "", "f2", "obstacle 0 6.55 0.05 1"),
+            event_with_detail(150, "applied", "", "f3", "obstacle 0.62 6.55 0.2 1"),
+            event_with_detail(200, "applied", "", "f4", drop),
+            event(220, "hit", "gold", "f4"),
+            event_with_detail(250, "joined", "gold", "", "incarnation 2"),
+            event_with_detail(250, "healed", "gold", "f1", "kill gold"),
+            event_with_detail(300, "applied", "", "f5", "waste 1 1 --items 1"),
+            event_with_detail(350, "healed", "", "f4", drop),
+            event(400, "gone", "blue", ""),
+            event(450, "stalled", "green", ""),
+            event(500, "back", "green", ""),
+        ];
+        let found: Vec<_> = fault_spans(&events, SimTime(900))
+            .into_iter()
+            .map(|fault| (fault.span.from.0, fault.span.to.0, fault.label))
+            .collect();
+        let expected = [
+            (100, 250, "kill gold"),
+            (150, 900, "2 × obstacle"),
+            (200, 350, "drop green→all 0.3"),
+            (300, 300, "waste"),
+            (400, 900, "blue died"),
+            (450, 500, "green stopped"),
+        ]
+        .map(|(from, to, label)| (from, to, label.to_owned()));
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn events_become_faults_by_kind() {
+        let events = [
+            event(0, "joined", "blue", ""),
+            event(50, "activated", "blue", "move-spill(top)"),
+            event(100, "armed", "", "cut"),
+            event(150, "applied", "", "cut"),
+            event(200, "hit", "gold", "cut"),
+            event(250, "lost", "blue", "gold"),
+            event(300, "healed", "", "cut"),
+            event(350, "gone", "gold", ""),
+            event(400, "joined", "gold", ""),
+            event(450, "stalled", "green", ""),
+            event(500, "back", "green", ""),
+            event(550, "failed", "", "push"),
+            event(600, "cleared", "", "push"),
+        ];
+        let found: Vec<_> = faults(&events)
+            .into_iter()
+            .map(|fault| (fault.at.0, fault.label, fault.phase))
+            .collect();
+        let expected = [
+            (100, "cut armed", Phase::End),
+            (150, "cut applied", Phase::Begin),
+            (200, "cut hit", Phase::Hit),
+            (250, "blue lost a message", Phase::Hit),
+            (300, "cut healed", Phase::End),
+            (350, "gold died", Phase::Begin),
+            (400, "gold joined", Phase::End),
+            (450, "green stopped", Phase::Begin),
+            (500, "green back", Phase::End),
+            (550, "push failed", Phase::Begin),
+            (600, "push cleared", Phase::End),
+        ]
+        .map(|(at, label, phase)| (at, label.to_owned(), phase));
+        assert_eq!(found, expected);
+    }
+}

@@ -1,0 +1,490 @@
+//! The paths of the robots on a map of the room.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use glam::Vec2;
+use plotters::element::{PathElement, Polygon, Rectangle};
+use plotters::style::text_anchor::{HPos, VPos};
+use plotters::style::{Color, RGBColor};
+use proto::view::{ItemView, Mark as ViewMark, MarkOutline, MarkRole};
+use scenario::Obstacle;
+
+use super::canvas::{
+    Area, Axes, Chart, Drawn, EDGE_PX, FAINT, Frame, INK, Lettering, Mark, TEXT_PX, chart, curve,
+    line, part, px,
+};
+use super::{RunFigures, WHITE};
+use crate::palette;
+use crate::report::failures::Loss;
+use crate::report::history::Place;
+use crate::report::thin::thin_way;
+
+const LEFT_PX: f64 = 58.0;
+const RIGHT_PX: f64 = 22.0;
+const X_AXIS_PX: f64 = 40.0;
+const TITLE_PX: f64 = 18.0;
+const LEGEND_PX: f64 = 20.0;
+
+/// Line widths of paths with and without an item, px.
+const LADEN_PX: f64 = 2.5;
+const EMPTY_PX: f64 = 0.9;
+
+/// The maximum penetrability of a solid component (thesis §3.2.2.1).
+const SOLID: f32 = 0.1;
+
+/// The maximum number of robots with full-size maps. More robots have small maps without axes.
+const LARGE_MAPS: usize = 12;
+
+/// Width of a small map, px: wide enough for a name.
+const SMALL_PX: f64 = 52.0;
+
+/// The level of detail of a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Say {
+    /// Objects in the room, and the names of places and robots.
+    All,
+    /// Objects in the room.
+    Things,
+    /// Only walls and paths.
+    Ways,
+}
+
+/// Draws the paths of all robots on one map.
+pub fn together(run: &RunFigures<'_>) -> anyhow::Result<String> {
+    let all: Vec<usize> = (0..run.history.robots.len()).collect();
+    let width = run.sheet.width_px;
+    let height = map_height_px(run, width, width * 0.75);
+    run.sheet
+        .svg("Paths of all robots", height + LEGEND_PX, |area| {
+            legend(run, area)?;
+            let panel = part(area, (0.0, LEGEND_PX), (width, height));
+            map(run, area, &panel, (width, height), &all, Say::All)
+        })
+}
+
+/// Draws the path of each robot on its own map. Several robots share a map if there are too many.
+pub fn apart(run: &RunFigures<'_>) -> anyhow::Result<String> {
+    let robots = run.history.robots.len();
+    let grid = Grid::fit(run, robots);
+    let (width, height) = (grid.width_px, grid.height_px);
+    let full =
+        LEGEND_PX + robots.div_ceil(grid.each).div_ceil(grid.columns) as f64 * (height + TITLE_PX);
+    run.sheet.svg("Path of each robot", full, |area| {
+        legend(run, area)?;
+        let ranks: Vec<usize> = (0..robots).collect();
+        for (place, ranks) in ranks.chunks(grid.each).enumerate() {
+            let left = (place % grid.columns) as f64 * width;
+            let top = LEGEND_PX + (place / grid.columns) as f64 * (height + TITLE_PX);
+            let (first, last) = (ranks[0], ranks[ranks.len() - 1]);
+            let name = |rank: usize| &run.history.robots[rank].name;
+            let (title, color) = match first == last {
+                true => (name(first).clone(), run.colors[first]),
+                false => (format!("{} … {}", name(first), name(last)), INK),
+            };
+            let letters = Lettering {
+                size_px: if grid.say == Say::Ways { 10.0 } else { TEXT_PX },
+                bold: true,
+                color,
+                ..Lettering::default()
+            };
+            let indent = if grid.say == Say::Ways {
+                EDGE_PX
+            } else {
+                LEFT_PX
+            };
+            let title = letters.cut(&title, width - indent);
+            letters.write(area, &title, (left + indent, top + TITLE_PX / 2.0))?;
+            let panel = part(area, (left, top + TITLE_PX), (width, height));
+            map(run, area, &panel, (width, height), ranks, grid.say)?;
+        }
+        Ok(())
+    })
+}
+
+struct Grid {
+    columns: usize,
+    /// The number of robots per map.
+    each: usize,
+    width_px: f64,
+    height_px: f64,
+    say: Say,
+}
+
+impl Grid {
+    fn fit(run: &RunFigures<'_>, robots: usize) -> Self {
+        let of = |columns: usize, each: usize, say: Say| {
+            let width_px = run.sheet.width_px / columns as f64;
+            let height_px = match say {
+                Say::Ways => {
+                    (width_px - 2.0 * EDGE_PX) * (room(run).1 / room(run).0).min(1.5)
+                        + 2.0 * EDGE_PX
+                }
+                _ => map_height_px(run, width_px, 480.0),
+            };
+            Self {
+                columns,
+                each,
+                width_px,
+                height_px,
+                say,
+            }
+        };
+        let fits = |grid: &Self| {
+            let rows = robots.div_ceil(grid.each).div_ceil(grid.columns);
+            LEGEND_PX + rows as f64 * (grid.height_px + TITLE_PX) <= run.sheet.most_px()
+        };
+        let large = of(robots.clamp(1, 3), 1, Say::Things);
+        if robots <= LARGE_MAPS && fits(&large) {
+            return large;
+        }
+        let most_columns = ((run.sheet.width_px / SMALL_PX) as usize).max(1);
+        // The number of columns grows before robots share a map.
+        let single = (4.min(most_columns)..=most_columns).map(|columns| (columns, 1));
+        let shared = (2..=robots.max(2)).map(|each| (most_columns, each));
+        let mut grids = single
+            .chain(shared)
+            .map(|(columns, each)| of(columns, each, Say::Ways));
+        // A single map of all robots always fits.
+        grids.find(fits).unwrap_or(large)
+    }
+}
+
+/// Returns the height of a map with axes, px. A meter has the same length in x and y, unless the map would be too high.
+pub(super) fn map_height_px(run: &RunFigures<'_>, width_px: f64, highest_px: f64) -> f64 {
+    let (width, height) = room(run);
+    ((width_px - LEFT_PX - RIGHT_PX) * height / width).min(highest_px) + X_AXIS_PX + 2.0
+}
+
+fn room(run: &RunFigures<'_>) -> (f64, f64) {
+    let room = &run.history.setup.scenario.room;
+    (room.width_m.into(), room.height_m.into())
+}
+
+fn legend(run: &RunFigures<'_>, area: &Area<'_>) -> Drawn {
+    let y = LEGEND_PX / 2.0;
+    let letters = Lettering::default();
+    let mut x = LEFT_PX;
+    let mut places = run.history.robots.iter().flat_map(|robot| &robot.track);
+    let ways: &[(&str, f64)] = match places.any(|place| place.carrying) {
+        true => &[("with an item", LADEN_PX), ("without", EMPTY_PX)],
+        false => &[],
+    };
+    for (text, width_px) in ways {
+        let ends = [(px(x), px(y)), (px(x + 22.0), px(y))];
+        area.draw(&PathElement::new(ends, line(INK, *width_px)))?;
+        letters.write(area, text, (x + 28.0, y))?;
+        x += 28.0 + letters.width_px(text) + 18.0;
+    }
+    for (text, mark, color) in [
+        ("start", Mark::Triangle, WHITE),
+        ("end", Mark::Square, INK),
+        ("died", Mark::Cross, INK),
+    ] {
+        mark.draw(area, (px(x + 6.0), px(y)), color)?;
+        letters.write(area, text, (x + 16.0, y))?;
+        x += 16.0 + letters.width_px(text) + 18.0;
+    }
+    Ok(())
+}
+
+fn map(
+    run: &RunFigures<'_>,
+    area: &Area<'_>,
+    panel: &Area<'_>,
+    (width_px, height_px): (f64, f64),
+    robots: &[usize],
+    say: Say,
+) -> Drawn {
+    let chart = floor(run, panel, (width_px, height_px), say)?;
+    furniture(run, area, &chart, say)?;
+    for &rank in robots {
+        path(run, &chart, rank)?;
+    }
+    for &rank in robots {
+        ends(run, area, &chart, rank, say)?;
+    }
+    if say == Say::All {
+        names(run, area, &chart)?;
+    }
+    Ok(())
+}
+
+/// Draws the axes of a map in a panel of that size.
+pub(super) fn floor<'a>(
+    run: &RunFigures<'_>,
+    panel: &Area<'a>,
+    (width_px, height_px): (f64, f64),
+    say: Say,
+) -> Drawn<Chart<'a>> {
+    let (width, height) = room(run);
+    let (left, right, bottom, labels) = match say {
+        Say::Ways => (EDGE_PX, EDGE_PX, 0.0, 0),
+        _ => (LEFT_PX, RIGHT_PX, X_AXIS_PX, 10),
+    };
+    // A map that would be too high becomes narrower.
+    let plot_width = (height_px - bottom - 2.0) * width / height;
+    let frame = Frame {
+        left,
+        right: (width_px - left - plot_width).max(right),
+        bottom,
+    };
+    let axes = Axes {
+        x: (0.0..width, "x in m"),
+        y: (0.0..height, if labels > 0 { "y in m" } else { "" }),
+        y_labels: labels,
+    };
+    chart(panel, frame, &axes)
+}
+
+/// Draws the start state of the room without robots.
+fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, say: Say) -> Drawn {
+    let scene = Scene {
+        marks: &run.history.marks,
+        items: &run.history.items,
+        obstacles: &run.history.obstacles,
+    };
+    furnish(run, area, chart, &scene, say)
+}
+
+/// The objects in a room besides robots.
+pub(super) struct Scene<'s> {
+    pub marks: &'s [ViewMark],
+    pub items: &'s [ItemView],
+    pub obstacles: &'s [Obstacle],
+}
+
+pub(super) fn furnish(
+    run: &RunFigures<'_>,
+    area: &Area<'_>,
+    chart: &Chart<'_>,
+    scene: &Scene<'_>,
+    say: Say,
+) -> Drawn {
+    let (width, height) = room(run);
+    let plot = chart.plotting_area();
+    let rectangle = |x: Range<f64>, y: Range<f64>, color: RGBColor, opacity: f64| {
+        let inside = |value: f64, most: f64| value.clamp(0.0, most);
+        let corners = [
+            (inside(x.start, width), inside(y.start, height)),
+            (inside(x.end, width), inside(y.end, height)),
+        ];
+        plot.draw(&Rectangle::new(corners, color.mix(opacity).filled()))
+    };
+    let label = |text: &str, at: (f64, f64)| {
+        let letters = Lettering {
+            anchor: (HPos::Center, VPos::Center),
+            ..Lettering::default()
+        };
+        match say == Say::All {
+            true => area.draw_text(text, &letters.style(), plot.map_coordinate(&at)),
+            false => Ok(()),
+        }
+    };
+    let circle = |center: Vec2, radius: f32| -> Vec<(f64, f64)> {
+        let corner = |turn: i32| {
+            let (sin, cos) = (TAU * f64::from(turn) / 72.0).sin_cos();
+            let (x, y) = (f64::from(center.x), f64::from(center.y));
+            let radius = f64::from(radius);
+            let (x, y) = (x + radius * cos, y + radius * sin);
+            (x.clamp(0.0, width), y.clamp(0.0, height))
+        };
+        (0..=72).map(corner).collect()
+    };
+    let disc = |center: Vec2, radius: f32, color: RGBColor| {
+        plot.draw(&Polygon::new(circle(center, radius), color.filled()))
+    };
+    // True thickness, but at least visible.
+    let bar = |from: Vec2, to: Vec2, thickness_m: f32, color: RGBColor| {
+        let ends = [from, to].map(|end| (f64::from(end.x), f64::from(end.y)));
+        let (left, _) = plot.map_coordinate(&(0.0, 0.0));
+        let (right, _) = plot.map_coordinate(&(f64::from(thickness_m), 0.0));
+        let width_px = f64::from(right - left) / f64::from(px(1.0));
+        curve(chart, ends.to_vec(), line(color, width_px.max(1.5)))
+    };
+
+    let below = height * 0.03;
+    let (marks, items) = match say {
+        Say::Ways => (&[][..], &[][..]),
+        _ => (scene.marks, scene.items),
+    };
+    for mark in marks {
+        let color = palette::of_mark(mark);
+        let top = match mark.outline {
+            MarkOutline::Disc { center, radius_m } => {
+                match mark.role {
+                    // A range is an outline, so that it hides nothing.
+                    MarkRole::Range => curve(chart, circle(center, radius_m), line(color, 1.0))?,
+                    _ => disc(center, radius_m, color)?,
+                }
+                center + Vec2::new(0.0, radius_m)
+            }
+            MarkOutline::Rectangle { min, max } => {
+                let sides = [min.x..max.x, min.y..max.y];
+                let [x, y] = sides.map(|side| f64::from(side.start)..f64::from(side.end));
+                rectangle(x, y, color, 1.0)?;
+                Vec2::new((min.x + max.x) / 2.0, max.y)
+            }
+            MarkOutline::Bar {
+                from,
+                to,
+                half_width_m,
+            } => {
+                bar(from, to, 2.0 * half_width_m, color)?;
+                (from + to) / 2.0
+            }
+            MarkOutline::Line { from, to } => {
+                bar(from, to, 0.0, color)?;
+                (from + to) / 2.0
+            }
+        };
+        if !mark.is_labelled(marks.len()) {
+            continue;
+        }
+        // At a wall, only the inside has room for a label.
+        let x = f64::from(top.x).clamp(width * 0.06, width * 0.94);
+        label(
+            &mark.label,
+            (x, (f64::from(top.y) + below).min(height - below)),
+        )?;
+    }
+    for item in items {
+        disc(item.position, item.radius_m, palette::ITEM)?;
+    }
+    for obstacle in scene.obstacles {
+        let (x, y) = (f64::from(obstacle.x_m), f64::from(obstacle.y_m));
+        let x = x..x + f64::from(obstacle.width_m);
+        let y = y..y + f64::from(obstacle.height_m);
+        let opacity = if obstacle.penetrability <= SOLID {
+            1.0
+        } else {
+            0.3
+        };
+        rectangle(x, y, FAINT, opacity)?;
+    }
+    let border = vec![
+        (0.0, 0.0),
+        (width, 0.0),
+        (width, height),
+        (0.0, height),
+        (0.0, 0.0),
+    ];
+    curve(chart, border, line(INK, 2.0))
+}
+
+/// Draws the path of a robot, thicker where it carries an item.
+fn path(run: &RunFigures<'_>, chart: &Chart<'_>, rank: usize) -> Drawn {
+    trail(run, chart, rank, track(run, rank, &run.window))
+}
+
+/// Returns the positions of a robot in a window of time, s.
+pub(super) fn track<'h>(run: &RunFigures<'h>, rank: usize, window: &Range<f64>) -> &'h [Place] {
+    let all = &run.history.robots[rank].track;
+    let tick = |at: f64| ((at / run.history.step.as_secs_f64()).ceil() as usize).min(all.len());
+    let (from, to) = (tick(window.start), tick(window.end));
+    &all[from.min(to)..to]
+}
+
+/// Draws the positions of a robot as a path.
+pub(super) fn trail(
+    run: &RunFigures<'_>,
+    chart: &Chart<'_>,
+    rank: usize,
+    track: &[Place],
+) -> Drawn {
+    let (width, _) = room(run);
+    // The tolerance is half a pixel.
+    let (across, _) = chart.plotting_area().dim_in_pixel();
+    let distance = width * f64::from(px(0.5)) / f64::from(across.max(1));
+    let mut before: Option<&Place> = None;
+    for part in track.chunk_by(|a, b| a.carrying == b.carrying) {
+        let points: Vec<(f64, f64)> = before
+            .into_iter()
+            .chain(part)
+            .map(|at| at.position)
+            .collect();
+        before = part.last();
+        let width_px = if part[0].carrying { LADEN_PX } else { EMPTY_PX };
+        let style = line(run.colors[rank], width_px);
+        curve(chart, thin_way(&points, distance), style)?;
+    }
+    Ok(())
+}
+
+/// Marks the start, the death and the end of a robot.
+fn ends(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, rank: usize, say: Say) -> Drawn {
+    let [first, .., last] = track(run, rank, &run.window) else {
+        return Ok(());
+    };
+    let plot = chart.plotting_area();
+    let radius_px = if say == Say::Ways { 2.5 } else { 4.5 };
+    let mark = |mark: Mark, place: &Place, color| {
+        mark.draw_sized(area, plot.map_coordinate(&place.position), color, radius_px)
+    };
+    mark(Mark::Triangle, first, WHITE)?;
+    mark(Mark::Square, last, run.colors[rank])?;
+    let deaths = run.metrics.failures.iter();
+    for death in deaths.filter(|loss| loss.robot == rank && loss.loss == Loss::Died) {
+        let tick = (death.at.0 / run.history.step.0) as usize;
+        let shown = run.window.contains(&death.at.as_secs_f64());
+        if let Some(place) = run.history.robots[rank].track.get(tick).filter(|_| shown) {
+            mark(Mark::Cross, place, INK)?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes the robots' names beside the ends of their paths.
+fn names(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+    let ends = run
+        .history
+        .robots
+        .iter()
+        .enumerate()
+        .filter_map(|(rank, robot)| {
+            let last = track(run, rank, &run.window).last()?;
+            let at = chart.plotting_area().map_coordinate(&last.position);
+            Some((vec![robot.name.clone()], at))
+        });
+    beside(area, &ends.collect::<Vec<_>>(), px(6.0))
+}
+
+/// Writes names beside objects with a radius of `reach`. Each object has several candidate names and four corners. The
+/// first combination with room is used.
+pub(super) fn beside(area: &Area<'_>, ends: &[(Vec<String>, (i32, i32))], reach: i32) -> Drawn {
+    let letters = Lettering {
+        bold: true,
+        ..Lettering::default()
+    };
+    let half = px(6.0);
+    let (across, _) = area.dim_in_pixel();
+    let across = across as i32;
+    let mut taken: Vec<(Range<i32>, Range<i32>)> = ends
+        .iter()
+        .map(|(_, (x, y))| (x - reach..x + reach, y - reach..y + reach))
+        .collect();
+    for (names, (x, y)) in ends {
+        let corners = names.iter().flat_map(|name| {
+            let width = px(letters.width_px(name));
+            [x + reach + px(2.0), x - reach - px(2.0) - width]
+                .into_iter()
+                .filter(move |left| *left >= 0 && left + width <= across)
+                .flat_map(|left| [y - px(9.0), y + px(9.0)].map(|middle| (left, middle)))
+                .map(move |(left, middle)| (name, left..left + width, middle - half..middle + half))
+        });
+        let mut free = corners.filter(|(_, columns, rows)| {
+            let mut others = taken.iter();
+            !others.any(|(x, y)| overlap(x, columns) && overlap(y, rows))
+        });
+        if let Some((name, columns, rows)) = free.next() {
+            let at = (columns.start, rows.start + half);
+            area.draw_text(name, &letters.style(), at)?;
+            taken.push((columns, rows));
+        }
+    }
+    Ok(())
+}
+
+fn overlap(a: &Range<i32>, b: &Range<i32>) -> bool {
+    a.start < b.end && b.start < a.end
+}

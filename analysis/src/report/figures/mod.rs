@@ -1,0 +1,291 @@
+//! The figures of a report as SVG. Other modules compute the data.
+
+pub(crate) mod canvas;
+mod gantt;
+mod map;
+mod motivation;
+mod motivation_rows;
+mod progress;
+mod room;
+mod rows;
+#[cfg(test)]
+mod tests;
+mod timeline;
+
+use std::ops::Range;
+
+use plotters::style::RGBColor;
+use proto::view::Measure;
+use scenario::ids::TaskId;
+use scenario::mission::columns::{ColumnKind, label};
+
+use self::canvas::Sheet;
+pub use self::room::Room;
+use super::faults::{FaultSpan, fault_spans};
+use super::history::History;
+use super::metrics::Metrics;
+
+const WHITE: RGBColor = RGBColor(255, 255, 255);
+
+/// Opacity of the bands in which a robot is dead or stopped. They are darker than active bands, also in gray.
+const ABSENT: f64 = 0.75;
+
+/// A share of the run. A task that is not applicable after it gets an additional figure of its applicable time.
+const OVER: f64 = 0.9;
+
+pub struct Figure {
+    /// The file name without extension, also used as anchor.
+    pub name: String,
+    /// The content and how to read it.
+    pub caption: String,
+    pub svg: String,
+}
+
+#[derive(Clone, Debug, Default)]
+pub struct Wanted {
+    pub sheet: Sheet,
+    /// Start of the figures, s; `None` for the start of the run.
+    pub from_s: Option<f64>,
+    /// End of the figures, s; `None` for the end of the run.
+    pub to_s: Option<f64>,
+    /// End of the axes, s, if later than the end of the run.
+    pub end_s: f64,
+    /// Names of the wanted figures; empty for all.
+    pub only: Vec<String>,
+    /// The room at certain times, one figure each.
+    pub rooms: Vec<Room>,
+}
+
+/// The data that all figures of a run share.
+pub(super) struct RunFigures<'h> {
+    history: &'h History,
+    metrics: &'h Metrics,
+    faults: Vec<FaultSpan>,
+    /// Robot colors, by rank.
+    colors: Vec<RGBColor>,
+    /// The shown time, s.
+    window: Range<f64>,
+    sheet: Sheet,
+    /// The highest utility in the run; 1 if there is none, because an axis needs a length.
+    highest_utility: f64,
+}
+
+/// A function that draws a figure as SVG.
+type Draw<'p> = Box<dyn Fn(&RunFigures<'_>) -> anyhow::Result<String> + 'p>;
+
+struct Planned<'p> {
+    name: String,
+    caption: String,
+    draw: Draw<'p>,
+}
+
+/// An error for an unavailable figure or time.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct NotThere(String);
+
+/// Draws the wanted figures, in page order.
+///
+/// # Errors
+/// Returns [`NotThere`] for an unavailable figure or time, and drawing errors.
+pub fn figures(
+    history: &History,
+    metrics: &Metrics,
+    wanted: &Wanted,
+) -> anyhow::Result<Vec<Figure>> {
+    let names = history.robots.iter().map(|robot| robot.name.as_str());
+    let utilities = history.robots.iter();
+    let utilities = utilities.filter(|robot| robot.measure == Measure::Utility);
+    let sets = utilities.flat_map(|robot| &robot.sets);
+    let highest = sets.flat_map(|set| set.levels.iter().map(|(_, level)| *level));
+    let highest = highest.fold(0.0, f64::max);
+    let run = RunFigures {
+        history,
+        metrics,
+        faults: fault_spans(&history.events, history.end),
+        colors: crate::palette::colors(names),
+        window: window(history, wanted)?,
+        sheet: wanted.sheet,
+        highest_utility: if highest > 0.0 { highest } else { 1.0 },
+    };
+    let planned = planned(&run, &wanted.rooms);
+    for name in &wanted.only {
+        if !planned.iter().any(|figure| figure.name == *name) {
+            let known = planned.iter().map(|figure| figure.name.as_str());
+            let instead = scenario::instead(name, known);
+            return Err(NotThere(format!("--only: there is no figure '{name}'; {instead}")).into());
+        }
+    }
+    let chosen = planned.into_iter();
+    let chosen =
+        chosen.filter(|figure| wanted.only.is_empty() || wanted.only.contains(&figure.name));
+    let drawn = chosen.map(
+        |Planned {
+             name,
+             caption,
+             draw,
+         }| {
+            let svg = draw(&run)?;
+            Ok(Figure { name, caption, svg })
+        },
+    );
+    drawn.collect()
+}
+
+fn window(history: &History, wanted: &Wanted) -> Result<Range<f64>, NotThere> {
+    // An axis needs a length, even for an empty run.
+    let run_end = history.end.max(history.step).as_secs_f64();
+    let end = run_end.max(wanted.end_s);
+    let from = wanted.from_s.unwrap_or(0.0);
+    let to = wanted.to_s.unwrap_or(end).min(end);
+    if from >= run_end {
+        let text = format!("--from {from}: the run ended at {run_end} s");
+        return Err(NotThere(text));
+    }
+    if from >= to {
+        let text = format!("--to {to}: must be later than --from, {from} s");
+        return Err(NotThere(text));
+    }
+    Ok(from..to)
+}
+
+fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
+    let history = run.history;
+    let mut figures: Vec<Planned<'p>> = Vec::new();
+    let mut add = |name: String, caption: String, draw: Draw<'p>| {
+        figures.push(Planned {
+            name,
+            caption,
+            draw,
+        });
+    };
+    add(
+        "gantt".to_owned(),
+        "Activity of the robots. Bars: a behavior set for the task is active; ticks at their upper edge: effects on the \
+         world, where there is room. Below, in black: the task was applicable, and no robot was productive on it."
+            .to_owned(),
+        Box::new(gantt::draw),
+    );
+    for room in rooms {
+        add(
+            room.name(),
+            format!(
+                "The room at {} s, and the paths of the {} s before.",
+                room.at_s(),
+                room::TRAIL_S
+            ),
+            Box::new(move |run| room::draw(run, room)),
+        );
+    }
+    add(
+        "map".to_owned(),
+        "Paths of all robots.".to_owned(),
+        Box::new(map::together),
+    );
+    if history.robots.len() > 1 {
+        add(
+            "map-by-robot".to_owned(),
+            "The path of each robot on its own map; several robots share a map if there are too many."
+                .to_owned(),
+            Box::new(map::apart),
+        );
+    }
+    for columns in progress::axes(history.columns()) {
+        let (name, title) = match columns.as_slice() {
+            [column] if column.kind == ColumnKind::Real => (
+                format!("mission-{}", plain(column.name)),
+                label(column.name),
+            ),
+            _ => ("mission".to_owned(), "counts".to_owned()),
+        };
+        let caption = format!("The mission over time: {title}.");
+        add(
+            name,
+            caption,
+            Box::new(move |run| progress::columns(run, &title, &columns)),
+        );
+    }
+    for recurring in &run.metrics.recurring {
+        let event = recurring.event;
+        let against = recurring.period.map_or("", |_| ", with the wanted period");
+        add(
+            format!("every-{event}"),
+            format!("Time between '{event}' events{against}."),
+            Box::new(move |run| progress::recurring(run, recurring)),
+        );
+    }
+    for task in history.tasks() {
+        let spec = &history.catalog.tasks[task.index()];
+        let name = format!("task-{}-{}", task.0, plain(&spec.name));
+        let caption = format!(
+            "{} of all robots for {}, as in the thesis' figure 4.9.",
+            what(task_measures(history, task)),
+            spec.name
+        );
+        add(
+            name.clone(),
+            caption,
+            Box::new(move |run| motivation::for_task(run, task, run.window.clone())),
+        );
+        if let Some(window) = applicable(run, task.index())
+            && window.end < run.window.end * OVER
+        {
+            let caption = format!(
+                "The same figure for the time in which {} was applicable, as in the thesis' figure 4.11.",
+                spec.name
+            );
+            add(
+                format!("{name}-applicable"),
+                caption,
+                Box::new(move |run| motivation::for_task(run, task, window.clone())),
+            );
+        }
+    }
+    for (rank, robot) in history.robots.iter().enumerate() {
+        let caption = format!(
+            "{} of all behavior sets of {}, as in the thesis' figure 4.8.",
+            what([robot.measure]),
+            robot.name
+        );
+        add(
+            format!("robot-{}", robot.name),
+            caption,
+            Box::new(move |run| motivation::of_robot(run, rank)),
+        );
+    }
+    figures
+}
+
+fn what(measures: impl IntoIterator<Item = Measure>) -> &'static str {
+    let mut measures = measures.into_iter();
+    let has = measures.next().unwrap_or(Measure::Motivation);
+    match has {
+        _ if measures.any(|measure| measure != has) => "Motivation, or utility,",
+        Measure::Motivation => "Motivation",
+        Measure::Utility => "Utility",
+    }
+}
+
+/// Returns the measures of the robots that can perform a task.
+fn task_measures(history: &History, task: TaskId) -> impl Iterator<Item = Measure> {
+    let sets = history.behaviors_for(task);
+    sets.map(|(rank, _)| history.robots[rank].measure)
+}
+
+/// Returns the time from the first to the last applicable moment of a task, s, with a margin and within the window.
+fn applicable(run: &RunFigures<'_>, task: usize) -> Option<Range<f64>> {
+    let spans = &run.metrics.tasks[task].applicable;
+    let from = spans.iter().next()?.from.as_secs_f64();
+    let to = spans.iter().next_back()?.to.as_secs_f64();
+    let margin = (to - from) * 0.03;
+    let (from, to) = (from - margin, to + margin);
+    let shown = from.max(run.window.start)..to.min(run.window.end);
+    (shown.start < shown.end).then_some(shown)
+}
+
+/// Returns a task name in a form for file names.
+fn plain(name: &str) -> String {
+    let words = name.split(|letter: char| !letter.is_ascii_alphanumeric());
+    let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
+    words.join("-")
+}

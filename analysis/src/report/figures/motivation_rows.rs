@@ -1,0 +1,161 @@
+//! Motivations or utilities as rows, for more behavior sets than there is room for curves.
+
+use std::ops::Range;
+
+use plotters::style::RGBColor;
+use scenario::time::SimTime;
+
+use super::canvas::{Axes, Chart, Drawn, FAINT, Frame, INK, Mark, chart, fill, part};
+use super::motivation::{Row, ceiling};
+use super::rows::{CELL_PX, Rows, heat, shares};
+use super::timeline::{Sample, Timeline};
+use super::{ABSENT, RunFigures};
+use crate::palette;
+use crate::report::failures::Loss;
+
+const LEFT_PX: f64 = 210.0;
+const LEFT_SHARE: f64 = 0.3;
+const X_AXIS_PX: f64 = 40.0;
+
+/// Vertical extents as shares of a row: the level above, the active share below.
+const LEVEL: Range<f64> = 0.05..0.62;
+const ACTIVE: Range<f64> = 0.62..0.95;
+
+/// Draws the figure. The pair names the figure and the measure of its shades.
+pub fn draw(
+    run: &RunFigures<'_>,
+    (title, what): (&str, &str),
+    sets: &[Row<'_>],
+    window: Range<f64>,
+) -> anyhow::Result<String> {
+    let highest = format!("{what}, highest of a cell; full: θ, or the highest of all");
+    let legend = vec![
+        (Sample::Fill(palette::CROWD, 0.5), highest.as_str()),
+        (Sample::Fill(INK, 1.0), "active, at the lower edge"),
+        (Sample::Fill(FAINT, ABSENT), "dead or stopped"),
+        (Sample::Mark(Mark::Diamond, INK), "took over"),
+        (Sample::Mark(Mark::Cross, INK), "died"),
+        (Sample::Mark(Mark::Square, super::WHITE), "stopped"),
+    ];
+    let left_px = LEFT_PX.min(run.sheet.width_px * LEFT_SHARE);
+    let timeline = Timeline::new(run, window, left_px, legend);
+    let head_px = timeline.head_px();
+    let rows = Rows::fit(sets.len(), run.sheet.most_px() - head_px - X_AXIS_PX - 4.0);
+    let bottom_px = head_px + rows.height_px();
+    run.sheet.svg(title, bottom_px + X_AXIS_PX + 4.0, |area| {
+        timeline.draw_head(area, std::slice::from_ref(&(head_px..bottom_px)))?;
+        let size = (run.sheet.width_px, rows.height_px() + X_AXIS_PX);
+        let panel = part(area, (0.0, head_px), size);
+        let frame = Frame {
+            left: left_px,
+            right: run.sheet.width_px - timeline.edges.end,
+            bottom: X_AXIS_PX,
+        };
+        let axes = Axes {
+            x: (timeline.window.clone(), "time t in s"),
+            y: (rows.height_px()..0.0, ""),
+            y_labels: 0,
+        };
+        let chart = chart(&panel, frame, &axes)?;
+        for row in 0..rows.len() {
+            let members = rows.things(row);
+            draw_row(
+                run,
+                &timeline,
+                &chart,
+                rows.of(members.start),
+                &sets[members],
+            )?;
+        }
+        let plot = chart.plotting_area();
+        let radius_px = (rows.row_px * 0.5).clamp(2.5, 4.5);
+        let losses = run.metrics.failures.iter();
+        let losses: Vec<_> = losses.filter(|loss| timeline.shows(loss.at)).collect();
+        for (place, (rank, set)) in sets.iter().enumerate() {
+            let lane = rows.of(place);
+            let at = |at: f64| plot.map_coordinate(&(at, (lane.start + lane.end) / 2.0));
+            for takeover in run.metrics.takeovers.iter().filter(|takeover| {
+                let starts = set.active.iter().any(|span| span.from == takeover.at);
+                takeover.by == *rank && takeover.task == set.task && starts
+            }) {
+                if timeline.shows(takeover.at) {
+                    let at = at(takeover.at.as_secs_f64());
+                    Mark::Diamond.draw_sized(area, at, INK, radius_px)?;
+                }
+            }
+            for loss in losses.iter().filter(|loss| loss.robot == *rank) {
+                let (mark, color) = match loss.loss {
+                    Loss::Died => (Mark::Cross, INK),
+                    Loss::Stopped => (Mark::Square, super::WHITE),
+                };
+                mark.draw_sized(area, at(loss.at.as_secs_f64()), color, radius_px)?;
+            }
+        }
+        let names: Vec<String> = sets
+            .iter()
+            .map(|(rank, set)| format!("{} {}", run.history.robots[*rank].name, set.name))
+            .collect();
+        let name = |place: usize| (names[place].as_str(), run.colors[sets[place].0]);
+        let lost = |place: usize| losses.iter().any(|loss| loss.robot == sets[place].0);
+        rows.write_names(area, &chart, (4.0..left_px - 10.0, 0.0), name, lost)
+    })
+}
+
+/// Draws a row, in the robot's color if it shows a single robot.
+fn draw_row(
+    run: &RunFigures<'_>,
+    timeline: &Timeline<'_>,
+    chart: &Chart<'_>,
+    lane: Range<f64>,
+    sets: &[Row<'_>],
+) -> Drawn {
+    let window = &timeline.window;
+    let parts = ((timeline.edges.end - timeline.edges.start) / CELL_PX) as usize;
+    let part = |shares: &Range<f64>| {
+        let height = lane.end - lane.start;
+        lane.start + shares.start * height..lane.start + shares.end * height
+    };
+    let absent: Vec<_> = sets
+        .iter()
+        .map(|(rank, _)| run.history.absent(*rank))
+        .collect();
+    match &absent[..] {
+        [only] => {
+            for span in only.iter().filter_map(|span| timeline.cut(span)) {
+                fill(chart, span, lane.clone(), FAINT, ABSENT)?;
+            }
+        }
+        several => {
+            let values = shares(window, parts, several);
+            heat(chart, window, lane.clone(), FAINT, &values)?;
+        }
+    }
+    let color: RGBColor = match sets {
+        [(rank, _)] => run.colors[*rank],
+        _ => palette::CROWD,
+    };
+    let mut highest = vec![0.0_f64; parts];
+    for (rank, set) in sets {
+        let full = ceiling(run, *rank);
+        for (at, level) in &set.levels {
+            // A level holds until the next step.
+            let cell = |at: SimTime| {
+                let share = (at.as_secs_f64() - window.start) / (window.end - window.start);
+                (share * parts as f64).clamp(0.0, parts as f64)
+            };
+            let cells = cell(*at) as usize..cell(*at + run.history.step).ceil() as usize;
+            for cell in &mut highest[cells] {
+                *cell = cell.max(level / full);
+            }
+        }
+    }
+    heat(chart, window, part(&LEVEL), color, &highest)?;
+    let active = sets.iter().map(|(_, set)| &set.active);
+    heat(
+        chart,
+        window,
+        part(&ACTIVE),
+        INK,
+        &shares(window, parts, active),
+    )
+}

@@ -1,0 +1,261 @@
+//! Common parts of figures over time: a window, a legend, fault labels above, and fault shades below.
+
+use std::ops::Range;
+
+use plotters::element::{PathElement, Rectangle};
+use plotters::style::text_anchor::{HPos, VPos};
+use plotters::style::{Color, RGBColor};
+use scenario::time::SimTime;
+
+use super::RunFigures;
+use super::canvas::{Area, Drawn, INK, Lettering, Mark, line, px, rows_for, upright};
+use crate::report::faults::FaultSpan;
+use crate::report::spans::Span;
+
+/// Height of a row of the legend or of labels, px.
+const ROW_PX: f64 = 17.0;
+
+/// The maximum number of rows for fault labels.
+const LABEL_ROWS: usize = 6;
+
+/// The color of faults.
+const FAULT: RGBColor = RGBColor(214, 140, 0);
+
+/// The distance from a legend sample to its text, px.
+const SAMPLE_PX: f64 = 26.0;
+
+/// The time axis, legend and faults of a figure.
+pub struct Timeline<'f> {
+    /// The shown simulated time, s.
+    pub window: Range<f64>,
+    /// Left and right edge of the plot, px.
+    pub edges: Range<f64>,
+    pub faults: Vec<&'f FaultSpan>,
+    /// The legend entries: sample and text.
+    pub legend: Vec<(Sample, &'f str)>,
+    width_px: f64,
+}
+
+/// The sample of a legend entry.
+#[derive(Clone, Copy, Debug)]
+pub enum Sample {
+    /// A line with its width, px.
+    Line(RGBColor, f64),
+    /// A dashed line with dash and gap lengths, px.
+    Broken(RGBColor, (f64, f64)),
+    /// A filled band with its opacity.
+    Fill(RGBColor, f64),
+    /// A hatched band with the distance of its lines, px.
+    Hatch(RGBColor, f64),
+    /// A bar with a tick at its upper edge.
+    Ticked(RGBColor),
+    Mark(Mark, RGBColor),
+}
+
+impl<'f> Timeline<'f> {
+    /// Creates a timeline whose plot starts at `left_px`.
+    #[must_use]
+    pub fn new(
+        run: &'f RunFigures<'_>,
+        window: Range<f64>,
+        left_px: f64,
+        legend: Vec<(Sample, &'f str)>,
+    ) -> Self {
+        let inside = |fault: &&FaultSpan| {
+            let span = fault.span;
+            span.from.as_secs_f64() < window.end && span.to.as_secs_f64() >= window.start
+        };
+        Self {
+            faults: run.faults.iter().filter(inside).collect(),
+            edges: left_px..run.sheet.width_px - 22.0,
+            legend,
+            width_px: run.sheet.width_px,
+            window,
+        }
+    }
+
+    /// Returns the height of legend and labels, px.
+    #[must_use]
+    pub fn head_px(&self) -> f64 {
+        let rows = self.legend_places().last().map_or(0, |(row, _)| row + 1);
+        (rows + self.label_rows()) as f64 * ROW_PX + 8.0
+    }
+
+    /// Draws the legend and the faults: labeled bands above, and shades in the plots, which lie at the y ranges
+    /// `plots`. Call it before drawing the plots, so that their content stays on top.
+    pub fn draw_head(&self, area: &Area<'_>, plots: &[Range<f64>]) -> Drawn {
+        let letters = Lettering::default();
+        for ((sample, text), (row, x)) in self.legend.iter().zip(self.legend_places()) {
+            let y = (row as f64 + 0.5) * ROW_PX;
+            sample.draw(area, x, y)?;
+            letters.write(area, text, (x + SAMPLE_PX, y))?;
+        }
+        let band = |x: &Range<f64>, y: Range<f64>, opacity: f64| {
+            let corners = [(px(x.start), px(y.start)), (px(x.end), px(y.end))];
+            area.draw(&Rectangle::new(corners, FAULT.mix(opacity).filled()))
+        };
+        let top = self.head_px() - 4.0;
+        let labels = self.labels();
+        let unnamed = labels.iter().filter(|label| label.row.is_none()).count();
+        for label in &labels {
+            let x = &label.x;
+            for plot in plots {
+                band(x, plot.clone(), 0.13)?;
+                upright(area, x.start, plot.clone(), line(FAULT, 1.0), false)?;
+                if x.end > x.start && x.end < self.edges.end {
+                    upright(area, x.end, plot.clone(), line(FAULT, 1.0), true)?;
+                }
+            }
+            if let Some(row) = label.row {
+                let y = top - (row as f64 + 0.5) * ROW_PX;
+                band(x, y - 7.0..y + 7.0, 0.4)?;
+                upright(area, x.start, y - 7.0..y + 7.0, line(FAULT, 1.5), false)?;
+                letters.write(area, label.text, (label.text_px, y))?;
+            }
+        }
+        if unnamed > 0 {
+            let y = top - (LABEL_ROWS as f64 + 0.5) * ROW_PX;
+            let text = match unnamed {
+                1 => "and 1 more fault, shaded below".to_owned(),
+                _ => format!("and {unnamed} more faults, shaded below"),
+            };
+            letters.write(area, &text, (self.edges.start, y))?;
+        }
+        Ok(())
+    }
+
+    #[must_use]
+    pub fn x_px(&self, at: SimTime) -> f64 {
+        let share = (at.as_secs_f64() - self.window.start) / (self.window.end - self.window.start);
+        self.edges.start + share * (self.edges.end - self.edges.start)
+    }
+
+    /// Returns the part of a span in the window, s.
+    #[must_use]
+    pub fn cut(&self, span: Span) -> Option<Range<f64>> {
+        let from = span.from.as_secs_f64().max(self.window.start);
+        let to = span.to.as_secs_f64().min(self.window.end);
+        (from < to).then_some(from..to)
+    }
+
+    #[must_use]
+    pub fn shows(&self, at: SimTime) -> bool {
+        self.window.contains(&at.as_secs_f64())
+    }
+
+    /// Returns row and x of each legend entry.
+    fn legend_places(&self) -> Vec<(usize, f64)> {
+        let letters = Lettering::default();
+        let (mut row, mut x) = (0, self.edges.start);
+        let mut places = Vec::new();
+        for (_, text) in &self.legend {
+            let width = SAMPLE_PX + letters.width_px(text) + 16.0;
+            if x + width > self.width_px && x > self.edges.start {
+                row += 1;
+                x = self.edges.start;
+            }
+            places.push((row, x));
+            x += width;
+        }
+        places
+    }
+
+    /// Returns the number of label rows, including one for unnamed faults.
+    fn label_rows(&self) -> usize {
+        let rows = self.labels().into_iter();
+        let rows = rows.map(|label| label.row.map_or(LABEL_ROWS, |row| row) + 1);
+        rows.max().unwrap_or(0)
+    }
+
+    fn labels(&self) -> Vec<Label<'f>> {
+        let letters = Lettering::default();
+        let mut labels: Vec<Label<'f>> = self
+            .faults
+            .iter()
+            .map(|fault| {
+                let edge = |at| self.x_px(at).clamp(self.edges.start, self.edges.end);
+                let x = edge(fault.span.from)..edge(fault.span.to);
+                // A text that would leave the figure ends at its right edge.
+                let text_px =
+                    (x.start + 4.0).min(self.width_px - letters.width_px(&fault.label) - 2.0);
+                Label {
+                    text: &fault.label,
+                    text_px,
+                    x,
+                    row: None,
+                }
+            })
+            .collect();
+        let left = |label: &Label<'_>| label.x.start.min(label.text_px);
+        labels.sort_by(|a, b| left(a).total_cmp(&left(b)));
+        let places: Vec<(f64, f64)> = labels
+            .iter()
+            .map(|label| {
+                let right = (label.text_px + letters.width_px(label.text)).max(label.x.end);
+                (left(label), right - left(label) + 6.0)
+            })
+            .collect();
+        for (label, row) in labels.iter_mut().zip(rows_for(&places, LABEL_ROWS)) {
+            label.row = row;
+        }
+        labels
+    }
+}
+
+struct Label<'f> {
+    text: &'f str,
+    text_px: f64,
+    /// Start and end of the band, px.
+    x: Range<f64>,
+    /// Row of the label, counted from below; `None` without room.
+    row: Option<usize>,
+}
+
+impl Sample {
+    /// Draws the sample at the start of a legend entry.
+    fn draw(self, area: &Area<'_>, x_px: f64, y_px: f64) -> Drawn {
+        let (left, right) = (px(x_px), px(x_px + SAMPLE_PX - 6.0));
+        let (top, middle, bottom) = (px(y_px - 6.0), px(y_px), px(y_px + 6.0));
+        match self {
+            Self::Line(color, width_px) => {
+                let ends = [(left, middle), (right, middle)];
+                area.draw(&PathElement::new(ends, line(color, width_px)))
+            }
+            Self::Broken(color, (dash_px, gap_px)) => {
+                for from in (left..right).step_by(px(dash_px + gap_px) as usize) {
+                    let ends = [(from, middle), (from + px(dash_px), middle)];
+                    area.draw(&PathElement::new(ends, line(color, 1.25)))?;
+                }
+                Ok(())
+            }
+            Self::Fill(color, opacity) => {
+                let corners = [(left, top), (right, bottom)];
+                area.draw(&Rectangle::new(corners, color.mix(opacity).filled()))
+            }
+            Self::Ticked(color) => {
+                let corners = [(left, middle), (right, bottom)];
+                area.draw(&Rectangle::new(corners, color.filled()))?;
+                let ends = [((left + right) / 2, top), ((left + right) / 2, middle)];
+                area.draw(&PathElement::new(ends, line(INK, 1.0)))
+            }
+            Self::Hatch(color, apart_px) => {
+                for place in (left..=right).step_by(px(apart_px) as usize) {
+                    let ends = [(place, top), (place, bottom)];
+                    area.draw(&PathElement::new(ends, line(color, 1.0)))?;
+                }
+                Ok(())
+            }
+            Self::Mark(mark, color) => mark.draw(area, ((left + right) / 2, middle), color),
+        }
+    }
+}
+
+/// Writes the common y title of several panels.
+pub fn y_title(area: &Area<'_>, text: &str, y_px: Range<f64>) -> Drawn {
+    let letters = Lettering {
+        anchor: (HPos::Center, VPos::Top),
+        upright: true,
+        ..Lettering::default()
+    };
+    letters.write(area, text, (4.0, (y_px.start + y_px.end) / 2.0))
+}

@@ -1,0 +1,562 @@
+//! The page of a report, as one file that needs no other.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use run_log::{RunFile, RunOutcome};
+use scenario::mission::Value;
+use scenario::mission::columns::{in_short, label, told};
+use scenario::time::SimTime;
+
+use super::failures::{Aftermath, Cause, Loss, Sign};
+use super::faults::{Fault, Phase, faults};
+use super::figures::Figure;
+use super::history::History;
+use super::made::Made;
+use super::metrics::{Metrics, Recurring};
+use crate::page_head::head;
+
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// The maximum size of inline figures. The page only links to further figures.
+const INLINE_BYTES: usize = 6 * 1024 * 1024;
+
+/// The maximum number of rows in the fault table. A lossy link can cause thousands of events.
+const FAULT_ROWS: usize = 200;
+
+const DEFINITIONS: [(&str, &str); 12] = [
+    (
+        "makespan",
+        "Simulated time from the start to the end of the tick in which the mission was complete; none if it was not completed.",
+    ),
+    (
+        "present",
+        "Time of the ticks in which the robot's report counted: it was neither dead nor stopped.",
+    ),
+    (
+        "idle share",
+        "Part of the time present in which none of the robot's behavior sets was active; waiting counts as idle.",
+    ),
+    (
+        "activations per minute",
+        "How often a behavior set of the robot became active, per minute present.",
+    ),
+    (
+        "messages and bytes per second",
+        "Broadcasts of the robot, each counted once, and their payloads (encoded and sealed, without the overhead of zenoh \
+         and TCP), per second present. Taken from run.json; unknown for a killed run.",
+    ),
+    (
+        "applicable",
+        "Time in which a behavior set for the task had sensory feedback 1 in a robot that was present.",
+    ),
+    (
+        "orphan",
+        "Part of the time applicable in which no robot was productive. A robot is productive from its activation for the task to \
+         the last effect of that stint: an event that changed a column of mission.csv, or progress that the robot noted. The time \
+         after the last effect, and a stint without effects, are not productive.",
+    ),
+    (
+        "unattended",
+        "Part of the time applicable in which no behavior set for the task was active in any robot that was present.",
+    ),
+    (
+        "duplicate",
+        "Time in which behavior sets for an exclusive task were active in two or more robots that were present.",
+    ),
+    (
+        "detection latency",
+        "From the death or stop of a robot that was executing a task to the first sign that a teammate has detected it: the \
+         teammate's ceased-after time (τ) has passed since it last received the robot's claim of the task, its impatience rate \
+         for the task rose to fast, or it activated the task. Only signs before the robot's return count.",
+    ),
+    (
+        "takeover latency",
+        "From the last progress on an exclusive task to its activation by another robot. The last progress is the death or stop \
+         of the previous robot; if that robot lives, the last effect of its stint, or its activation if there was none. Taking up \
+         a task that was left as not applicable is no takeover.",
+    ),
+    (
+        "lateness",
+        "How much longer than the wanted period an interval between recurring events was; the first interval starts with the \
+         run. An event in time counts as 0.",
+    ),
+];
+
+/// The data that a page shows of one run.
+pub struct Part<'r> {
+    pub run: &'r RunFile,
+    pub history: &'r History,
+    pub metrics: &'r Metrics,
+    pub figures: Vec<Figure>,
+    pub made: Made,
+}
+
+/// The inline figures of a page, up to a size limit.
+pub(super) struct Frames {
+    room: usize,
+    /// The number of figures without room.
+    pub left_out: usize,
+}
+
+impl Frames {
+    pub fn new() -> Self {
+        Self {
+            room: INLINE_BYTES,
+            left_out: 0,
+        }
+    }
+
+    /// Returns the markup of a figure with its caption. `folder` is the path from the page to its file, empty or with a
+    /// trailing slash.
+    pub fn put(&mut self, figure: &Figure, folder: &str) -> Markup {
+        let Figure { name, svg, caption } = figure;
+        let id = format!("{folder}{name}").replace('/', "-");
+        let drawing = if svg.len() <= self.room {
+            self.room -= svg.len();
+            html! { (PreEscaped(svg)) }
+        } else {
+            self.left_out += 1;
+            let file = format!("{folder}{name}.svg");
+            html! { p { "Too large for this page: " a href=(file) { (file) } "." } }
+        };
+        html! { figure id=(id) { (drawing) figcaption { (caption) } } }
+    }
+}
+
+/// Returns the page and the number of figures left out.
+#[must_use]
+pub fn page(part: &Part<'_>) -> (String, usize) {
+    let Part {
+        run,
+        history,
+        metrics,
+        figures,
+        made,
+    } = part;
+    let mut frames = Frames::new();
+    let shown: Vec<Markup> = figures
+        .iter()
+        .map(|figure| frames.put(figure, ""))
+        .collect();
+    // The Gantt figure comes before all tables because it explains the run.
+    let (first, rest) = shown.split_at(shown.len().min(1));
+    let scenario = &run.setup.scenario;
+    let title = format!("{}, seed {}", scenario.name, run.setup.seed);
+    let text = html! {
+        (DOCTYPE)
+        html lang="en" {
+            (head(&title, ""))
+            body {
+                h1 { (title) }
+                p { (scenario.description) }
+                @if let Some(window) = &made.window { p.note { "Figures show the run " (window) "; tables show the whole run." } }
+                @for figure in first { (figure) }
+                table { tbody {
+                    @for (name, value) in facts(part) { tr { td { (name) } td.text { (value) } } }
+                } }
+                @for (title, table) in tables(part) {
+                    h2 { (title) }
+                    (table)
+                }
+                @for recurring in &metrics.recurring {
+                    h2 { "Events: " (recurring.event) }
+                    (moments(history, recurring))
+                }
+                h2 { "Figures" }
+                @for figure in rest { (figure) }
+                h2 { "Definitions" }
+                (definitions())
+            }
+        }
+    };
+    (text.into_string(), frames.left_out)
+}
+
+pub(super) fn definitions() -> Markup {
+    html! {
+        dl {
+            @for (name, definition) in DEFINITIONS {
+                dt { (name) }
+                dd { (definition) }
+            }
+        }
+    }
+}
+
+pub(super) fn tables(part: &Part<'_>) -> [(&'static str, Markup); 6] {
+    let Part {
+        run,
+        history,
+        metrics,
+        ..
+    } = part;
+    [
+        ("Robots", robots(history, metrics)),
+        ("Tasks", tasks(history, metrics)),
+        ("Mission", mission(run)),
+        ("Lost robots", losses(history, metrics)),
+        ("Takeovers", takeovers(history, metrics)),
+        ("Faults", fault_table(&faults(&history.events))),
+    ]
+}
+
+/// Returns setup and result of a run as named values.
+pub(super) fn facts(part: &Part<'_>) -> Vec<(String, Markup)> {
+    let Part {
+        run,
+        history,
+        metrics,
+        made,
+        ..
+    } = part;
+    let outcome = match run.outcome {
+        RunOutcome::Ended(outcome) => outcome.as_str().to_owned(),
+        RunOutcome::Running => format!(
+            "not ended: the world process was killed or is still running; the log is complete up to {}",
+            seconds(history.end)
+        ),
+    };
+    let so_far = match history.latest().as_slice() {
+        [] => "not in the log".to_owned(),
+        row => in_short(row),
+    };
+    let detection = metrics.failures.iter().filter_map(|failure| {
+        let found = failure.orphan.as_ref()?.detection?;
+        Some(found.at.since(failure.at))
+    });
+    let (lost, live): (Vec<_>, Vec<_>) = metrics
+        .takeovers
+        .iter()
+        .partition(|takeover| matches!(takeover.cause, Cause::Lost(_)));
+    let latencies = |takeovers: &[&super::failures::Takeover]| {
+        summary(takeovers.iter().map(|takeover| takeover.latency()))
+    };
+    let makespan = metrics.makespan.map_or_else(
+        || format!("none; {} simulated", seconds(history.end)),
+        seconds,
+    );
+    let setup = &run.setup;
+    let scenario = format!(
+        "{}, seed {}, {}, preset {}",
+        setup.scenario.name,
+        setup.seed,
+        setup.scenario.allocators_in_words(),
+        setup.scenario.alliance.preset.name()
+    );
+    let mut facts = Vec::new();
+    let mut add = |name: &str, value: Markup| facts.push((name.to_owned(), value));
+    add("outcome", html! { (outcome) });
+    add("makespan", html! { (makespan) });
+    add("progress", html! { (so_far) });
+    for recurring in metrics
+        .recurring
+        .iter()
+        .filter(|event| event.period.is_some())
+    {
+        let late = summary(recurring.moments.iter().map(|moment| moment.late));
+        add(
+            &format!("lateness of '{}'", recurring.event),
+            html! { (late) },
+        );
+    }
+    add("detection latency", html! { (summary(detection)) });
+    add(
+        "takeover latency after a loss",
+        html! { (latencies(&lost)) },
+    );
+    add("takeover latency, other", html! { (latencies(&live)) });
+    add(
+        "unscripted stalls or losses",
+        html! { @if run.unscripted { "yes" } @else { "none" } },
+    );
+    add("hash", html! { (run.hash.as_deref().unwrap_or("none")) });
+    add("scenario", html! { (scenario) });
+    if let Some(command) = &made.command {
+        add("command", html! { code { (command) } });
+    }
+    if let Some(date) = &made.date {
+        add("started", html! { (date) });
+    }
+    add(
+        "version",
+        html! { "alliance " (run.version) @if run.version != VERSION { "; page written by " (VERSION) } },
+    );
+    facts
+}
+
+fn robots(history: &History, metrics: &Metrics) -> Markup {
+    html! {
+        table {
+            thead { tr {
+                th { "robot" } th { "present" } th { "idle share" } th { "activations" } th { "per minute" }
+                th { "messages" } th { "per second" } th { "bytes per second" }
+            } }
+            tbody {
+                @for (robot, figures) in history.robots.iter().zip(&metrics.robots) {
+                    tr {
+                        td { (robot.name) }
+                        td { (seconds(figures.present)) }
+                        td { (format!("{:.1} %", 100.0 * figures.idle_share())) }
+                        td { (figures.activations) }
+                        td { (format!("{:.2}", figures.activations_per_min())) }
+                        @if let Some(sent) = figures.sent {
+                            @let (messages, bytes) = sent.per_s(figures.present);
+                            td { (sent.messages) }
+                            td { (format!("{messages:.2}")) }
+                            td { (format!("{bytes:.1}")) }
+                        } @else {
+                            td { "unknown" } td { "unknown" } td { "unknown" }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn tasks(history: &History, metrics: &Metrics) -> Markup {
+    html! {
+        table {
+            thead { tr {
+                th { "task" } th { "applicable" } th { "orphan" } th { "unattended" } th { "duplicate" }
+            } }
+            tbody {
+                @for (task, figures) in history.catalog.tasks.iter().zip(&metrics.tasks) {
+                    tr {
+                        td { (task.name) }
+                        td { (seconds(figures.applicable.total())) }
+                        td { (seconds(figures.orphan.total())) }
+                        td { (seconds(figures.unattended.total())) }
+                        td {
+                            @match &figures.duplicate {
+                                Some(spans) => (seconds(spans.total())),
+                                None => "not exclusive",
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Returns the mission's figures of the run and of each robot, from run.json.
+fn mission(run: &RunFile) -> Markup {
+    let figures = run.result.mission.iter();
+    let figures: Vec<String> = figures.map(|(name, value)| told(name, value)).collect();
+    let robots = &run.result.robots;
+    let names = robots.values().next().map(|robot| robot.mission.iter());
+    let names: Vec<&str> = names.into_iter().flatten().map(|(name, _)| name).collect();
+    html! {
+        p.note {
+            @if figures.is_empty() { "The mission has no figures for this run." } @else { (figures.join(", ")) "." }
+        }
+        @if !names.is_empty() {
+            table {
+                thead { tr { th { "robot" } @for name in &names { th { (label(name)) } } } }
+                tbody {
+                    @for (robot, figures) in robots {
+                        tr {
+                            td { (robot) }
+                            @for name in &names { td { (number(figures.mission.get(name))) } }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn number(value: Value) -> String {
+    match value {
+        Value::Count(count) => count.to_string(),
+        Value::Real(number) => format!("{number:.2}"),
+        Value::None => "–".to_owned(),
+    }
+}
+
+fn moments(history: &History, recurring: &Recurring) -> Markup {
+    let period_s = recurring.period.map(SimTime::as_secs_f64);
+    html! {
+        @if let Some(period_s) = period_s {
+            p.note {
+                "Wanted period: " (format!("{period_s} s")) ". "
+                @if recurring.overdue > SimTime::ZERO {
+                    "At the end of the log, the next event was overdue by " (seconds(recurring.overdue)) "."
+                }
+            }
+        }
+        @if recurring.moments.is_empty() { p.note { "The log has no such event." } } @else {
+            table {
+                thead { tr {
+                    th { "at" } th { "by" } th { "after" }
+                    @if period_s.is_some() { th { "late" } th { "of the period" } }
+                } }
+                tbody {
+                    @for moment in &recurring.moments {
+                        tr {
+                            td { (seconds(moment.at)) }
+                            td { (moment.by.map_or("?", |rank| name(history, rank))) }
+                            td { (seconds(moment.interval)) }
+                            @if let Some(period_s) = period_s {
+                                td { (seconds(moment.late)) }
+                                td { (format!("{:.1} %", 100.0 * moment.late.as_secs_f64() / period_s)) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn losses(history: &History, metrics: &Metrics) -> Markup {
+    if metrics.failures.is_empty() {
+        return html! { p.note { "No robot died or was stopped." } };
+    }
+    html! {
+        table {
+            thead { tr {
+                th { "at" } th.text { "robot" } th.text { "back" } th.text { "task" } th.text { "detected after" }
+                th.text { "outcome" }
+            } }
+            tbody {
+                @for failure in &metrics.failures {
+                    tr {
+                        td { (seconds(failure.at)) }
+                        td.text { (name(history, failure.robot)) " " (loss(failure.loss)) }
+                        td.text { (failure.back.map_or_else(|| "never".to_owned(), seconds)) }
+                        @match &failure.orphan {
+                            None => { td.text { "none" } td.text { "" } td.text { "" } },
+                            Some(orphan) => {
+                                td.text { (history.catalog.task_name(orphan.task)) }
+                                td.text {
+                                    @match orphan.detection {
+                                        Some(found) => {
+                                            (seconds(found.at.since(failure.at))) " by " (name(history, found.by))
+                                            " (" (sign(found.sign)) ")"
+                                        },
+                                        None => "not detected",
+                                    }
+                                }
+                                td.text { (aftermath(history, failure.at, orphan.aftermath)) }
+                            },
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn takeovers(history: &History, metrics: &Metrics) -> Markup {
+    if metrics.takeovers.is_empty() {
+        return html! { p.note { "No unfinished task went from one robot to another." } };
+    }
+    html! {
+        table {
+            thead { tr {
+                th { "at" } th.text { "task" } th.text { "from" } th.text { "to" } th { "latency" } th.text { "because" }
+            } }
+            tbody {
+                @for takeover in &metrics.takeovers {
+                    tr {
+                        td { (seconds(takeover.at)) }
+                        td.text { (history.catalog.task_name(takeover.task)) }
+                        td.text { (name(history, takeover.from)) }
+                        td.text { (name(history, takeover.by)) }
+                        td { (seconds(takeover.latency())) }
+                        td.text {
+                            (name(history, takeover.from)) " "
+                            @match &takeover.cause {
+                                Cause::Lost(how) => (loss(*how)),
+                                Cause::Left(reason) => { "left: " (reason) },
+                                Cause::StillActive => "was still active",
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn fault_table(faults: &[Fault]) -> Markup {
+    if faults.is_empty() {
+        return html! { p.note { "The log has no faults." } };
+    }
+    let hits = faults
+        .iter()
+        .filter(|fault| fault.phase == Phase::Hit)
+        .count();
+    let named = || faults.iter().filter(|fault| fault.phase != Phase::Hit);
+    let hidden = named().count().saturating_sub(FAULT_ROWS);
+    html! {
+        @if hits > 0 { p.note { "Single effects not listed, such as lost messages: " (hits) "." } }
+        @if hidden > 0 { p.note { "Later faults not listed: " (hidden) "." } }
+        table {
+            thead { tr { th { "at" } th.text { "fault" } th.text { "detail" } } }
+            tbody {
+                @for fault in named().take(FAULT_ROWS) {
+                    tr {
+                        td { (seconds(fault.at)) }
+                        td.text { (fault.label) }
+                        td.text { (fault.detail) }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn name(history: &History, rank: usize) -> &str {
+    &history.robots[rank].name
+}
+
+fn loss(loss: Loss) -> &'static str {
+    match loss {
+        Loss::Died => "died",
+        Loss::Stopped => "was stopped",
+    }
+}
+
+fn sign(sign: Sign) -> &'static str {
+    match sign {
+        Sign::Silence => "silence",
+        Sign::Impatience => "impatience",
+        Sign::Activation => "activation",
+    }
+}
+
+fn aftermath(history: &History, lost: SimTime, aftermath: Aftermath) -> String {
+    match aftermath {
+        Aftermath::Covered { by } => format!("{} was also executing it", name(history, by)),
+        Aftermath::TakenOver { at, by } => {
+            format!(
+                "{} took over after {}",
+                name(history, by),
+                seconds(at.since(lost))
+            )
+        }
+        Aftermath::Resumed { at } => format!("resumed by itself after {}", seconds(at.since(lost))),
+        Aftermath::Nobody => "no takeover".to_owned(),
+    }
+}
+
+fn seconds(time: SimTime) -> String {
+    format!("{:.2} s", time.as_secs_f64())
+}
+
+/// Returns mean and maximum of some times, in words.
+fn summary(times: impl Iterator<Item = SimTime>) -> String {
+    let times: Vec<SimTime> = times.collect();
+    let Some(most) = times.iter().max() else {
+        return "none".to_owned();
+    };
+    let total: f64 = times.iter().map(|time| time.as_secs_f64()).sum();
+    let count = times.len();
+    format!(
+        "mean {:.2} s, longest {} (of {count})",
+        total / count as f64,
+        seconds(*most)
+    )
+}

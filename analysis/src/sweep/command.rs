@@ -1,0 +1,199 @@
+//! Command line, output files and terminal output of `alliance sweep`.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use clap::Args;
+use comfy_table::{CellAlignment, Table};
+use terminal::tell;
+use world_server::mission_args::Known;
+
+use super::figures::draw;
+use super::folder::{FAILURES, put};
+use super::journal::Header;
+use super::page::{Figure, Page};
+use super::parquet::parquet;
+use super::results::{csv, table};
+use super::run::{End, FaultCount, Row};
+use super::statistics::Estimate;
+use super::summary::{Summary, by_column, by_condition, failed_by_reason, faults_by_kind, overall};
+use super::task::{Arguments, Study, counted, quoted, repeat};
+use crate::table;
+
+const FAULTS: &str = "faults.csv";
+
+/// The largest number of table rows and of failed runs that the terminal shows.
+const SHOWN: usize = 20;
+
+/// Run a mission in many variants and with many seeds
+///
+/// Runs execute in this process, on all cores. An interrupted sweep resumes where it stopped.
+#[derive(Args, Clone, Debug)]
+pub struct SweepCommand {
+    #[command(flatten)]
+    arguments: Arguments,
+}
+
+impl SweepCommand {
+    /// Runs the command. Exit status: 0 all runs are done, 1 failed runs or an interruption, 2 invalid input or missing runs, 3 a file
+    /// cannot be written. Incomplete missions are not failures.
+    #[must_use]
+    pub fn run(&self, known: &Known) -> ExitCode {
+        let study = Study {
+            name: "sweep",
+            folder: "sweeps",
+            prepare: |_, _| Ok(None),
+            finish,
+        };
+        self.arguments.run(known, &study)
+    }
+}
+
+/// Writes and shows the results. Returns `true` if no run failed.
+fn finish(
+    folder: &Path,
+    header: &Header,
+    rows: &[Row],
+    _plan: Option<&Path>,
+) -> anyhow::Result<bool> {
+    let design = &header.design;
+    let columns = table(design, rows);
+    put(folder, "results.csv", &csv(&columns, rows.len())?)?;
+    put(folder, "results.parquet", &parquet(&columns)?)?;
+
+    let overall = overall(rows);
+    let conditions = by_condition(design, rows);
+    let mut figures = Vec::new();
+    let columns = by_column(design, rows);
+    let columns = columns.chunk_by(|a, b| a.column == b.column);
+    // A chunk is never empty.
+    for (number, of_column) in columns.enumerate() {
+        let (svg, column) = (draw(of_column)?, of_column[0].column.clone());
+        let file = format!("by-{number}-{}.svg", plain(&column));
+        put(folder, &file, svg.as_bytes())?;
+        figures.push(Figure { column, svg });
+    }
+    let page = Page {
+        sweep: &header.sweep,
+        design,
+        rows,
+        overall: &overall,
+        conditions: &conditions,
+        figures: &figures,
+    };
+    put(folder, "summary.csv", &page.csv()?)?;
+    if let Some(faults) = page.faults_csv()? {
+        put(folder, FAULTS, &faults)?;
+    }
+    put(folder, "summary.html", page.html().as_bytes())?;
+    show(folder, header, &page);
+    Ok(overall.failed == 0)
+}
+
+fn show(folder: &Path, header: &Header, page: &Page<'_>) {
+    if page.conditions.len() <= SHOWN {
+        tell!(
+            "{}\n95 % intervals: Wilson's for completion, bootstrap for medians",
+            terminal_table(page).trim_fmt()
+        );
+    }
+    let all = page.overall;
+    tell!(
+        "{}: {} complete, {} not complete, {} failed",
+        counted(all.runs, "run"),
+        all.complete,
+        all.runs - all.failed - all.complete,
+        all.failed
+    );
+    let failed = page
+        .rows
+        .iter()
+        .filter(|row| matches!(row.end, End::Failed(_)));
+    for row in failed.clone().take(SHOWN) {
+        let scenario = folder.join(FAILURES).join(format!("{}.toml", row.run));
+        let seed = header.design.seed(row.run);
+        let again = repeat(&quoted(&scenario), seed, header.check);
+        tell!("run {} failed; repeat it with: {again}", row.run);
+    }
+    if failed.count() > SHOWN {
+        tell!(
+            "the other failed runs are in {}",
+            folder.join(FAILURES).display()
+        );
+    }
+    for (reason, runs) in failed_by_reason(page.rows) {
+        tell!("failed   {}: {reason}", counted(runs, "run"));
+    }
+    let faults = faults_by_kind(page.rows);
+    if !faults.is_empty() {
+        let mut all = FaultCount::default();
+        for count in faults.values() {
+            all.add(count);
+        }
+        let file = folder.join(FAULTS);
+        tell!(
+            "faults   {} armed, {} took effect ({}): {}",
+            all.armed,
+            all.hit,
+            counted(faults.len(), "kind"),
+            file.display()
+        );
+    }
+    tell!("rows     {}", folder.join("results.csv").display());
+    tell!("         {}", folder.join("results.parquet").display());
+    tell!("summary  {}", folder.join("summary.html").display());
+}
+
+/// Creates a table with one row per condition. Intervals stand below their estimates and long keys span several lines, so that
+/// the table fits a terminal.
+fn terminal_table(page: &Page<'_>) -> Table {
+    let settings = page.setting_columns();
+    let settings = settings.iter().map(|key| key.replace('.', ".\n"));
+    let figures = ["complete", "makespan\nin s", "lateness\nin s"];
+    let mut table = table::new(settings.chain(figures.map(ToOwned::to_owned)));
+    for (cells, summary) in page.conditions {
+        let (from, to) = summary.completion;
+        let complete = format!(
+            "{} of {}\n{:.0} – {:.0} %",
+            summary.complete,
+            runs(summary),
+            100.0 * from,
+            100.0 * to
+        );
+        let cells = cells.iter().map(|cell| cell.to_string());
+        let figures = [summary.makespan_s, summary.lateness_s].map(estimated);
+        table.add_row(cells.chain([complete]).chain(figures));
+    }
+    let settings = page.setting_columns().len();
+    for column in table.column_iter_mut().skip(settings) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+fn runs(summary: &Summary) -> String {
+    match summary.failed {
+        0 => summary.runs.to_string(),
+        failed => format!("{} ({failed} failed)", summary.runs),
+    }
+}
+
+fn estimated(estimate: Option<Estimate>) -> String {
+    match estimate {
+        Some(Estimate {
+            median,
+            interval: (from, to),
+        }) => format!("{median:.1}\n{from:.1} – {to:.1}"),
+        None => dash(),
+    }
+}
+
+fn dash() -> String {
+    "–".to_owned()
+}
+
+fn plain(name: &str) -> String {
+    let words = name.split(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_');
+    let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
+    words.join("-")
+}

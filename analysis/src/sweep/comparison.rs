@@ -1,0 +1,88 @@
+//! The part of a plan that a comparison needs after its runs. Journals contain it, so shards can be merged without the plan.
+
+use scenario::Scenario;
+use scenario::fault::{Fault, Who};
+use serde::{Deserialize, Serialize};
+
+use super::plan::hypothesis::Hypothesis;
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Comparison {
+    /// The question that the plan states.
+    pub question: Option<String>,
+    pub hypotheses: Vec<Hypothesis>,
+    /// One entry per block, in block order.
+    pub axes: Vec<Axes>,
+}
+
+/// The numbers of a block that can form the x axis of a curve.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Axes {
+    pub robots: usize,
+    /// The probability of message loss on every link during the entire run, 0 to 1. `None` if the block has any other fault; 0
+    /// without faults.
+    pub loss: Option<f64>,
+}
+
+impl Axes {
+    #[must_use]
+    pub fn of(scenario: &Scenario) -> Self {
+        let faults = &scenario.faults;
+        let loss = match &faults.timeline[..] {
+            _ if faults.random.is_some() => None,
+            [] => Some(0.0),
+            [order] => match &order.fault {
+                Fault::Drop(loss)
+                    if (&loss.from, &loss.to) == (&Who::All, &Who::All)
+                        && order.at_s.unwrap_or(0.0) == 0.0
+                        && loss.burst_s == 0.0
+                        && (order.for_s, order.every_s) == (None, None)
+                        && order.when.is_none() =>
+                {
+                    Some(loss.p)
+                }
+                _ => None,
+            },
+            _ => None,
+        };
+        Self {
+            robots: scenario.robots.len(),
+            loss,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use missions::waste::data::default_scenario;
+
+    use super::*;
+
+    #[test]
+    fn loss_is_set_only_for_constant_loss_on_every_link() {
+        for (timeline, loss) in [
+            ("", Some(0.0)),
+            ("{ fault.drop = { p = 0.25 } }", Some(0.25)),
+            (
+                "{ fault.drop = { from = 'all', p = 0.5 }, at_s = 0.0 }",
+                Some(0.5),
+            ),
+            ("{ fault.drop = { from = 'gold', p = 0.5 } }", None),
+            ("{ fault.drop = { p = 0.5, burst_s = 2.0 } }", None),
+            ("{ fault.drop = { p = 0.5 }, at_s = 9.0 }", None),
+            ("{ fault.drop = { p = 0.5 }, for_s = 9.0 }", None),
+            (
+                "{ fault.drop = { p = 0.5 } }, { fault.kill = 'gold' }",
+                None,
+            ),
+            ("{ fault.kill = 'gold' }", None),
+        ] {
+            let faults: toml::Table = toml::from_str(&format!("timeline = [{timeline}]")).unwrap();
+            let scenario = Scenario {
+                faults: faults.try_into().unwrap(),
+                ..default_scenario()
+            };
+            assert_eq!(Axes::of(&scenario), Axes { robots: 3, loss }, "{timeline}");
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! The measures of a run that only comparisons need, computed as in `alliance report`.
+
+use std::collections::BTreeMap;
+
+use run_log::RunLog;
+use scenario::time::SimTime;
+use serde::{Deserialize, Serialize};
+
+use crate::report::failures::Cause;
+use crate::report::history::{History, HistoryError, RobotHistory};
+use crate::report::metrics::Metrics;
+use in_process::Traffic;
+
+/// The measures of one run, for the whole team.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Measures {
+    /// The run's limit, s of simulated time.
+    pub limit_s: f64,
+    /// The distance that all robots travelled, m.
+    pub distance_m: f64,
+    /// Gini's index of the distances over the robots, 0 to 1.
+    pub distance_gini: f64,
+    /// Energy drawn by all robots, J; `None` if energy is not simulated.
+    pub energy_j: Option<f64>,
+    /// Gini's index of the energy over the robots, 0 to 1.
+    pub energy_gini: Option<f64>,
+    /// Time with two or more robots at an exclusive task, over all tasks, s.
+    pub duplicate_s: f64,
+    /// Time in which a task was applicable without a productive robot, over all tasks, s.
+    pub orphan_s: f64,
+    /// Time in which a task was applicable without a robot at it, over all tasks, s.
+    pub unattended_s: f64,
+    /// Mean time from the loss of a robot at a task to the first teammate that considers it lost, s.
+    pub detection_s: Option<f64>,
+    /// Mean time from the loss of a robot at an exclusive task to the task's activation by another robot, s.
+    pub takeover_s: Option<f64>,
+    /// Traffic by kind of broadcast; unused kinds are absent.
+    pub sent: BTreeMap<String, Sent>,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Sent {
+    /// The number of broadcasts, each counted once for all receivers.
+    pub messages: u64,
+    pub bytes: u64,
+}
+
+impl Measures {
+    /// Computes the measures from a full log.
+    pub fn of(log: &RunLog, traffic: &Traffic) -> Result<Self, HistoryError> {
+        let history = History::read(log)?;
+        let metrics = Metrics::of(&history, &log.run);
+        let ways: Vec<f64> = history.robots.iter().map(way).collect();
+        let drawn = drawn(&history);
+        let over_tasks = |time: fn(&crate::report::metrics::TaskMetrics) -> SimTime| {
+            let times = metrics.tasks.iter().map(time);
+            times
+                .fold(SimTime::ZERO, |sum, time| sum + time)
+                .as_secs_f64()
+        };
+        let detections = metrics.failures.iter().filter_map(|failure| {
+            let detection = failure.orphan.as_ref()?.detection?;
+            Some(detection.at.since(failure.at).as_secs_f64())
+        });
+        let takeovers = metrics.takeovers.iter();
+        let takeovers = takeovers.filter(|takeover| matches!(takeover.cause, Cause::Lost(_)));
+        let bulletins = history.catalog.mission.terms().bulletins;
+        let sent = traffic
+            .by_kind()
+            .filter(|(_, traffic)| traffic.messages > 0);
+        Ok(Self {
+            limit_s: log.run.setup.scenario.limit_s,
+            distance_m: ways.iter().sum(),
+            distance_gini: gini(&ways),
+            energy_j: drawn.as_ref().map(|drawn| drawn.iter().sum()),
+            energy_gini: drawn.as_deref().map(gini),
+            duplicate_s: over_tasks(|task| {
+                task.duplicate
+                    .as_ref()
+                    .map_or(SimTime::ZERO, |time| time.total())
+            }),
+            orphan_s: over_tasks(|task| task.orphan.total()),
+            unattended_s: over_tasks(|task| task.unattended.total()),
+            detection_s: mean(detections),
+            takeover_s: mean(takeovers.map(|takeover| takeover.latency().as_secs_f64())),
+            sent: sent
+                .map(|(kind, traffic)| {
+                    let (messages, bytes) = (traffic.messages, traffic.bytes);
+                    (kind.name(bulletins).to_owned(), Sent { messages, bytes })
+                })
+                .collect(),
+        })
+    }
+}
+
+/// Returns the distance that a robot travelled, m.
+fn way(robot: &RobotHistory) -> f64 {
+    let steps = robot.track.windows(2).map(|pair| {
+        let ((x, y), (to_x, to_y)) = (pair[0].position, pair[1].position);
+        libm::hypot(to_x - x, to_y - y)
+    });
+    steps.sum()
+}
+
+/// Returns the energy that each robot drew, J. Returns `None` if energy is not simulated.
+fn drawn(history: &History) -> Option<Vec<f64>> {
+    let energy = history.setup.scenario.energy?;
+    let left = history.robots.iter().map(|robot| {
+        let left = robot.track.last().and_then(|place| place.energy_j);
+        f64::from(energy.capacity_j) - left.unwrap_or(f64::from(energy.capacity_j))
+    });
+    Some(left.collect())
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let values: Vec<f64> = values.collect();
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+/// Returns Gini's index of non-negative amounts: half their mean difference divided by their mean; 0 if all are 0.
+fn gini(amounts: &[f64]) -> f64 {
+    let sum: f64 = amounts.iter().sum();
+    if sum <= 0.0 {
+        return 0.0;
+    }
+    let differences: f64 = amounts
+        .iter()
+        .flat_map(|a| amounts.iter().map(move |b| (a - b).abs()))
+        .sum();
+    differences / (2.0 * amounts.len() as f64 * sum)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gini_matches_hand_calculation() {
+        assert_eq!(gini(&[]), 0.0);
+        assert_eq!(gini(&[0.0, 0.0]), 0.0);
+        assert_eq!(gini(&[5.0, 5.0, 5.0]), 0.0);
+        // Two of three amounts are 0: 1 - 1/3.
+        assert!((gini(&[0.0, 0.0, 9.0]) - 2.0 / 3.0).abs() < 1e-12);
+        // Amounts 1, 2, 3: differences 2·(1 + 2 + 1) = 8, divided by 2·3·6.
+        assert!((gini(&[1.0, 2.0, 3.0]) - 8.0 / 36.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,409 @@
+//! The factors of the design, as read from the plan file.
+
+use std::collections::BTreeMap;
+
+use scenario::fault::Faults;
+use scenario::{Preset, ScenarioError, Step, TomlFile};
+use serde::Deserialize;
+use toml::Value;
+
+use super::file::Seeds;
+use super::{MAX_RUNS, table_of};
+use crate::random_mission::RandomMission;
+use crate::sweep::design::{Cell, Change, FAULTS, Factor, Level, PRESET, SEED};
+use crate::sweep::sampling::{Distribution, draw};
+
+/// A value and its position in the file.
+pub(super) struct Leaf {
+    pub(super) at: Vec<Step>,
+    pub(super) path: Vec<String>,
+    value: Value,
+}
+
+/// One setting of a factor, which is validated by itself.
+pub(super) struct Stated {
+    pub(super) at: Vec<Step>,
+    pub(super) changes: Vec<Change>,
+}
+
+impl Leaf {
+    pub(super) fn change(self) -> Change {
+        Change {
+            path: self.path,
+            value: self.value,
+        }
+    }
+}
+
+pub(super) fn key(key: &str) -> Step {
+    Step::Key(key.to_owned())
+}
+
+pub(super) fn path(text: &str) -> Vec<String> {
+    text.split('.').map(str::to_owned).collect()
+}
+
+/// Returns all values below a table in line order. Keys may be nested tables or dotted, also within quotes. A table for which
+/// `ends` is true is a value itself.
+pub(super) fn leaves(
+    file: &TomlFile<'_>,
+    at: &[Step],
+    table: toml::Table,
+    ends: fn(&toml::Table) -> bool,
+) -> Vec<Leaf> {
+    fn collect(
+        at: &[Step],
+        way: &[String],
+        table: toml::Table,
+        ends: fn(&toml::Table) -> bool,
+        found: &mut Vec<Leaf>,
+    ) {
+        for (name, value) in table {
+            let at = [at, &[key(&name)]].concat();
+            let path = [way, &path(&name)].concat();
+            match value {
+                Value::Table(table) if !ends(&table) => {
+                    collect(&at, &path, table, ends, found);
+                }
+                value => found.push(Leaf { at, path, value }),
+            }
+        }
+    }
+    let mut found = Vec::new();
+    collect(at, &[], table, ends, &mut found);
+    found.sort_by_cached_key(|leaf| (file.line_of(&leaf.at), leaf.path.clone()));
+    found
+}
+
+pub(super) fn grid(
+    file: &TomlFile<'_>,
+    leaf: Leaf,
+    stated: &mut Vec<Stated>,
+) -> Result<Factor, ScenarioError> {
+    let Leaf { at, path, value } = leaf;
+    let Value::Array(values) = value else {
+        let what = format!("{value} is not a list of values");
+        return Err(file.mistake(&at, what, format!("write [{value}], or more of them")));
+    };
+    distinct(file, &at, &values)?;
+    let mut levels = Vec::new();
+    for (place, value) in values.into_iter().enumerate() {
+        let level = Level::of(&path, value);
+        stated.push(Stated {
+            at: [&at[..], &[Step::Index(place)]].concat(),
+            changes: level.changes.clone(),
+        });
+        levels.push(level);
+    }
+    Ok(Factor {
+        columns: vec![path.join(".")],
+        levels,
+    })
+}
+
+impl Level {
+    fn of(path: &[String], value: Value) -> Self {
+        Self {
+            cells: vec![Cell::of(&value)],
+            changes: vec![Change {
+                path: path.to_vec(),
+                value,
+            }],
+        }
+    }
+
+    fn together(levels: impl IntoIterator<Item = Self>) -> Self {
+        let mut all = Self {
+            cells: Vec::new(),
+            changes: Vec::new(),
+        };
+        for level in levels {
+            all.cells.extend(level.cells);
+            all.changes.extend(level.changes);
+        }
+        all
+    }
+}
+
+/// The positions of the swept keys in the file and their paths in the scenario.
+pub(super) type Columns = Vec<(Vec<Step>, Vec<String>)>;
+
+pub(super) fn list(
+    file: &TomlFile<'_>,
+    points: Vec<toml::Table>,
+    stated: &mut Vec<Stated>,
+    columns: &mut Columns,
+) -> Result<Option<Factor>, ScenarioError> {
+    let mut factor: Option<Factor> = None;
+    for (place, point) in points.into_iter().enumerate() {
+        let at = [key("list"), Step::Index(place)];
+        let mut leaves = leaves(file, &at, point, |_| false);
+        // The keys of a point may be in any order.
+        leaves.sort_by(|a, b| a.path.cmp(&b.path));
+        let names: Vec<String> = leaves.iter().map(|leaf| leaf.path.join(".")).collect();
+        if names.is_empty() {
+            let remedy = "write a key of the scenario with its value";
+            return Err(file.mistake(&at, "the point is empty", remedy));
+        }
+        let known = factor.get_or_insert_with(|| {
+            let places = leaves.iter();
+            columns.extend(places.map(|leaf| (leaf.at.clone(), leaf.path.clone())));
+            Factor {
+                columns: names.clone(),
+                levels: Vec::new(),
+            }
+        });
+        if known.columns != names {
+            let what = format!("the point has the keys {}", names.join(", "));
+            let remedy = format!(
+                "write the same keys in every point: {}",
+                known.columns.join(", ")
+            );
+            return Err(file.mistake(&at, what, remedy));
+        }
+        let level = Level::together(
+            leaves
+                .into_iter()
+                .map(|leaf| Level::of(&leaf.path, leaf.value)),
+        );
+        if known.levels.contains(&level) {
+            return Err(file.mistake(&at, "the point occurs twice", "write it once"));
+        }
+        stated.push(Stated {
+            at: at.to_vec(),
+            changes: level.changes.clone(),
+        });
+        known.levels.push(level);
+    }
+    Ok(factor)
+}
+
+pub(super) fn sample(
+    file: &TomlFile<'_>,
+    mut table: toml::Table,
+    stated: &mut Vec<Stated>,
+    columns: &mut Columns,
+) -> Result<Option<Factor>, ScenarioError> {
+    let at = [key("random")];
+    let mut number = |name: &str, default: Option<i64>| {
+        let at = [key("random"), key(name)];
+        match (table.remove(name), default) {
+            (Some(Value::Integer(number)), _) if number >= 0 => Ok(number as u64),
+            (Some(value), _) => Err(file.mistake(
+                &at,
+                format!("{value} is not valid"),
+                "write a whole number of at least 0",
+            )),
+            (None, Some(default)) => Ok(default as u64),
+            (None, None) => {
+                Err(file.mistake(&at, "the key is missing", "write the number of points"))
+            }
+        }
+    };
+    let (count, seed) = (number("n", None)?, number("seed", Some(1))?);
+    let count = usize::try_from(count).unwrap_or(usize::MAX);
+    if !(1..=MAX_RUNS).contains(&count) {
+        let what = format!("{count} points are out of range");
+        let remedy = format!("write a number from 1 to {MAX_RUNS}");
+        return Err(file.mistake(&[key("random"), key("n")], what, remedy));
+    }
+    let states_range = |table: &toml::Table| {
+        let mut keys = ["min", "max", "choose"].iter();
+        keys.any(|key| table.contains_key(*key))
+    };
+    let leaves = leaves(file, &at, table, states_range);
+    if leaves.is_empty() {
+        let remedy = "write a key of the scenario with { min = …, max = … } or { choose = […] }";
+        return Err(file.mistake(&at, "no key is drawn", remedy));
+    }
+    let mut names = Vec::new();
+    let mut drawn = Vec::new();
+    for leaf in leaves {
+        let distribution = distribution(file, &leaf)?;
+        for value in distribution.stated() {
+            stated.push(Stated {
+                at: leaf.at.clone(),
+                changes: Level::of(&leaf.path, value).changes,
+            });
+        }
+        let name = leaf.path.join(".");
+        let values = draw(seed, &name, &distribution, count).into_iter();
+        drawn.push(
+            values
+                .map(|value| Level::of(&leaf.path, value))
+                .collect::<Vec<_>>(),
+        );
+        names.push(name);
+        columns.push((leaf.at, leaf.path));
+    }
+    let point = |place: usize| Level::together(drawn.iter().map(|levels| levels[place].clone()));
+    Ok(Some(Factor {
+        columns: names,
+        levels: (0..count).map(point).collect(),
+    }))
+}
+
+fn distribution(file: &TomlFile<'_>, leaf: &Leaf) -> Result<Distribution, ScenarioError> {
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Levels {
+        min: Option<Value>,
+        max: Option<Value>,
+        #[serde(default)]
+        log: bool,
+        choose: Option<Vec<Value>>,
+    }
+    let forms = "write { min = …, max = … }, optionally with log = true, or { choose = […] }";
+    let mistake = |what: String| file.mistake(&leaf.at, what, forms);
+    let range: Levels = leaf
+        .value
+        .clone()
+        .try_into()
+        .map_err(|_| mistake(format!("{} does not describe a distribution", leaf.value)))?;
+    match range {
+        Levels {
+            min: None,
+            max: None,
+            log: false,
+            choose: Some(values),
+        } => {
+            distinct(file, &leaf.at, &values)?;
+            Ok(Distribution::Choice(values))
+        }
+        Levels {
+            min: Some(Value::Integer(min)),
+            max: Some(Value::Integer(max)),
+            log: false,
+            choose: None,
+        } if min < max => Ok(Distribution::Integer(min, max)),
+        Levels {
+            min: Some(min),
+            max: Some(max),
+            log,
+            choose: None,
+        } => match (Cell::of(&min).number(), Cell::of(&max).number()) {
+            (Some(min), Some(max)) if min < max && !log => Ok(Distribution::Even(min, max)),
+            (Some(min), Some(max)) if min < max && min > 0.0 => Ok(Distribution::Log(min, max)),
+            (Some(_), Some(_)) if log => Err(mistake(format!(
+                "from {min} to {max} is not a range of positive numbers"
+            ))),
+            _ => Err(mistake(format!(
+                "from {min} to {max} is not a range of numbers"
+            ))),
+        },
+        _ => Err(mistake(format!(
+            "{} does not describe a distribution",
+            leaf.value
+        ))),
+    }
+}
+
+pub(super) fn presets(file: &TomlFile<'_>, presets: &[Preset]) -> Result<Factor, ScenarioError> {
+    let names: Vec<Value> = presets
+        .iter()
+        .filter_map(|preset| Value::try_from(preset).ok())
+        .collect();
+    distinct(file, &[key("presets")], &names)?;
+    Ok(Factor {
+        columns: vec![PRESET.to_owned()],
+        levels: names
+            .into_iter()
+            .map(|name| Level::of(&path("alliance.preset"), name))
+            .collect(),
+    })
+}
+
+/// Creates the factor of fault plans. Each plan replaces the scenario's faults.
+pub(super) fn faults(
+    plans: BTreeMap<String, Faults>,
+    stated: &mut Vec<Stated>,
+) -> anyhow::Result<Factor> {
+    let mut levels = Vec::new();
+    for (name, faults) in plans {
+        let changes = vec![Change {
+            path: path("faults"),
+            value: Value::Table(table_of(&faults)?),
+        }];
+        stated.push(Stated {
+            at: vec![key("faults"), key(&name)],
+            changes: changes.clone(),
+        });
+        levels.push(Level {
+            cells: vec![Cell::Text(name)],
+            changes,
+        });
+    }
+    Ok(Factor {
+        columns: vec![FAULTS.to_owned()],
+        levels,
+    })
+}
+
+pub(super) fn seeds(file: &TomlFile<'_>, Seeds(seeds): Seeds) -> Result<Factor, ScenarioError> {
+    let values: Vec<Value> = seeds.iter().copied().map(Value::Integer).collect();
+    distinct(file, &[key("seeds")], &values)?;
+    Ok(Factor {
+        columns: vec![SEED.to_owned()],
+        levels: seeds
+            .into_iter()
+            .map(|seed| Level {
+                cells: vec![Cell::Integer(seed)],
+                changes: Vec::new(),
+            })
+            .collect(),
+    })
+}
+
+/// Returns the columns that `[random_mission]` draws, so that no other factor varies them.
+pub(super) fn drawn(
+    file: &TomlFile<'_>,
+    mission: &RandomMission,
+) -> Result<Columns, ScenarioError> {
+    let at = |name: &str| vec![key("random_mission"), key(name)];
+    if let Some((name, what, remedy)) = mission.mistake() {
+        return Err(file.mistake(&at(name), what, remedy));
+    }
+    let section = mission.mission.iter();
+    let section = section.map(|name| (at("mission"), path(name)));
+    let keys = [
+        ("room", mission.room.is_some()),
+        ("obstacles", mission.obstacles.is_some()),
+        ("robots", mission.robots.is_some()),
+        ("faults", mission.faults.is_some()),
+    ];
+    let drawn = keys.into_iter().filter(|(_, drawn)| *drawn);
+    let drawn = drawn.map(|(name, _)| (at(name), path(name)));
+    Ok(drawn.chain(section).collect())
+}
+
+/// Checks that a list is not empty and has no duplicates, which would count twice.
+fn distinct(file: &TomlFile<'_>, at: &[Step], values: &[Value]) -> Result<(), ScenarioError> {
+    if values.is_empty() {
+        return Err(file.mistake(
+            at,
+            "the list is empty",
+            "write at least one value, or leave the key out",
+        ));
+    }
+    let mut seen = std::collections::BTreeSet::new();
+    match values.iter().find(|value| !seen.insert(value.to_string())) {
+        Some(value) => {
+            Err(file.mistake(at, format!("{value} occurs twice"), "write each value once"))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Checks that no key is varied twice; one value would overwrite the other.
+pub(super) fn disjoint(file: &TomlFile<'_>, columns: &Columns) -> Result<(), ScenarioError> {
+    for (place, (at, path)) in columns.iter().enumerate() {
+        let other = columns[..place]
+            .iter()
+            .find(|(_, other)| other.starts_with(path) || path.starts_with(other));
+        if let Some((other, _)) = other {
+            let what = format!("line {} varies the same key", file.line_of(other));
+            return Err(file.mistake(at, what, "vary each key in one place"));
+        }
+    }
+    Ok(())
+}

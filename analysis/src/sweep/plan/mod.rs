@@ -1,0 +1,246 @@
+//! The plan file of a sweep.
+//!
+//! `file` defines its format. `factors` reads the varied keys, `several` missions with their faults, `hypothesis` claims, and
+//! `tuning` the parameters of a search.
+
+mod factors;
+mod file;
+pub mod hypothesis;
+mod several;
+#[cfg(test)]
+mod tests;
+pub mod tuning;
+
+use anyhow::{Context, bail};
+use missions::Registry;
+use scenario::{Scenario, Setup, Step, TomlFile, Vocabulary};
+use xxhash_rust::xxh3::xxh3_64;
+
+use super::design::{Design, change};
+use crate::random_mission::RandomMission;
+use factors::{
+    Stated, disjoint, drawn, faults, grid, key, leaves, list, path, presets, sample, seeds,
+};
+use file::{File, Source};
+use hypothesis::Hypothesis;
+use several::missions;
+use tuning::Tuning;
+
+/// The largest number of runs. Memory holds one row per run.
+const MAX_RUNS: usize = 1_000_000;
+
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The base scenario with all defaults filled in; for several missions that of the first one.
+    base: toml::Table,
+    pub design: Design,
+    /// The parts of the scenario that are drawn for each seed.
+    mission: RandomMission,
+    /// True if the invariants of each run are checked.
+    pub check: bool,
+    /// True if each run records the measures of a comparison.
+    pub measures: bool,
+    /// The question that the plan states.
+    pub question: Option<String>,
+    pub hypotheses: Vec<Hypothesis>,
+    /// The settings of `alliance tune`.
+    pub tuning: Option<Tuning>,
+}
+
+impl Plan {
+    /// Reads a plan. `scenario` loads a scenario by name or file; `file_name` is for error messages. Each value is validated by
+    /// itself, so a run can only fail on a combination of values.
+    ///
+    /// # Errors
+    /// Returns the first mistake as one line: position, problem and remedy.
+    pub fn parse(
+        file_name: &str,
+        text: &str,
+        scenario: impl Fn(&str) -> anyhow::Result<Scenario>,
+    ) -> anyhow::Result<Self> {
+        let file = TomlFile::parse(file_name, text)?;
+        let contents: File = file.to()?;
+        let place = |at: &[Step]| format!("{file_name}:{}", file.line_of(at));
+
+        let mut stated = Vec::new();
+        let mut columns = Vec::new();
+        let mut factors = Vec::new();
+        let bases = if contents.missions.is_empty() {
+            let mut base = match contents.scenario {
+                None => vocabulary().default_scenario()?,
+                Some(Source::Named(name)) => {
+                    scenario(&name).with_context(|| place(&[key("scenario")]))?
+                }
+                Some(Source::Here) => file.scenario("scenario", &vocabulary())?,
+            };
+            if let Some(limit_s) = contents.limit_s {
+                base.limit_s = limit_s;
+            }
+            let base = table_of(&base)?;
+            let source = match contents.limit_s {
+                Some(_) => [key("limit_s")],
+                None => [key("scenario")],
+            };
+            Scenario::from_table(&base, &vocabulary()).with_context(|| place(&source))?;
+            vec![base]
+        } else {
+            if contents.scenario.is_some() {
+                let what = "a plan has either a scenario or [missions]";
+                let remedy = "write it as the scenario of a mission";
+                return Err(file.mistake(&[key("scenario")], what, remedy).into());
+            }
+            let found = missions(
+                &file,
+                contents.missions,
+                &contents.faults,
+                contents.limit_s,
+                &scenario,
+                &mut stated,
+            )?;
+            if found.factor.columns.len() > 1 {
+                columns.push((vec![key("faults")], path("faults")));
+            }
+            factors.push(found.factor);
+            found.bases
+        };
+        let has_missions = !factors.is_empty();
+        let of_missions = stated.len();
+
+        for leaf in leaves(&file, &[key("grid")], contents.grid, |_| false) {
+            columns.push((leaf.at.clone(), leaf.path.clone()));
+            factors.push(grid(&file, leaf, &mut stated)?);
+        }
+        factors.extend(list(&file, contents.list, &mut stated, &mut columns)?);
+        if let Some(random) = contents.random {
+            factors.extend(sample(&file, random, &mut stated, &mut columns)?);
+        }
+        if !contents.presets.is_empty() {
+            columns.push((vec![key("presets")], path("alliance.preset")));
+            factors.push(presets(&file, &contents.presets)?);
+        }
+        if !has_missions && !contents.faults.is_empty() {
+            columns.push((vec![key("faults")], path("faults")));
+            factors.push(faults(contents.faults, &mut stated)?);
+        }
+        factors.push(seeds(&file, contents.seeds)?);
+        let mission = contents.random_mission;
+        columns.extend(drawn(&file, &mission)?);
+        disjoint(&file, &columns)?;
+        for (number, Stated { at, changes }) in stated.iter().enumerate() {
+            // Settings of a mission are validated on that mission, all others on every mission.
+            let bases = if number < of_missions {
+                &bases[..1]
+            } else {
+                &bases
+            };
+            for base in bases {
+                let mut table = base.clone();
+                for each in changes {
+                    change(&mut table, each)
+                        .map_err(anyhow::Error::msg)
+                        .with_context(|| place(at))?;
+                }
+                Scenario::from_table(&table, &vocabulary()).with_context(|| place(at))?;
+            }
+        }
+
+        let design = Design { factors };
+        if design.runs().is_none_or(|runs| runs > MAX_RUNS) {
+            let sizes: Vec<String> = design
+                .factors
+                .iter()
+                .map(|factor| factor.levels.len().to_string())
+                .collect();
+            bail!(
+                "{file_name}: {} runs are more than {MAX_RUNS}; take fewer values, or draw some under [random]",
+                sizes.join(" x ")
+            );
+        }
+        let claims = contents.hypotheses.into_iter();
+        let mut hypotheses: Vec<Hypothesis> = claims
+            .map(|(name, claim)| Hypothesis {
+                line: file.line_of(&[key("hypotheses"), key(&name)]),
+                name,
+                claim,
+            })
+            .collect();
+        hypotheses.sort_by_key(|hypothesis| hypothesis.line);
+        let base = bases.into_iter().next().unwrap_or_default();
+        Ok(Self {
+            base,
+            design,
+            mission,
+            check: contents.check,
+            measures: false,
+            question: contents.question,
+            hypotheses,
+            tuning: contents.tune,
+        })
+    }
+
+    /// Returns a digest of everything that determines the runs, including the program version.
+    #[must_use]
+    pub fn digest(&self) -> String {
+        let version = env!("CARGO_PKG_VERSION");
+        let mut whole = format!("{version}\n{}\n{:?}", self.base, self.design);
+        if self.measures {
+            whole.push_str("\nmeasured");
+        }
+        if let Some(tuning) = &self.tuning {
+            whole.push_str(&format!("\n{tuning:?}"));
+        }
+        // A hypothesis that changes after the first run would be worthless.
+        for hypothesis in &self.hypotheses {
+            whole.push_str(&format!("\n{}: {:?}", hypothesis.name, hypothesis.claim));
+        }
+        if self.check || self.mission != RandomMission::default() {
+            whole.push_str(&format!("\n{:?}\n{}", self.mission, self.check));
+        }
+        format!("{:016x}", xxh3_64(whole.as_bytes()))
+    }
+
+    /// Returns the base scenario as TOML; for several missions that of the first one.
+    #[must_use]
+    pub fn base(&self) -> String {
+        self.base.to_string()
+    }
+
+    /// Returns the scenario of a run with all defaults filled in.
+    ///
+    /// # Errors
+    /// Returns an error if the run's settings contradict each other.
+    pub fn scenario(&self, run: usize) -> Result<toml::Table, String> {
+        let mut table = self.base.clone();
+        for level in self.design.levels(run) {
+            for each in &level.changes {
+                change(&mut table, each)?;
+            }
+        }
+        if self.mission == RandomMission::default() {
+            return Ok(table);
+        }
+        let scenario =
+            Scenario::from_table(&table, &vocabulary()).map_err(|error| error.to_string())?;
+        let drawn = self.mission.draw(scenario, self.design.seed(run));
+        // Converts through text, as for the base scenario.
+        let text = drawn.to_toml().map_err(|error| error.to_string())?;
+        toml::from_str(&text).map_err(|error| error.to_string())
+    }
+}
+
+pub fn setup(scenario: &toml::Table, seed: u64) -> anyhow::Result<Setup> {
+    let scenario = Scenario::from_table(scenario, &vocabulary())?;
+    let worlds = Registry::of_this_program().worlds();
+    worlds.of(&scenario)?.start_poses(&scenario)?;
+    Ok(Setup::resolve(scenario, seed, None)?.setup)
+}
+
+/// Converts through text, so that a 32-bit float stays 0.2.
+fn table_of(value: &impl serde::Serialize) -> anyhow::Result<toml::Table> {
+    Ok(toml::from_str(&toml::to_string(value)?)?)
+}
+
+/// Returns the missions and allocators that scenarios may name.
+fn vocabulary() -> Vocabulary {
+    Registry::of_this_program().vocabulary()
+}

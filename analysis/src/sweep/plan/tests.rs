@@ -1,0 +1,326 @@
+use missions::waste::data::{WasteSection, default_scenario};
+use scenario::Preset;
+
+use super::*;
+use crate::sweep::design::Cell;
+
+fn parse(text: &str) -> anyhow::Result<Plan> {
+    Plan::parse("plan.toml", text, |name| {
+        anyhow::ensure!(
+            name == "mine",
+            "'{name}' is neither a built-in scenario nor a file"
+        );
+        Ok(Scenario::parse(
+            "mine.toml",
+            "name = 'mine'\nlimit_s = 9.0",
+            &Registry::built_in().vocabulary(),
+        )
+        .unwrap())
+    })
+}
+
+fn runs(plan: &Plan) -> Vec<String> {
+    (0..plan.design.runs().unwrap())
+        .map(|run| {
+            let cells: Vec<String> = plan.design.cells(run).map(Cell::to_string).collect();
+            cells.join(" ")
+        })
+        .collect()
+}
+
+#[track_caller]
+fn refused(text: &str, expected: &str) {
+    let error = format!("{:#}", parse(text).unwrap_err());
+    assert!(error.starts_with(expected), "{error}");
+    assert_eq!(error.lines().count(), 1, "{error}");
+}
+
+#[test]
+fn an_empty_plan_is_one_run_of_the_default_mission() {
+    let plan = parse("").unwrap();
+    assert_eq!(runs(&plan), ["1"]);
+    let scenario = Scenario::from_table(
+        &plan.scenario(0).unwrap(),
+        &Registry::built_in().vocabulary(),
+    )
+    .unwrap();
+    assert_eq!(scenario, default_scenario());
+}
+
+#[test]
+fn grid_list_presets_faults_and_seeds_are_combined() {
+    let plan = parse(
+        "scenario = 'mine'\nlimit_s = 5.0\nseeds = { from = 3, to = 4 }\npresets = ['team', 'par98']\n\
+         [grid]\nroom.width_m = [12.0, 20.0]\n'waste.spills.0.items' = [2]\n\
+         [[list]]\nbody.speed_m_s = 0.5\nbody.turn_deg_s = 90\n\
+         [[list]]\nbody = { turn_deg_s = 45, speed_m_s = 0.25 }\n\
+         [faults.none]\n[faults.kill]\ntimeline = [{ fault.kill = 'gold', at_s = 1.0 }]\n",
+    )
+    .unwrap();
+    let columns: Vec<&str> = plan.design.columns().collect();
+    assert_eq!(
+        columns,
+        [
+            "room.width_m",
+            "waste.spills.0.items",
+            "body.speed_m_s",
+            "body.turn_deg_s",
+            "preset",
+            "faults",
+            "seed"
+        ]
+    );
+    let runs = runs(&plan);
+    assert_eq!(runs.len(), 2 * 2 * 2 * 2 * 2);
+    assert_eq!(runs[0], "12 2 0.5 90 team kill 3");
+    assert_eq!(runs[31], "20 2 0.25 45 par98 none 4");
+    let scenario = Scenario::from_table(
+        &plan.scenario(29).unwrap(),
+        &Registry::built_in().vocabulary(),
+    )
+    .unwrap();
+    assert_eq!(runs[29], "20 2 0.25 45 par98 kill 4");
+    assert_eq!(plan.design.seed(29), 4);
+    assert_eq!(scenario.name, "mine");
+    assert_eq!(scenario.limit_s, 5.0);
+    assert_eq!(
+        (scenario.room.width_m, scenario.body.turn_deg_s),
+        (20.0, 45.0)
+    );
+    assert_eq!(
+        (
+            WasteSection::of(&scenario).spills[0].items,
+            WasteSection::of(&scenario).spills[1].items
+        ),
+        (2, 12)
+    );
+    assert_eq!(scenario.alliance.preset, Preset::Par98);
+    assert_eq!(scenario.faults.timeline.len(), 1);
+}
+
+#[test]
+fn random_points_with_an_inline_scenario() {
+    let plan = parse(
+        "seeds = [5]\nscenario = { name = 'here', robots = [{ name = 'solo', side_sensor = true }] }\n\
+         [random]\nn = 50\nseed = 2\nbody.speed_m_s = { min = 0.2, max = 0.8 }\nstep_ms = { min = 20, max = 40 }\n\
+         alliance.defaults.ceased_after_s = { min = 2, max = 100, log = true }\n\
+         'alliance.sets.move-spill(top).fast_impatience' = { choose = [5.0, 10.0] }\n",
+    )
+    .unwrap();
+    assert_eq!(plan.design.runs(), Some(50));
+    for run in 0..50 {
+        let scenario = Scenario::from_table(
+            &plan.scenario(run).unwrap(),
+            &Registry::built_in().vocabulary(),
+        )
+        .unwrap();
+        assert_eq!(scenario.robots.len(), 1);
+        assert!((0.2..=0.8).contains(&scenario.body.speed_m_s));
+        assert!((20..=40).contains(&scenario.step_ms));
+        let set = &scenario.alliance.sets["move-spill(top)"];
+        assert!([Some(5.0), Some(10.0)].contains(&set.fast_impatience));
+    }
+}
+
+#[test]
+fn random_missions_depend_only_on_the_seed() {
+    let plan = parse(
+        "seeds = 3\ncheck = true\n[grid]\nbody.speed_m_s = [0.5, 1.0]\n\
+         [random_mission]\nrobots = { min = 2, max = 8 }\nobstacles = { min = 3, max = 3 }\n\
+         faults = { min = 5, max = 5, until_s = 60.0 }\n",
+    )
+    .unwrap();
+    assert!(plan.check);
+    let scenario = |run: usize| {
+        Scenario::from_table(
+            &plan.scenario(run).unwrap(),
+            &Registry::built_in().vocabulary(),
+        )
+        .unwrap()
+    };
+    assert_eq!(scenario(0).faults.timeline.len(), 5);
+    assert_eq!(scenario(0).obstacles.len(), 3);
+    assert_ne!(scenario(0).obstacles, scenario(1).obstacles);
+    let mut faster = scenario(1);
+    faster.body.speed_m_s = 1.0;
+    assert_eq!(faster, scenario(4));
+}
+
+#[test]
+fn the_digest_ignores_comments_and_table_order() {
+    let digest = |text: &str| parse(text).unwrap().digest();
+    let plan = digest("seeds = 2\n[grid]\nstep_ms = [50, 25]\n");
+    assert_eq!(
+        plan,
+        digest("# more\nseeds = [1, 2]\ngrid = { step_ms = [50, 25] }\n")
+    );
+    for other in [
+        "seeds = 3\n[grid]\nstep_ms = [50, 25]\n",
+        "seeds = 2\n[grid]\nstep_ms = [25, 50]\n",
+        "seeds = 2\nlimit_s = 9.0\n[grid]\nstep_ms = [50, 25]\n",
+        "seeds = 2\ncheck = true\n[grid]\nstep_ms = [50, 25]\n",
+        "seeds = 2\n[grid]\nstep_ms = [50, 25]\n[random_mission]\nrobots = { min = 1, max = 2 }\n",
+    ] {
+        assert_ne!(plan, digest(other), "{other}");
+    }
+    let kill = |robot: &str| format!("[faults.a]\ntimeline = [{{ fault.kill = '{robot}' }}]");
+    assert_ne!(digest(&kill("gold")), digest(&kill("blue")));
+}
+
+#[test]
+fn mistakes_give_one_line() {
+    refused("seeds = ", "plan.toml:1: ");
+    refused(
+        "[grod]\n",
+        "plan.toml:1: grod: unknown key; did you mean 'grid'?",
+    );
+    refused(
+        "\nseeds = 0\n",
+        "plan.toml:2: seeds: the range of seeds 1 to 0 is empty",
+    );
+    refused(
+        "seeds = 'all'\n",
+        "plan.toml:1: seeds: the string 'all' does not fit; write a number of seeds,",
+    );
+    refused(
+        "seeds = [3, 3]\n",
+        "plan.toml:1: seeds: 3 occurs twice; write each",
+    );
+    refused(
+        "presets = ['tam']\n",
+        "plan.toml:1: presets[0]: there is no choice 'tam'; did you mean 'team'?",
+    );
+    refused("scenario = 'other'\n", "plan.toml:1: 'other' is neither");
+    refused("limit_s = -1.0\n", "plan.toml:1: limit_s: ");
+    refused(
+        "[scenario]\n\n[scenario.room]\nwidht_m = 3\n",
+        "plan.toml:4: scenario.room.widht_m: unknown key; did you mean 'width_m'?",
+    );
+    refused(
+        "[grid]\nalliance.defaults.ceased_after = [4.0]\n",
+        "plan.toml:2: alliance.defaults.ceased_after: unknown key; did you mean 'ceased_after_s'?",
+    );
+    refused(
+        "[grid]\nstep_ms = 50\n",
+        "plan.toml:2: grid.step_ms: 50 is not a list of values; write [50]",
+    );
+    refused(
+        "[grid]\nstep_ms = []\n",
+        "plan.toml:2: grid.step_ms: the list is empty",
+    );
+    refused("[grid]\nstep_ms = [50,\n-1]\n", "plan.toml:3: step_ms: ");
+    refused(
+        "[grid]\n'waste.spills.7.items' = [1]\n",
+        "plan.toml:2: waste.spills.7.items: the array has no index '7'; use an index from 0 to 1",
+    );
+    refused(
+        "[grid]\nbody.speed_m_s = [0.5]\n[[list]]\nbody = { speed_m_s = 0.2 }\n",
+        "plan.toml:4: list[0].body.speed_m_s: line 2 varies the same key",
+    );
+    refused(
+        "presets = ['team']\n[grid]\nalliance.preset = ['team']\n",
+        "plan.toml:1: presets: line 3 varies the same key",
+    );
+    refused(
+        "[[list]]\nstep_ms = 50\n[[list]]\nlimit_s = 9.0\n",
+        "plan.toml:3: list[1]: the point has the keys limit_s;",
+    );
+    refused(
+        "[random]\nstep_ms = { min = 20, max = 50 }\n",
+        "plan.toml:1: random.n: the key is missing",
+    );
+    refused("[random]\nn = 3\n", "plan.toml:1: random: no key is drawn");
+    refused(
+        "[random]\nn = 3\nstep_ms = { min = 50, max = 20 }\n",
+        "plan.toml:3: random.step_ms: from 50 to 20 is not a range",
+    );
+    refused(
+        "[random]\nn = 3\nstep_ms = { min = 20, mx = 20 }\n",
+        "plan.toml:3: random.step_ms: ",
+    );
+    refused(
+        "[random]\nn = 3\nstep_ms = { min = 20, max = 9999 }\n",
+        "plan.toml:3: step_ms: ",
+    );
+    refused(
+        "[random]\nn = 3\nbody.speed_m_s = { min = 0.0, max = 1.0, log = true }\n",
+        "plan.toml:3: random.body.speed_m_s: from",
+    );
+    refused(
+        "[faults.a]\ntimeline = [{ fault.kill = 'glod' }]\n",
+        "plan.toml:1: faults.timeline[0].fault.kill: the scenario has no robot 'glod'; did you mean 'gold'?",
+    );
+    refused(
+        "[random_mission]\nrobots = { min = 0, max = 2 }\n",
+        "plan.toml:2: random_mission.robots: from 0 to 2 does not fit; write numbers from 1 to 100",
+    );
+    refused(
+        "[random_mission]\nrobots = { min = 1, max = 2 }\n[grid]\n'robots.0.name' = ['blue']\n",
+        "plan.toml:2: random_mission.robots: line 4 varies the same key",
+    );
+    refused(
+        "[random_mission]\nfaults = { min = 1, max = 2, until = 9.0 }\n",
+        "plan.toml:2: random_mission.faults.until: unknown key; did you mean 'until_s'?",
+    );
+    refused(
+        "[faults.a]\ntimline = []\n",
+        "plan.toml:2: faults.a.timline: unknown key; did you mean 'timeline'?",
+    );
+    refused(
+        "seeds = 1000\n[random]\nn = 1001\nstep_ms = { choose = [50] }\n",
+        "plan.toml: 1001 x 1000 runs are more than",
+    );
+}
+
+#[test]
+fn missions_with_their_faults_keep_file_order() {
+    let plan = parse(
+        "limit_s = 5.0\nseeds = [7]\n[grid]\nallocator = ['nearest', 'static']\n\
+         [missions.wide]\nscenario = 'mine'\nset = { room.width_m = 20.0 }\n\
+         [missions.five]\nrobots = 5\nsize = 4\n\
+         [missions.five.faults.dead]\ntimeline = [{ fault.kill = 'r5' }]\n\
+         [faults.none]\n[faults.dead]\ntimeline = [{ fault.kill = 'gold' }]\n",
+    )
+    .unwrap();
+    let expected = [
+        "wide dead nearest 7",
+        "wide dead static 7",
+        "wide none nearest 7",
+        "wide none static 7",
+        "five dead nearest 7",
+        "five dead static 7",
+        "five none nearest 7",
+        "five none static 7",
+    ];
+    assert_eq!(runs(&plan), expected);
+    let scenario = |run: usize| {
+        let table = plan.scenario(run).unwrap();
+        Scenario::from_table(&table, &Registry::built_in().vocabulary()).unwrap()
+    };
+    let (wide, five) = (scenario(1), scenario(5));
+    assert_eq!(
+        (wide.name.as_str(), wide.limit_s, wide.room.width_m),
+        ("mine", 5.0, 20.0)
+    );
+    assert_eq!(wide.allocator.as_deref(), Some("static"));
+    assert_eq!((five.robots.len(), five.limit_s), (5, 5.0));
+    assert_eq!(WasteSection::of(&five).spills.len(), 4);
+    let victim = |scenario: &Scenario| match &scenario.faults.timeline[0].fault {
+        scenario::fault::Fault::Kill(robot) => robot.clone(),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(
+        (victim(&wide), victim(&five)),
+        ("gold".to_owned(), "r5".to_owned())
+    );
+    assert!(scenario(7).faults.is_empty());
+}
+
+#[test]
+fn a_changed_claim_changes_the_digest_and_a_comment_does_not() {
+    let digest = |text: &str| parse(text).unwrap().digest();
+    let claim = "[hypotheses.h]\nat_most = 1.0\n";
+    assert_eq!(digest(claim), digest(&format!("# Why.\n{claim}")));
+    assert_ne!(digest(claim), digest("[hypotheses.h]\nat_most = 2.0\n"));
+    assert_ne!(digest(claim), digest(""));
+}

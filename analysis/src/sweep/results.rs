@@ -1,0 +1,351 @@
+//! The results table of a sweep: one row per run, in run order.
+
+use std::collections::BTreeSet;
+
+use scenario::mission::{MissionFigures, Value};
+
+use super::design::{Cell, Design};
+use super::measures::{Measures, Sent};
+use super::run::{End, Figures, Row};
+
+pub struct Column {
+    pub name: String,
+    pub values: Values,
+}
+
+/// Values by row; `None` for an empty cell.
+pub enum Values {
+    Integers(Vec<Option<i64>>),
+    Numbers(Vec<Option<f64>>),
+    Flags(Vec<Option<bool>>),
+    Texts(Vec<Option<String>>),
+}
+
+use Values::{Flags, Integers, Numbers, Texts};
+
+/// Creates all columns: run number, settings, outcome, figures, and the reason of a failure.
+#[must_use]
+pub fn table(design: &Design, rows: &[Row]) -> Vec<Column> {
+    let column = |name: &str, values| Column {
+        name: name.to_owned(),
+        values,
+    };
+    let whole = |of: fn(&Figures) -> Option<u64>| {
+        // Signed integers, as notebooks expect; none of these numbers approaches 2^63.
+        let number = |row| figures(row).and_then(of).map(|number| number as i64);
+        Integers(rows.iter().map(number).collect())
+    };
+    let runs = rows.iter().map(|row| Some(row.run as i64));
+    let mut columns = vec![column("run", Integers(runs.collect()))];
+    for (place, name) in design.columns().enumerate() {
+        let cells = rows
+            .iter()
+            .filter_map(|row| design.cells(row.run).nth(place));
+        columns.push(column(name, Values::of(cells.collect())));
+    }
+    let text = |of: fn(&Row) -> Option<String>| Texts(rows.iter().map(of).collect());
+    columns.extend([
+        column(
+            "outcome",
+            text(|row| {
+                let outcome = figures(row).map_or("failed", |figures| figures.outcome.as_str());
+                Some(outcome.to_owned())
+            }),
+        ),
+        column(
+            "hash",
+            text(|row| figures(row).map(|figures| figures.hash.clone())),
+        ),
+        column("sim_time_ms", whole(|figures| Some(figures.sim_time_ms))),
+    ]);
+    columns.extend(of_mission(rows));
+    columns.extend([
+        column("activations", whole(|figures| Some(figures.activations))),
+        column(
+            "messages_sent",
+            whole(|figures| Some(figures.messages_sent)),
+        ),
+        column("bytes_sent", whole(|figures| Some(figures.bytes_sent))),
+        column(
+            "messages_heard",
+            whole(|figures| Some(figures.messages_heard)),
+        ),
+        column(
+            "messages_lost",
+            whole(|figures| Some(figures.messages_lost)),
+        ),
+        column(
+            "faults_armed",
+            whole(|figures| Some(figures.all_faults().armed)),
+        ),
+        column(
+            "faults_hit",
+            whole(|figures| Some(figures.all_faults().hit)),
+        ),
+        column(
+            "fault_hits",
+            whole(|figures| Some(figures.all_faults().hits)),
+        ),
+    ]);
+    columns.extend(measured(rows));
+    columns.extend([column(
+        "reason",
+        text(|row| match &row.end {
+            End::Ended(_) => None,
+            End::Failed(failure) => Some(failure.reason.clone()),
+        }),
+    )]);
+    columns
+}
+
+/// Creates the columns of the measures that comparisons add. Returns none if no run was measured.
+fn measured(rows: &[Row]) -> Vec<Column> {
+    let all = || rows.iter().map(|row| figures(row)?.measures.as_deref());
+    if all().flatten().next().is_none() {
+        return Vec::new();
+    }
+    let number = |name: &str, of: fn(&Measures) -> Option<f64>| Column {
+        name: name.to_owned(),
+        values: Numbers(all().map(|measures| of(measures?)).collect()),
+    };
+    let mut columns = vec![
+        number("distance_m", |measures| Some(measures.distance_m)),
+        number("distance_gini", |measures| Some(measures.distance_gini)),
+        number("energy_j", |measures| measures.energy_j),
+        number("energy_gini", |measures| measures.energy_gini),
+        number("duplicate_s", |measures| Some(measures.duplicate_s)),
+        number("orphan_s", |measures| Some(measures.orphan_s)),
+        number("unattended_s", |measures| Some(measures.unattended_s)),
+        number("detection_s", |measures| measures.detection_s),
+        number("takeover_s", |measures| measures.takeover_s),
+    ];
+    let kinds: BTreeSet<&String> = all()
+        .flatten()
+        .flat_map(|measures| measures.sent.keys())
+        .collect();
+    for kind in kinds {
+        let whole = |of: fn(&Sent) -> u64| {
+            let sent = |measures: &Measures| measures.sent.get(kind).copied().unwrap_or_default();
+            Integers(
+                all()
+                    .map(|measures| Some(of(&sent(measures?)) as i64))
+                    .collect(),
+            )
+        };
+        columns.extend([
+            Column {
+                name: format!("{kind}_messages"),
+                values: whole(|sent| sent.messages),
+            },
+            Column {
+                name: format!("{kind}_bytes"),
+                values: whole(|sent| sent.bytes),
+            },
+        ]);
+    }
+    columns
+}
+
+/// Creates the columns of the mission's figures in their order. A column is integer if all its values are.
+fn of_mission(rows: &[Row]) -> impl Iterator<Item = Column> {
+    let missions = || {
+        rows.iter()
+            .filter_map(figures)
+            .map(|figures| &figures.mission)
+    };
+    let mut names: Vec<&str> = Vec::new();
+    for (name, _) in missions().flat_map(MissionFigures::iter) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names.into_iter().map(|name| {
+        let values = || rows.iter().map(|row| Some(figures(row)?.mission.get(name)));
+        let has = |wanted: fn(&Value) -> bool| values().flatten().any(|value| wanted(&value));
+        let is_whole = has(|value| matches!(value, Value::Count(_)))
+            && !has(|value| matches!(value, Value::Real(_)));
+        let values = if is_whole {
+            let whole = |value: Value| value.number().map(|_| value.count() as i64);
+            Integers(values().map(|value| whole(value?)).collect())
+        } else {
+            Numbers(values().map(|value| value?.number()).collect())
+        };
+        Column {
+            name: name.to_owned(),
+            values,
+        }
+    })
+}
+
+#[must_use]
+pub fn figures(row: &Row) -> Option<&Figures> {
+    match &row.end {
+        End::Ended(figures) => Some(figures),
+        End::Failed(_) => None,
+    }
+}
+
+impl Column {
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        match &self.values {
+            Integers(values) => values.len(),
+            Numbers(values) => values.len(),
+            Flags(values) => values.len(),
+            Texts(values) => values.len(),
+        }
+    }
+}
+
+impl Values {
+    /// Converts cells to the narrowest type that holds all of them.
+    fn of(cells: Vec<&Cell>) -> Self {
+        let all = |fits: fn(&Cell) -> bool| cells.iter().all(|cell| fits(cell));
+        if all(|cell| matches!(cell, Cell::Integer(_))) {
+            let numbers = cells.iter().map(|cell| match cell {
+                Cell::Integer(number) => Some(*number),
+                _ => None,
+            });
+            Integers(numbers.collect())
+        } else if all(|cell| cell.number().is_some()) {
+            Numbers(cells.iter().map(|cell| cell.number()).collect())
+        } else if all(|cell| matches!(cell, Cell::Flag(_))) {
+            let flags = cells.iter().map(|cell| match cell {
+                Cell::Flag(flag) => Some(*flag),
+                _ => None,
+            });
+            Flags(flags.collect())
+        } else {
+            Texts(cells.iter().map(|cell| Some(cell.to_string())).collect())
+        }
+    }
+
+    /// Returns a value as text; empty for an empty cell.
+    fn text(&self, row: usize) -> String {
+        fn show<T: ToString>(value: Option<&T>) -> String {
+            value.map_or_else(String::new, T::to_string)
+        }
+        match self {
+            Integers(values) => show(values[row].as_ref()),
+            Numbers(values) => show(values[row].as_ref()),
+            Flags(values) => show(values[row].as_ref()),
+            Texts(values) => show(values[row].as_ref()),
+        }
+    }
+}
+
+/// Returns the table as CSV with a header line. Numbers have the shortest form that reads back unchanged.
+pub fn csv(columns: &[Column], rows: usize) -> anyhow::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(columns.iter().map(|column| &column.name))?;
+    for row in 0..rows {
+        writer.write_record(columns.iter().map(|column| column.values.text(row)))?;
+    }
+    Ok(writer.into_inner()?)
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+
+    use missions::waste::data::default_scenario;
+    use proto::tick::Outcome;
+
+    use super::super::plan::Plan;
+    use super::super::run::{Failure, FaultCount};
+    use super::*;
+
+    pub fn design(text: &str) -> Design {
+        let plan = Plan::parse("plan.toml", text, |_| Ok(default_scenario()));
+        plan.unwrap().design
+    }
+
+    pub fn complete(run: usize, sim_time_ms: u64) -> Row {
+        let mut mission = MissionFigures::default();
+        for (name, count) in [
+            ("items_delivered", 24_u32),
+            ("items_total", 24),
+            ("reports_made", 2),
+        ] {
+            mission.add(name, count);
+        }
+        mission.add("report_lateness_mean_ms", 1.5);
+        mission.add("report_lateness_max_ms", 3_u32);
+        let figures = Figures {
+            outcome: Outcome::Complete,
+            hash: "00ff".to_owned(),
+            sim_time_ms,
+            mission,
+            activations: 8,
+            messages_sent: 100,
+            bytes_sent: 2000,
+            messages_heard: 190,
+            messages_lost: 10,
+            faults: [("kill", 1, 7), ("mute", 0, 0)]
+                .map(|(kind, hit, hits)| {
+                    let armed = 1;
+                    (kind.to_owned(), FaultCount { armed, hit, hits })
+                })
+                .into(),
+            measures: None,
+        };
+        Row {
+            run,
+            end: End::Ended(figures),
+        }
+    }
+
+    pub fn incomplete(run: usize) -> Row {
+        let mut row = complete(run, 9_000);
+        if let End::Ended(figures) = &mut row.end {
+            figures.outcome = Outcome::TimeLimit;
+            let mission = &mut figures.mission;
+            *mission = MissionFigures::default();
+            for (name, count) in [
+                ("items_delivered", 3_u32),
+                ("items_total", 24),
+                ("reports_made", 0),
+            ] {
+                mission.add(name, count);
+            }
+            mission.add("report_lateness_mean_ms", Value::None);
+            mission.add("report_lateness_max_ms", Value::None);
+        }
+        row
+    }
+
+    pub fn failed(run: usize) -> Row {
+        Row {
+            run,
+            end: End::Failed(Failure {
+                reason: "no place, \"anywhere\"".to_owned(),
+                scenario: String::new(),
+            }),
+        }
+    }
+
+    #[test]
+    fn column_names_are_unique() {
+        let text = "presets = ['team']\n[faults.none]\n[grid]\nbody.speed_m_s = [0.5]\n";
+        let columns = table(&design(text), &[complete(0, 4_000)]);
+        let names: std::collections::BTreeSet<&String> =
+            columns.iter().map(|column| &column.name).collect();
+        assert_eq!(names.len(), columns.len());
+    }
+
+    #[test]
+    fn each_line_has_settings_and_figures_or_a_reason() {
+        let design =
+            design("[grid]\nbody.speed_m_s = [0.5, 1, 0.25]\nwaste.spills.0.name = ['top']\n");
+        let rows = [complete(0, 4_000), incomplete(1), failed(2)];
+        let table = table(&design, &rows);
+        let csv = String::from_utf8(csv(&table, rows.len()).unwrap()).unwrap();
+        let expected = "\
+            run,body.speed_m_s,waste.spills.0.name,seed,outcome,hash,sim_time_ms,items_delivered,items_total,reports_made,\
+            report_lateness_mean_ms,report_lateness_max_ms,activations,messages_sent,bytes_sent,messages_heard,messages_lost,\
+            faults_armed,faults_hit,fault_hits,reason\n\
+            0,0.5,top,1,complete,00ff,4000,24,24,2,1.5,3,8,100,2000,190,10,2,1,7,\n\
+            1,1,top,1,time-limit,00ff,9000,3,24,0,,,8,100,2000,190,10,2,1,7,\n\
+            2,0.25,top,1,failed,,,,,,,,,,,,,,,,\"no place, \"\"anywhere\"\"\"\n";
+        assert_eq!(csv, expected);
+    }
+}

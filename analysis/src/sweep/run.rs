@@ -1,0 +1,340 @@
+//! One run of a sweep and its row.
+
+use missions::Registry;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use proto::control::FaultStatus;
+use proto::tick::Outcome;
+use run_log::{LogLevel, Memory, RunFile, RunLog, RunOutcome};
+use scenario::fault::Fault;
+use scenario::mission::columns::{ColumnKind, ColumnValue, Progress};
+use scenario::mission::{MissionFigures, Value};
+use serde::{Deserialize, Serialize};
+use terminal::panics::catch;
+
+use super::design::{Change, change};
+use super::measures::Measures;
+use super::plan::{Plan, setup};
+use crate::invariants::{Invariants, replayed};
+use in_process::Team;
+
+/// The number of ticks between two checks of the stop condition.
+const TICKS_PER_LOOK: u64 = 64;
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    pub run: usize,
+    pub end: End,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum End {
+    /// The run ended and has figures.
+    Ended(Figures),
+    /// The run did not start, or did not reach its end.
+    Failed(Failure),
+}
+
+/// The figures of a run, named as in run.json.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Figures {
+    pub outcome: Outcome,
+    /// The hash of the entire run, 16 hexadecimal digits.
+    pub hash: String,
+    pub sim_time_ms: u64,
+    /// The mission's figures by column name. A column of remaining work is replaced by the total.
+    pub mission: MissionFigures,
+    pub activations: u64,
+    pub messages_sent: u64,
+    /// The total payload of these broadcasts.
+    pub bytes_sent: u64,
+    /// The number of received messages, over all receivers.
+    pub messages_heard: u64,
+    /// The number of lost messages, over all receivers.
+    pub messages_lost: u64,
+    /// Armed faults by kind.
+    pub faults: BTreeMap<String, FaultCount>,
+    /// Measures for comparisons; `None` in other sweeps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measures: Option<Box<Measures>>,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FaultCount {
+    pub armed: u64,
+    pub hit: u64,
+    /// The number of effects of all these faults.
+    pub hits: u64,
+}
+
+/// The reason why a run has no figures, and its scenario.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Failure {
+    pub reason: String,
+    pub scenario: String,
+}
+
+/// Executes a run. Returns `None` if `stops` returned true. A panic becomes the reason of a failed run.
+pub fn attempt(plan: &Plan, run: usize, stops: &dyn Fn() -> bool) -> Option<Row> {
+    let end = attempt_changed(plan, run, &[], plan.design.seed(run), stops)?;
+    Some(Row { run, end })
+}
+
+/// Executes a run with changes of its scenario and with the given seed.
+pub fn attempt_changed(
+    plan: &Plan,
+    run: usize,
+    changes: &[Change],
+    seed: u64,
+    stops: &dyn Fn() -> bool,
+) -> Option<End> {
+    let scenario = plan.scenario(run).and_then(|mut scenario| {
+        let mut changes = changes.iter();
+        changes.try_for_each(|each| change(&mut scenario, each))?;
+        Ok(scenario)
+    });
+    let ended = scenario
+        .clone()
+        .map_err(anyhow::Error::msg)
+        .map(|scenario| {
+            let ended = catch(|| simulate(plan, &scenario, seed, stops));
+            ended.unwrap_or_else(|panic| Err(anyhow::Error::msg(panic)))
+        });
+    match ended.and_then(|ended| ended) {
+        Ok(None) => None,
+        Ok(Some(figures)) => Some(End::Ended(figures)),
+        Err(error) => Some(End::Failed(Failure {
+            reason: format!("{error:#}").replace(['\n', '\r'], " "),
+            scenario: scenario.map_or_else(|_| plan.base(), |table| table.to_string()),
+        })),
+    }
+}
+
+fn simulate(
+    plan: &Plan,
+    scenario: &toml::Table,
+    seed: u64,
+    stops: &dyn Fn() -> bool,
+) -> anyhow::Result<Option<Figures>> {
+    let setup = setup(scenario, seed)?;
+    let mut invariants = plan.check.then(|| Invariants::new(&setup));
+    // The hash of a run does not depend on the log level.
+    let level = if plan.measures {
+        LogLevel::Full
+    } else {
+        LogLevel::Off
+    };
+    let mut team = Team::new(setup, level, Memory::default())?;
+    if plan.measures {
+        team.count_traffic();
+    }
+    let outcome = loop {
+        let outcome = team.tick()?;
+        if let Some(invariants) = &mut invariants {
+            invariants.see(team.simulation())?;
+        }
+        if let Some(outcome) = outcome {
+            break outcome;
+        }
+        if team.simulation().tick().is_multiple_of(TICKS_PER_LOOK) && stops() {
+            return Ok(None);
+        }
+    };
+    let traffic = team.traffic().cloned();
+    let (run, recorder) = team.end(outcome)?;
+    let mut figures = Figures::of(&run, outcome);
+    let memory = recorder.into_sink();
+    if plan.check {
+        let vocabulary = Registry::of_this_program().vocabulary();
+        replayed::check(&RunLog::from_memory(&memory, &vocabulary)?)?;
+    }
+    if let Some(traffic) = traffic {
+        let log = RunLog::from_tables(Path::new(""), run, memory.tables);
+        figures.measures = Some(Box::new(Measures::of(&log, &traffic)?));
+    }
+    Ok(Some(figures))
+}
+
+impl Figures {
+    fn of(run: &RunFile, outcome: Outcome) -> Self {
+        debug_assert_eq!(run.outcome, RunOutcome::Ended(outcome));
+        let result = &run.result;
+        let robots = || result.robots.values();
+        Self {
+            outcome,
+            hash: run.hash.clone().unwrap_or_default(),
+            sim_time_ms: result.sim_time_ms.0,
+            mission: of_mission(run),
+            activations: robots().map(|robot| u64::from(robot.activations)).sum(),
+            messages_sent: robots().map(|robot| robot.messages_sent).sum(),
+            bytes_sent: robots().map(|robot| robot.bytes_sent).sum(),
+            messages_heard: robots().map(|robot| robot.messages_heard).sum(),
+            messages_lost: robots().map(|robot| robot.messages_lost).sum(),
+            faults: by_kind(&run.faults),
+            measures: None,
+        }
+    }
+
+    /// Returns the greatest lateness of a recurring task, ms: the largest figure whose name ends with `lateness_max_ms`.
+    #[must_use]
+    pub fn lateness_ms(&self) -> Option<u64> {
+        let figures = self.mission.iter();
+        let late = figures.filter(|(name, _)| name.ends_with("lateness_max_ms"));
+        late.filter(|(_, value)| *value != Value::None)
+            .map(|(_, value)| value.count())
+            .max()
+    }
+
+    /// Returns the sum over all kinds of faults.
+    #[must_use]
+    pub fn all_faults(&self) -> FaultCount {
+        let mut all = FaultCount::default();
+        for of_kind in self.faults.values() {
+            all.add(of_kind);
+        }
+        all
+    }
+}
+
+impl FaultCount {
+    pub fn add(&mut self, other: &Self) {
+        self.armed += other.armed;
+        self.hit += other.hit;
+        self.hits += other.hits;
+    }
+}
+
+fn of_mission(run: &RunFile) -> MissionFigures {
+    let reported = &run.result.mission;
+    let columns = run.setup.catalog.mission.terms().columns;
+    let row = columns.iter();
+    let row = row.filter_map(|column| Some(column.with(reported.column(column.name)?)));
+    let row: Vec<ColumnValue> = row.collect();
+    let total = Progress::of(&row).map(|progress| progress.total);
+    let mut figures = MissionFigures::default();
+    for (name, value) in reported.iter() {
+        let name = name.replace('.', "_");
+        match row
+            .iter()
+            .find(|column| column.name == name)
+            .map(|column| column.kind)
+        {
+            Some(ColumnKind::Left) => {}
+            Some(ColumnKind::Done) => {
+                figures.add(&name, value);
+                figures.add(&total_of(&name), total);
+            }
+            _ => figures.add(&name, value),
+        }
+    }
+    figures
+}
+
+/// Returns the name of the total that belongs to a count, such as `items_total` for `items_delivered`.
+fn total_of(done: &str) -> String {
+    let things = done.rsplit_once('_').map(|(things, _)| things);
+    things.map_or_else(|| "total".to_owned(), |things| format!("{things}_total"))
+}
+
+fn by_kind(faults: &[FaultStatus]) -> BTreeMap<String, FaultCount> {
+    let mut counts: BTreeMap<String, FaultCount> = BTreeMap::new();
+    for fault in faults {
+        counts
+            .entry(kind(&fault.order.fault))
+            .or_default()
+            .add(&FaultCount {
+                armed: 1,
+                hit: u64::from(fault.hits > 0),
+                hits: fault.hits,
+            });
+    }
+    counts
+}
+
+/// Returns the fault's name; for sensors and actuators followed by the mode of failure.
+fn kind(fault: &Fault) -> String {
+    let mode = match fault {
+        Fault::Sensor(fault) => fault.mode.to_string(),
+        Fault::Actuator(fault) => fault.mode.to_string(),
+        _ => return fault.name().to_owned(),
+    };
+    let mode = mode.split(' ').next().unwrap_or_default();
+    format!("{} {mode}", fault.name())
+}
+
+#[cfg(test)]
+mod tests {
+
+    use missions::waste::data::default_scenario;
+
+    use super::*;
+
+    fn plan(text: &str) -> Plan {
+        Plan::parse("plan.toml", text, |_| Ok(default_scenario())).unwrap()
+    }
+
+    #[test]
+    fn a_panic_becomes_the_reason_of_the_failed_run() {
+        let plan = plan("");
+        let row = attempt(&plan, 0, &|| panic!("out of {}", "luck")).unwrap();
+        let End::Failed(failure) = row.end else {
+            panic!("{row:?}")
+        };
+        assert_eq!(failure.reason, "panicked: out of luck");
+        let scenario: toml::Table = toml::from_str(&failure.scenario).unwrap();
+        assert_eq!(Ok(scenario), plan.scenario(0));
+    }
+
+    #[test]
+    fn contradicting_settings_fail_with_one_line() {
+        let plan = plan(
+            "[scenario]\nrobots = [{ name = 'blue', start = { x_m = 4.6, y_m = 4.5 } }]\n\
+             obstacles = [{ x_m = 8.0, y_m = 4.0, width_m = 1.0, height_m = 1.0 }]\n\
+             [grid]\nbody.radius_m = [0.2, 0.5]\nobstacles.0.x_m = [8.0, 5.0]\n",
+        );
+        let row = attempt(&plan, 3, &|| true).unwrap();
+        let End::Failed(failure) = row.end else {
+            panic!("{row:?}")
+        };
+        assert_eq!(failure.reason.lines().count(), 1, "{failure:?}");
+        assert!(!failure.reason.contains("panicked"), "{failure:?}");
+    }
+
+    #[test]
+    fn a_stopped_run_leaves_no_row() {
+        assert_eq!(attempt(&plan(""), 0, &|| true), None);
+    }
+
+    #[test]
+    fn figures_equal_those_of_the_run() {
+        let plan = plan("limit_s = 30.0\nseeds = [7]\n");
+        let row = attempt(&plan, 0, &|| false).unwrap();
+        let End::Ended(figures) = row.end else {
+            panic!("{row:?}")
+        };
+        let setup = setup(&plan.scenario(0).unwrap(), 7).unwrap();
+        let team = Team::new(setup, LogLevel::Full, Memory::default()).unwrap();
+        let (outcome, recorder) = team.run().unwrap();
+        assert_eq!(
+            (figures.outcome, &figures.hash),
+            (outcome, &recorder.hash())
+        );
+        assert_eq!(
+            (figures.outcome, figures.sim_time_ms),
+            (Outcome::TimeLimit, 30_000)
+        );
+        let of_mission: Vec<_> = figures.mission.iter().collect();
+        let expected = [
+            ("items_delivered", Value::Count(0)),
+            ("items_total", Value::Count(24)),
+            ("reports_made", Value::Count(0)),
+            ("report_lateness_mean_ms", Value::None),
+            ("report_lateness_max_ms", Value::None),
+        ];
+        assert_eq!(of_mission, expected);
+        assert_eq!(figures.lateness_ms(), None);
+        assert!(figures.messages_sent > 0 && figures.bytes_sent > figures.messages_sent);
+    }
+}

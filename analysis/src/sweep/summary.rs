@@ -1,0 +1,412 @@
+//! Summaries of runs with equal settings.
+
+use std::collections::BTreeMap;
+
+use proto::tick::Outcome;
+
+use super::design::{Cell, Design, FAULTS, PRESET};
+use super::results::figures;
+use super::run::{End, FaultCount, Row};
+use super::statistics::{Estimate, Interval, estimate, wilson};
+
+/// The number of distinct values from which a numeric column is divided into classes.
+const MOST_GROUPS: usize = 12;
+
+const CLASSES: usize = 8;
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    pub runs: usize,
+    /// The number of failed runs. They count in no other field.
+    pub failed: usize,
+    /// The number of runs that completed the mission.
+    pub complete: usize,
+    /// The interval of the share of complete runs.
+    pub completion: Interval,
+    /// Simulated time of complete runs, s.
+    pub makespan_s: Option<Estimate>,
+    /// The greatest lateness of a recurring task per run, s; runs without one are omitted.
+    pub lateness_s: Option<Estimate>,
+}
+
+impl Summary {
+    fn of<'r>(rows: impl IntoIterator<Item = &'r Row>) -> Self {
+        let (mut runs, mut ended, mut makespans, mut lateness) = (0, 0, Vec::new(), Vec::new());
+        let seconds = |ms: u64| ms as f64 / 1000.0;
+        for row in rows {
+            runs += 1;
+            let Some(figures) = figures(row) else {
+                continue;
+            };
+            ended += 1;
+            if figures.outcome == Outcome::Complete {
+                makespans.push(seconds(figures.sim_time_ms));
+            }
+            lateness.extend(figures.lateness_ms().map(seconds));
+        }
+        Self {
+            runs,
+            failed: runs - ended,
+            complete: makespans.len(),
+            completion: wilson(makespans.len(), ended),
+            makespan_s: estimate(makespans),
+            lateness_s: estimate(lateness),
+        }
+    }
+
+    /// Returns the share of complete runs among those that did not fail, or `None` if all failed.
+    #[must_use]
+    pub fn share(&self) -> Option<f64> {
+        let ended = self.runs - self.failed;
+        (ended > 0).then(|| self.complete as f64 / ended as f64)
+    }
+}
+
+#[must_use]
+pub fn overall(rows: &[Row]) -> Summary {
+    Summary::of(rows)
+}
+
+/// Counts faults by kind over all runs that have figures.
+#[must_use]
+pub fn faults_by_kind(rows: &[Row]) -> BTreeMap<&str, FaultCount> {
+    let mut all: BTreeMap<&str, FaultCount> = BTreeMap::new();
+    for (kind, count) in rows
+        .iter()
+        .filter_map(figures)
+        .flat_map(|figures| &figures.faults)
+    {
+        all.entry(kind).or_default().add(count);
+    }
+    all
+}
+
+/// Counts failed runs by the start of their reason.
+#[must_use]
+pub fn failed_by_reason(rows: &[Row]) -> BTreeMap<&str, usize> {
+    let mut all = BTreeMap::new();
+    for row in rows {
+        if let End::Failed(failure) = &row.end {
+            let reason = failure.reason.split(": ").next().unwrap_or_default();
+            *all.entry(reason).or_default() += 1;
+        }
+    }
+    all
+}
+
+/// Summarizes the runs of each condition, which differ only in the seed. `rows` are all rows, in run order.
+#[must_use]
+pub fn by_condition<'d>(design: &'d Design, rows: &[Row]) -> Vec<(Vec<&'d Cell>, Summary)> {
+    rows.chunk_by(|a, b| a.run / design.repetitions() == b.run / design.repetitions())
+        .map(|rows| {
+            let mut cells: Vec<&Cell> = design.cells(rows[0].run).collect();
+            cells.pop();
+            (cells, Summary::of(rows))
+        })
+        .collect()
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Against {
+    pub column: String,
+    pub faults: Option<String>,
+    /// The values, or classes of values, from left to right.
+    pub groups: Vec<String>,
+    /// The numeric values, if each has its own group.
+    pub numbers: Option<Vec<f64>>,
+    /// One series per preset, or a single one without a name. Each has a summary per group, or `None` without runs.
+    pub series: Vec<(String, Vec<Option<Summary>>)>,
+}
+
+/// Summarizes runs by each swept column that has several values, except the seed, for each class of faults. Summaries cover all
+/// values of the other columns. `rows` are all rows, in run order.
+#[must_use]
+pub fn by_column(design: &Design, rows: &[Row]) -> Vec<Against> {
+    let factor_of = |column: &str| {
+        let mut factors = design.factors.iter();
+        factors.position(|factor| factor.columns == [column])
+    };
+    let (presets, faults) = (factor_of(PRESET), factor_of(FAULTS));
+    let mut all = Vec::new();
+    // The last factor is the seed.
+    let factors = design.factors.iter().enumerate();
+    for (number, factor) in factors.take(design.factors.len().saturating_sub(1)) {
+        for (place, column) in factor.columns.iter().enumerate() {
+            let cells: Vec<&Cell> = factor
+                .levels
+                .iter()
+                .map(|level| &level.cells[place])
+                .collect();
+            let Groups {
+                names: groups,
+                numbers,
+                of: group_of,
+            } = groups(&cells);
+            if groups.len() < 2 {
+                continue;
+            }
+            let apart = presets.filter(|presets| *presets != number);
+            let names = match apart {
+                Some(presets) => {
+                    let levels = design.factors[presets].levels.iter();
+                    levels.map(|level| level.cells[0].to_string()).collect()
+                }
+                None => vec![String::new()],
+            };
+            let faults = faults.filter(|faults| *faults != number);
+            let classes: Vec<Option<String>> = match faults {
+                Some(faults) if design.factors[faults].levels.len() > 1 => {
+                    let levels = design.factors[faults].levels.iter();
+                    levels
+                        .map(|level| Some(level.cells[0].to_string()))
+                        .collect()
+                }
+                _ => vec![None],
+            };
+            let empty: Vec<Vec<Vec<&Row>>> = vec![vec![Vec::new(); groups.len()]; names.len()];
+            let mut sorted = vec![empty; classes.len()];
+            for row in rows {
+                let places = design.places(row.run);
+                let class = match classes.len() {
+                    1 => 0,
+                    _ => faults.map_or(0, |faults| places[faults]),
+                };
+                let series = apart.map_or(0, |presets| places[presets]);
+                sorted[class][series][group_of[places[number]]].push(row);
+            }
+            let summary = |rows: Vec<&Row>| (!rows.is_empty()).then(|| Summary::of(rows));
+            for (faults, sorted) in classes.into_iter().zip(sorted) {
+                let summaries = sorted.into_iter();
+                let summaries = summaries.map(|groups| groups.into_iter().map(summary).collect());
+                all.push(Against {
+                    column: column.clone(),
+                    faults,
+                    groups: groups.clone(),
+                    numbers: numbers.clone(),
+                    series: names.iter().cloned().zip(summaries).collect(),
+                });
+            }
+        }
+    }
+    all
+}
+
+struct Groups {
+    names: Vec<String>,
+    /// The values of the groups, if each group has one number.
+    numbers: Option<Vec<f64>>,
+    of: Vec<usize>,
+}
+
+/// Groups the cells of a column by value. Numbers are sorted; many numbers form classes of about equal size.
+fn groups(cells: &[&Cell]) -> Groups {
+    let mut values: Vec<&Cell> = Vec::new();
+    for cell in cells {
+        if !values.contains(cell) {
+            values.push(cell);
+        }
+    }
+    let numbers: Option<Vec<f64>> = values.iter().map(|cell| cell.number()).collect();
+    let mut numbers = numbers.map(|mut numbers| {
+        let mut order: Vec<usize> = (0..values.len()).collect();
+        order.sort_by(|a, b| numbers[*a].total_cmp(&numbers[*b]));
+        values = order.into_iter().map(|place| values[place]).collect();
+        numbers.sort_by(f64::total_cmp);
+        numbers
+    });
+    let mut count = values.len();
+    if numbers.is_some() && count > MOST_GROUPS {
+        count = CLASSES;
+        numbers = None;
+    }
+    let group = |place: usize| place * count / values.len();
+    let names = (0..count).map(|wanted| {
+        let mut members = (0..values.len()).filter(|place| group(*place) == wanted);
+        let (first, last) = (members.next(), members.next_back());
+        match (
+            first.map(|place| values[place]),
+            last.map(|place| values[place]),
+        ) {
+            (Some(first), Some(last)) => format!("{} to {}", rounded(first), rounded(last)),
+            (Some(only), None) => only.to_string(),
+            _ => String::new(),
+        }
+    });
+    let places = cells.iter().map(|cell| {
+        let place = values.iter().position(|value| value == cell);
+        group(place.unwrap_or_default())
+    });
+    Groups {
+        names: names.collect(),
+        numbers,
+        of: places.collect(),
+    }
+}
+
+/// Rounds to three digits, for the label of a class.
+fn rounded(cell: &Cell) -> String {
+    match cell.number() {
+        Some(number) if number != 0.0 => {
+            let digits = (2.0 - number.abs().log10().floor()).clamp(0.0, 9.0);
+            let scale = 10_f64.powf(digits);
+            ((number * scale).round() / scale).to_string()
+        }
+        _ => cell.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::results::tests::{complete, design, failed, incomplete};
+    use super::*;
+
+    #[test]
+    fn failed_runs_count_only_as_failed() {
+        let rows = [
+            complete(0, 4_000),
+            complete(1, 6_000),
+            incomplete(2),
+            failed(3),
+        ];
+        let summary = overall(&rows);
+        assert_eq!((summary.runs, summary.failed, summary.complete), (4, 1, 2));
+        assert_eq!(summary.share(), Some(2.0 / 3.0));
+        assert_eq!(summary.completion, wilson(2, 3));
+        assert_eq!(summary.makespan_s.unwrap().median, 5.0);
+        assert_eq!(summary.lateness_s.unwrap().median, 0.003);
+        let none = overall(&[failed(0)]);
+        assert_eq!(
+            (none.share(), none.makespan_s, none.completion),
+            (None, None, (0.0, 1.0))
+        );
+    }
+
+    #[test]
+    fn faults_by_kind_and_failures_by_reason() {
+        let failure = |run, reason: &str| {
+            let mut row = failed(run);
+            if let End::Failed(failure) = &mut row.end {
+                failure.reason = reason.to_owned();
+            }
+            row
+        };
+        let rows = [
+            complete(0, 4_000),
+            incomplete(1),
+            failure(2, "no overlap: tick 7: blue is in obstacle-1"),
+            failure(3, "no overlap: tick 8: gold is in obstacle-1"),
+            failure(4, "no room"),
+        ];
+        let faults: Vec<(&str, [u64; 3])> = faults_by_kind(&rows)
+            .into_iter()
+            .map(|(kind, count)| (kind, [count.armed, count.hit, count.hits]))
+            .collect();
+        assert_eq!(faults, [("kill", [2, 2, 14]), ("mute", [2, 0, 0])]);
+        let reasons: Vec<(&str, usize)> = failed_by_reason(&rows).into_iter().collect();
+        assert_eq!(reasons, [("no overlap", 2), ("no room", 1)]);
+    }
+
+    #[test]
+    fn by_condition_and_by_column() {
+        let design =
+            design("seeds = 2\npresets = ['team', 'par98']\n[grid]\nbody.speed_m_s = [1.0, 0.5]\n");
+        // Speed 1: 1, 2 s (team) and 3, 4 s (par98); speed 0.5: 5, 6 s and 7, 8 s.
+        let rows: Vec<Row> = (0..8)
+            .map(|run| complete(run, (run as u64 + 1) * 1000))
+            .collect();
+        let median = |summary: &Summary| summary.makespan_s.unwrap().median;
+        let conditions: Vec<(String, f64)> = by_condition(&design, &rows)
+            .into_iter()
+            .map(|(cells, summary)| {
+                let cells: Vec<String> = cells.iter().map(|cell| cell.to_string()).collect();
+                (cells.join(" "), median(&summary))
+            })
+            .collect();
+        let expected = [
+            ("1 team", 1.5),
+            ("1 par98", 3.5),
+            ("0.5 team", 5.5),
+            ("0.5 par98", 7.5),
+        ];
+        assert_eq!(
+            conditions,
+            expected.map(|(cells, median)| (cells.to_owned(), median))
+        );
+
+        let against = by_column(&design, &rows);
+        assert_eq!(against.len(), 2);
+        assert_eq!(
+            (against[0].column.as_str(), &against[0].groups[..]),
+            ("body.speed_m_s", &["0.5".to_owned(), "1".to_owned()][..])
+        );
+        let medians = |against: &Against| -> Vec<(String, Vec<f64>)> {
+            let series = against.series.iter();
+            let medians =
+                |groups: &[Option<Summary>]| groups.iter().flatten().map(median).collect();
+            series
+                .map(|(name, groups)| (name.clone(), medians(groups)))
+                .collect()
+        };
+        let expected = [
+            ("team".to_owned(), vec![5.5, 1.5]),
+            ("par98".to_owned(), vec![7.5, 3.5]),
+        ];
+        assert_eq!(medians(&against[0]), expected);
+        assert_eq!(against[1].column, "preset");
+        assert_eq!(medians(&against[1]), [(String::new(), vec![3.5, 5.5])]);
+    }
+
+    #[test]
+    fn classes_of_faults_are_separate() {
+        let plan = "[grid]\nbody.speed_m_s = [1.0, 0.5]\n[faults.none]\n\
+             [faults.dies]\ntimeline = [{ fault.kill = 'blue', at_s = 1.0 }]\n";
+        let design = design(plan);
+        let rows: Vec<Row> = (0..4)
+            .map(|run| complete(run, (run as u64 + 1) * 1000))
+            .collect();
+        let found: Vec<_> = by_column(&design, &rows)
+            .into_iter()
+            .map(|against| {
+                let medians = against.series[0].1.iter().flatten();
+                let medians: Vec<f64> = medians
+                    .map(|summary| summary.makespan_s.unwrap().median)
+                    .collect();
+                (against.column, against.faults, medians)
+            })
+            .collect();
+        let speed = "body.speed_m_s".to_owned();
+        let class = |name: &str| Some(name.to_owned());
+        // One block per class of faults, and one with the classes as groups.
+        let expected = [
+            (speed.clone(), class("dies"), vec![3.0, 1.0]),
+            (speed, class("none"), vec![4.0, 2.0]),
+            ("faults".to_owned(), None, vec![2.0, 3.0]),
+        ];
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn many_numbers_form_classes_of_equal_size() {
+        let cells: Vec<Cell> = (0..16)
+            .map(|i| Cell::Number(1.0 / f64::from(i + 1)))
+            .collect();
+        let found = groups(&cells.iter().collect::<Vec<_>>());
+        let (names, group_of) = (found.names, found.of);
+        assert_eq!(found.numbers, None);
+        assert_eq!(names.len(), CLASSES);
+        assert_eq!(names[0], "0.0625 to 0.0667");
+        assert_eq!(names[7], "0.5 to 1");
+        for group in 0..CLASSES {
+            assert_eq!(group_of.iter().filter(|found| **found == group).count(), 2);
+        }
+        assert_eq!((group_of[0], group_of[15]), (7, 0));
+
+        let few = [Cell::Integer(10), Cell::Integer(9), Cell::Integer(10)];
+        let found = groups(&few.iter().collect::<Vec<_>>());
+        assert_eq!(
+            (found.names, found.of),
+            (vec!["9".to_owned(), "10".to_owned()], vec![1, 0, 1])
+        );
+        assert_eq!(found.numbers, Some(vec![9.0, 10.0]));
+    }
+}

@@ -1,0 +1,426 @@
+//! Execution of a plan for any command: all runs or a shard, from the start or resumed, with journals that can be merged.
+
+use std::fs;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::thread::available_parallelism;
+
+use anyhow::{Context, bail};
+use clap::Args;
+use scenario::text_of;
+use terminal::tell;
+use world_server::mission_args::{Known, read_scenario};
+
+use super::comparison::Comparison;
+use super::folder::{FAILURES, PLAN, SCENARIO, put};
+use super::journal::{Header, Journal, Rows, read_all};
+use super::plan::Plan;
+use super::progress::Progress;
+use super::run::{End, Failure, Row, attempt};
+use super::shard::Shard;
+use super::workers::work;
+use crate::interrupted::Interrupted;
+
+/// The largest number of missing runs that a message lists.
+const SHOWN: usize = 20;
+
+#[derive(Args, Clone, Debug)]
+pub struct Arguments {
+    /// Plan in TOML; with --merge: folders with the journals of shards
+    #[arg(value_name = "FILE|DIR", required = true)]
+    paths: Vec<PathBuf>,
+    /// Folder of the results [default: named like FILE without .toml; with --merge: the first DIR]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Number of concurrent runs [default: one per core]
+    #[arg(long, value_name = "N", value_parser = jobs)]
+    jobs: Option<NonZeroUsize>,
+    /// Execute only every N-th run, starting with run I: one of N jobs, numbered from 0
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+    /// Merge the journals of all shards
+    #[arg(long, conflicts_with_all = ["jobs", "shard"])]
+    merge: bool,
+    /// Print the scenario of one run and the command that executes it, then exit
+    #[arg(long, value_name = "RUN", conflicts_with_all = ["jobs", "shard", "merge", "out"])]
+    scenario: Option<usize>,
+}
+
+/// The parts of plan execution that depend on the subcommand.
+pub struct Study {
+    pub name: &'static str,
+    /// The parent folder of the results by default.
+    pub folder: &'static str,
+    /// Checks the subcommand's requirements of a plan with the given number of concurrent runs. Returns the data that the
+    /// journal stores beside the runs.
+    pub prepare: fn(&mut Plan, NonZeroUsize) -> anyhow::Result<Option<Comparison>>,
+    /// Writes and shows the results from all rows in order, including failed runs. The path is that of the plan as given;
+    /// `None` after a merge. Returns `true` if no run failed.
+    pub finish: fn(&Path, &Header, &[Row], Option<&Path>) -> anyhow::Result<bool>,
+}
+
+/// The work that remains after the arguments are checked.
+enum Task {
+    Print(Plan, usize),
+    Work(Box<Work>),
+    Merge(PathBuf, Header, Rows),
+}
+
+/// A sweep, or a shard of it, that is ready to run.
+struct Work {
+    plan: Plan,
+    header: Header,
+    folder: PathBuf,
+    shard: Option<Shard>,
+    journal: Journal,
+    done: Rows,
+}
+
+impl Arguments {
+    /// Runs the command. Exit status: 0 all runs are done, 1 failed runs or an interruption, 2 invalid input or missing runs, 3 a file
+    /// cannot be written. Incomplete missions are not failures.
+    #[must_use]
+    pub fn run(&self, known: &Known, study: &Study) -> ExitCode {
+        // All inputs are read and checked before the first run.
+        let task = match self.prepare(known, study) {
+            Ok(task) => task,
+            Err(error) => {
+                tell!("alliance {}: {error:#}", study.name);
+                return ExitCode::from(2);
+            }
+        };
+        let done = match task {
+            Task::Print(plan, run) => self.print(&plan, run),
+            Task::Work(work) => work.run(self.jobs(), study, &self.again(study), &self.paths[0]),
+            Task::Merge(folder, header, rows) => finish(&folder, &header, rows, study, None),
+        };
+        match done {
+            Ok(true) => ExitCode::SUCCESS,
+            Ok(false) => ExitCode::from(1),
+            Err(error) => {
+                tell!("alliance {}: {error:#}", study.name);
+                ExitCode::from(3)
+            }
+        }
+    }
+
+    #[must_use]
+    pub fn jobs(&self) -> NonZeroUsize {
+        self.jobs
+            .or_else(|| available_parallelism().ok())
+            .unwrap_or(NonZeroUsize::MIN)
+    }
+
+    /// Reads the plan. Returns it with its text.
+    pub fn plan(&self, known: &Known) -> anyhow::Result<(Plan, String)> {
+        let [file] = &self.paths[..] else {
+            bail!("name one FILE; only --merge takes several DIRs");
+        };
+        let name = file.display().to_string();
+        let bytes = fs::read(file).with_context(|| name.clone())?;
+        let text = text_of(&name, bytes)?;
+        Ok((read_plan(file, &text, known)?, text))
+    }
+
+    fn prepare(&self, known: &Known, study: &Study) -> anyhow::Result<Task> {
+        if self.merge {
+            return self.gather();
+        }
+        let (mut plan, text) = self.plan(known)?;
+        let file = &self.paths[0];
+        if plan.tuning.is_some() {
+            bail!("{}: this is a plan for alliance tune", file.display());
+        }
+        let comparison =
+            (study.prepare)(&mut plan, self.jobs()).with_context(|| file.display().to_string())?;
+        let runs = plan.design.runs().unwrap_or_default();
+        if let Some(run) = self.scenario {
+            if run >= runs {
+                bail!(
+                    "there is no run {run}; runs are numbered from 0 to {}",
+                    runs - 1
+                );
+            }
+            return Ok(Task::Print(plan, run));
+        }
+        let name = file.file_stem().unwrap_or_default().to_string_lossy();
+        let header = Header {
+            sweep: name.clone().into_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            digest: plan.digest(),
+            design: plan.design.clone(),
+            check: plan.check,
+            comparison,
+        };
+        let folder = match &self.out {
+            Some(folder) => folder.clone(),
+            None => Path::new(study.folder).join(&*name),
+        };
+        let done = known_rows(&folder, &header)?;
+        fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+        let journal = Journal::open(&folder, self.shard, &header)?;
+        put(&folder, PLAN, text.as_bytes())?;
+        put(&folder, SCENARIO, plan.base().as_bytes())?;
+        Ok(Task::Work(Box::new(Work {
+            plan,
+            header,
+            folder,
+            shard: self.shard,
+            journal,
+            done,
+        })))
+    }
+
+    fn gather(&self) -> anyhow::Result<Task> {
+        let folders = &self.paths;
+        let names: Vec<String> = folders.iter().map(|f| f.display().to_string()).collect();
+        let Some((header, rows)) = read_all(folders)? else {
+            bail!("no journal of a sweep in {}", names.join(", "));
+        };
+        let runs = header.design.runs().unwrap_or_default();
+        let missing: Vec<String> = (0..runs)
+            .filter(|run| !rows.contains_key(run))
+            .map(|run| run.to_string())
+            .collect();
+        if !missing.is_empty() {
+            let named = missing.len().min(SHOWN);
+            let more = if missing.len() > named { ", …" } else { "" };
+            bail!(
+                "{} of {runs} runs are missing: {}{more}; repeat their shards, or the whole sweep with --out {}",
+                missing.len(),
+                missing[..named].join(", "),
+                names[0]
+            );
+        }
+        let out = self.out.clone().unwrap_or_else(|| folders[0].clone());
+        fs::create_dir_all(&out).with_context(|| format!("cannot make {}", out.display()))?;
+        for name in [PLAN, SCENARIO] {
+            let path = folders[0].join(name);
+            let text = fs::read(&path).with_context(|| path.display().to_string())?;
+            put(&out, name, &text)?;
+        }
+        Ok(Task::Merge(out, header, rows))
+    }
+
+    fn print(&self, plan: &Plan, run: usize) -> anyhow::Result<bool> {
+        let scenario = plan.scenario(run).map_err(anyhow::Error::msg)?;
+        terminal::print(&scenario)?;
+        let file = format!("run-{run}.toml");
+        tell!(
+            "to repeat the run, save this as {file}: {}",
+            repeat(&file, plan.design.seed(run), plan.check)
+        );
+        Ok(true)
+    }
+
+    /// Returns the command that resumes the sweep.
+    fn again(&self, study: &Study) -> String {
+        let mut words = vec![format!("alliance {}", study.name)];
+        words.extend(self.paths.iter().map(|path| quoted(path)));
+        if let Some(out) = &self.out {
+            words.push(format!("--out {}", quoted(out)));
+        }
+        if let Some(jobs) = self.jobs {
+            words.push(format!("--jobs {jobs}"));
+        }
+        if let Some(shard) = self.shard {
+            words.push(format!("--shard {shard}"));
+        }
+        words.join(" ")
+    }
+}
+
+/// Reads a plan. Files that it names are relative to its folder.
+pub fn read_plan(file: &Path, text: &str, known: &Known) -> anyhow::Result<Plan> {
+    let folder = file.parent().unwrap_or(Path::new(""));
+    Plan::parse(&file.display().to_string(), text, |name| {
+        // Files are relative to the plan, not to the working directory.
+        let source = match known.vocabulary.builtin(name) {
+            Some(_) => name.to_owned(),
+            None => folder.join(name).display().to_string(),
+        };
+        read_scenario(&source, known)
+    })
+}
+
+fn known_rows(folder: &Path, header: &Header) -> anyhow::Result<Rows> {
+    if !folder.exists() {
+        return Ok(Rows::new());
+    }
+    let Some((known, rows)) = read_all(&[folder.to_owned()])? else {
+        return Ok(Rows::new());
+    };
+    let folder = folder.display();
+    if known.version != header.version {
+        bail!(
+            "version {} of this program began {folder}; continue with that version, or name a new folder with --out",
+            known.version
+        );
+    }
+    if known.digest != header.digest {
+        bail!(
+            "{folder} holds another sweep, or this one before it was changed; name a new folder with --out, or remove that folder"
+        );
+    }
+    Ok(rows)
+}
+
+impl Work {
+    /// Executes the runs. Returns `true` if all are done and none failed.
+    fn run(
+        mut self,
+        jobs: NonZeroUsize,
+        study: &Study,
+        again: &str,
+        plan: &Path,
+    ) -> anyhow::Result<bool> {
+        let interrupted = Interrupted::watch()?;
+        let all = self.plan.design.runs().unwrap_or_default();
+        let mine = |run: &usize| self.shard.is_none_or(|shard| shard.has(*run));
+        let (before, runs): (Vec<usize>, Vec<usize>) = (0..all)
+            .filter(mine)
+            .partition(|run| self.done.contains_key(run));
+        let total = before.len() + runs.len();
+        let mut progress = Progress::new(before.len(), total);
+        let known = match before.len() {
+            0 => String::new(),
+            known => format!(", {known} of them done before"),
+        };
+        let part = self
+            .shard
+            .map_or_else(String::new, |shard| format!(", shard {shard}"));
+        progress.say(&format!(
+            "{} {}{part}: {}{known}; {jobs} at a time",
+            study.name,
+            self.header.sweep,
+            counted(total, "run")
+        ));
+        let stops = || interrupted.is_so();
+        let attempt = |run, stops: &dyn Fn() -> bool| attempt(&self.plan, run, stops);
+        let worked = work(&runs, jobs, &stops, attempt, |row| {
+            self.journal.add_row(&row)?;
+            if let End::Failed(failure) = &row.end {
+                keep(&self.folder, &self.header, row.run, failure)?;
+                progress.say(&format!("run {} failed: {}", row.run, failure.reason));
+            }
+            progress.add(matches!(row.end, End::Failed(_)));
+            self.done.insert(row.run, row);
+            Ok(())
+        });
+        progress.clear();
+        worked?;
+
+        let folder = quoted(&self.folder);
+        let left = runs
+            .iter()
+            .filter(|run| !self.done.contains_key(run))
+            .count();
+        if left > 0 {
+            tell!(
+                "interrupted: {left} of {} left; continue with\n  {again}",
+                counted(total, "run")
+            );
+            return Ok(false);
+        }
+        if let Some(shard) = self.shard {
+            tell!(
+                "shard {shard}: {} done; when all shards are done, merge them with\n  alliance {} --merge {folder}",
+                counted(total, "run"),
+                study.name
+            );
+            let failed = (0..all).filter(|run| shard.has(*run)).any(|run| {
+                let row = self.done.get(&run);
+                row.is_some_and(|row| matches!(row.end, End::Failed(_)))
+            });
+            return Ok(!failed);
+        }
+        finish(&self.folder, &self.header, self.done, study, Some(plan))
+    }
+}
+
+/// Writes the scenarios of failed runs, then the results. Returns `true` if no run failed.
+fn finish(
+    folder: &Path,
+    header: &Header,
+    rows: Rows,
+    study: &Study,
+    plan: Option<&Path>,
+) -> anyhow::Result<bool> {
+    let rows: Vec<Row> = rows.into_values().collect();
+    for row in &rows {
+        if let End::Failed(failure) = &row.end {
+            keep(folder, header, row.run, failure)?;
+        }
+    }
+    (study.finish)(folder, header, &rows, plan)
+}
+
+/// Writes the scenario of a failed run with the reason and the command that repeats it.
+fn keep(folder: &Path, header: &Header, run: usize, failure: &Failure) -> anyhow::Result<()> {
+    let failures = folder.join(FAILURES);
+    fs::create_dir_all(&failures).with_context(|| format!("cannot make {}", failures.display()))?;
+    let name = format!("{run}.toml");
+    let text = format!(
+        "# run {run} failed: {}\n# {}\n{}",
+        failure.reason,
+        repeat(&name, header.design.seed(run), header.check),
+        failure.scenario
+    );
+    put(&failures, &name, text.as_bytes())
+}
+
+#[must_use]
+pub fn repeat(scenario: &str, seed: u64, check: bool) -> String {
+    let check = if check { " --check" } else { "" };
+    format!("alliance run {scenario} --seed {seed} --in-process{check}")
+}
+
+/// Quotes a path for a shell.
+#[must_use]
+pub fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let plain = |c: char| c.is_alphanumeric() || "/._-+,=:@".contains(c);
+    if !text.is_empty() && text.chars().all(plain) {
+        text
+    } else {
+        format!("'{}'", text.replace('\'', r"'\''"))
+    }
+}
+
+/// Returns a number with its noun in the singular or plural, such as "1 run" or "2 runs".
+#[must_use]
+pub fn counted(count: usize, noun: &str) -> String {
+    let ending = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{ending}")
+}
+
+pub fn jobs(text: &str) -> Result<NonZeroUsize, String> {
+    text.parse()
+        .map_err(|_| "use a whole number from 1 on".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use missions::Registry;
+
+    #[test]
+    fn paths_are_quoted_for_a_shell() {
+        assert_eq!(quoted(Path::new("sweeps/a-1.toml")), "sweeps/a-1.toml");
+        assert_eq!(quoted(Path::new("my $weep")), "'my $weep'");
+        assert_eq!(quoted(Path::new("it's")), r"'it'\''s'");
+    }
+
+    #[test]
+    fn the_example_is_a_plan() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/gone-or-not.toml");
+        let text = fs::read_to_string(&file).unwrap();
+        let known = Known {
+            vocabulary: Registry::built_in().vocabulary(),
+            worlds: Registry::built_in().worlds().clone(),
+        };
+        let plan = read_plan(&file, &text, &known).unwrap();
+        assert_eq!(plan.design.runs(), Some(3 * 2 * 2 * 5));
+    }
+}

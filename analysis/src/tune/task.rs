@@ -1,0 +1,260 @@
+//! The plan of a parameter search, checked before the first run.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Context, bail};
+use scenario::instead;
+
+use super::space::{Parameter, changes, values};
+use crate::compare::metrics::Metric;
+use crate::sweep::design::{Change, FAULTS, MISSION};
+use crate::sweep::plan::tuning::Tuning;
+use crate::sweep::plan::{Plan, setup};
+
+/// The metrics that a search can optimize. They need no log.
+const METRICS: [Metric; 4] = [
+    Metric::Par2,
+    Metric::Messages,
+    Metric::Bytes,
+    Metric::Observed,
+];
+
+#[derive(Clone, Debug)]
+pub struct Task {
+    /// The missions under faults. Their single seed is not used.
+    pub plan: Plan,
+    pub tuning: Tuning,
+    pub metric: Metric,
+    pub allocators: Vec<Allocator>,
+    /// Every mission under every class of faults.
+    pub conditions: Vec<Condition>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Allocator {
+    pub name: String,
+    /// The tuned parameters; never empty.
+    pub parameters: Vec<Parameter>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Condition {
+    pub name: String,
+    /// True if only the test uses the condition.
+    pub is_unseen: bool,
+    /// The limit of a run, s of simulated time.
+    pub limit_s: f64,
+}
+
+impl Allocator {
+    /// Returns the changes that select the allocator in a scenario, with these values or with its defaults.
+    #[must_use]
+    pub fn changes(&self, found: Option<&[f64]>) -> Vec<Change> {
+        let mut all = vec![Change {
+            path: vec!["allocator".to_owned()],
+            value: toml::Value::String(self.name.clone()),
+        }];
+        if let Some(found) = found {
+            all.extend(changes(&self.parameters, found));
+        }
+        all
+    }
+}
+
+impl Task {
+    /// Reads the settings of a search from a plan.
+    pub fn of(plan: Plan) -> anyhow::Result<Self> {
+        let Some(tuning) = plan.tuning.clone() else {
+            bail!(
+                "the plan has no search; write a table [tune], as in campaigns/tune-alliance.toml"
+            );
+        };
+        if plan.design.repetitions() > 1 {
+            bail!("seeds: [tune] states the seeds as training, selection and test; remove seeds");
+        }
+        if plan.design.columns().any(|column| column == "allocator") {
+            bail!("grid.allocator: [tune.parameters] states the allocators; remove it");
+        }
+        let found = METRICS
+            .into_iter()
+            .find(|metric| metric.name() == tuning.metric);
+        let Some(metric) = found else {
+            let names = METRICS.map(|metric| metric.name());
+            let known = &mut names.iter().map(String::as_str);
+            bail!(
+                "tune.metric: there is no metric '{}' to tune by; {}",
+                tuning.metric,
+                instead(&tuning.metric, known)
+            );
+        };
+        check_seeds(&tuning)?;
+        let conditions = conditions(&plan, &tuning)?;
+        let mut task = Self {
+            plan,
+            metric,
+            allocators: Vec::new(),
+            conditions,
+            tuning,
+        };
+        let names: Vec<String> = task.tuning.parameters.keys().cloned().collect();
+        if names.is_empty() {
+            bail!(
+                "tune.parameters: there is no allocator to tune; write [tune.parameters.alliance]"
+            );
+        }
+        let mut owners: BTreeMap<String, String> = BTreeMap::new();
+        for name in names {
+            let allocator = task.allocator(&name)?;
+            for parameter in &allocator.parameters {
+                if let Some(other) = owners.insert(parameter.key.clone(), name.clone()) {
+                    bail!(
+                        "tune.parameters.{name}: '{}' is also tuned for {other}, but one scenario contains both; tune it for one of them",
+                        parameter.key
+                    );
+                }
+            }
+            task.allocators.push(allocator);
+        }
+        Ok(task)
+    }
+
+    /// Returns the indices of the conditions that the search uses.
+    pub fn seen(&self) -> impl Iterator<Item = usize> + Clone {
+        (0..self.conditions.len()).filter(|place| !self.conditions[*place].is_unseen)
+    }
+
+    /// Reads the parameters of an allocator. Each parameter is validated at both ends of its range, with all others in the
+    /// middle.
+    fn allocator(&self, name: &str) -> anyhow::Result<Allocator> {
+        let place = |key: &str| format!("tune.parameters.{name}: {key}");
+        let mut allocator = Allocator {
+            name: name.to_owned(),
+            parameters: Vec::new(),
+        };
+        self.attempt(&allocator.changes(None))
+            .with_context(|| format!("tune.parameters.{name}"))?;
+        let ranges = self.tuning.ranges(name);
+        let ranges = ranges.map_err(|(key, what)| anyhow::anyhow!("{}: {what}", place(&key)))?;
+        for (key, range) in ranges {
+            let parameter = Parameter::new(&key, &range, &allocator.parameters);
+            let parameter = parameter.map_err(anyhow::Error::msg);
+            let parameter = parameter.with_context(|| place(&key))?;
+            allocator.parameters.push(parameter);
+        }
+        if allocator.parameters.is_empty() {
+            bail!("tune.parameters.{name}: there is no parameter; write a key with its bounds");
+        }
+        let parameters = &allocator.parameters;
+        let attempt = |point: &[f64]| {
+            let values = values(parameters, point);
+            self.attempt(&allocator.changes(Some(&values)))
+        };
+        let middle = vec![0.5; parameters.len()];
+        attempt(&middle).with_context(|| format!("tune.parameters.{name}"))?;
+        for (number, parameter) in parameters.iter().enumerate() {
+            for end in [0.0, 1.0] {
+                let mut point = middle.clone();
+                point[number] = end;
+                attempt(&point).with_context(|| place(&parameter.key))?;
+            }
+        }
+        Ok(allocator)
+    }
+
+    /// Checks that every condition is valid with these changes.
+    fn attempt(&self, changes: &[Change]) -> anyhow::Result<()> {
+        for run in 0..self.conditions.len() {
+            let mut scenario = self.plan.scenario(run).map_err(anyhow::Error::msg)?;
+            for each in changes {
+                crate::sweep::design::change(&mut scenario, each).map_err(anyhow::Error::msg)?;
+            }
+            setup(&scenario, 1)?;
+        }
+        Ok(())
+    }
+}
+
+fn check_seeds(tuning: &Tuning) -> anyhow::Result<()> {
+    let sets = [
+        ("training", &tuning.training.0),
+        ("selection", &tuning.selection.0),
+        ("test", &tuning.test.0),
+    ];
+    for (place, (name, seeds)) in sets.iter().enumerate() {
+        if seeds.is_empty() {
+            bail!("tune.{name}: there are no {name} seeds; write {{ from = 1, to = 50 }}");
+        }
+        for (other, before) in &sets[..place] {
+            if let Some(seed) = seeds.iter().find(|seed| before.contains(seed)) {
+                bail!(
+                    "tune.{name}: seed {seed} also belongs to {other}; the sets of seeds must be disjoint: take other seeds"
+                );
+            }
+        }
+    }
+    let counts = [
+        ("budget", tuning.budget),
+        ("seeds_per_candidate", tuning.seeds_per_candidate),
+        ("finalists", tuning.finalists),
+    ];
+    for (name, count) in counts {
+        if !(1..=1_000_000).contains(&count) {
+            bail!("tune.{name}: {count} is out of range; write a number from 1 to 1000000");
+        }
+    }
+    if tuning.seeds_per_candidate > tuning.training.0.len() {
+        bail!(
+            "tune.seeds_per_candidate: {} are more than the {} training seeds; take fewer",
+            tuning.seeds_per_candidate,
+            tuning.training.0.len()
+        );
+    }
+    if !(0.0..=1000.0).contains(&tuning.bytes_weight) {
+        bail!(
+            "tune.bytes_weight: {} is out of range; it must be at least 0 and at most 1000",
+            tuning.bytes_weight
+        );
+    }
+    Ok(())
+}
+
+fn conditions(plan: &Plan, tuning: &Tuning) -> anyhow::Result<Vec<Condition>> {
+    let columns: Vec<&str> = plan.design.columns().collect();
+    let classes = columns.iter().position(|column| *column == FAULTS);
+    let mut known: Vec<String> = Vec::new();
+    let mut all = Vec::new();
+    for run in 0..plan.design.runs().unwrap_or_default() {
+        let cells: Vec<String> = plan.design.cells(run).map(ToString::to_string).collect();
+        let class = classes
+            .map(|place| cells[place].clone())
+            .unwrap_or_default();
+        let named = columns.iter().zip(&cells).take(cells.len() - 1);
+        let named = named.map(|(column, cell)| match *column {
+            MISSION | FAULTS => cell.clone(),
+            _ => format!("{column} {cell}"),
+        });
+        let name = named.collect::<Vec<_>>().join(", ");
+        let scenario = plan.scenario(run).map_err(anyhow::Error::msg);
+        let setup = scenario.and_then(|table| setup(&table, 1));
+        all.push(Condition {
+            limit_s: setup.with_context(|| name.clone())?.scenario.limit_s,
+            is_unseen: tuning.unseen.contains(&class),
+            name,
+        });
+        known.push(class);
+    }
+    let stated = &mut tuning.unseen.iter();
+    if let Some(class) = stated.find(|class| !known.contains(class)) {
+        known.sort();
+        known.dedup();
+        let known = &mut known.iter().map(String::as_str);
+        bail!(
+            "tune.unseen: there is no class of faults '{class}'; {}",
+            instead(class, known)
+        );
+    }
+    if all.iter().all(|condition| condition.is_unseen) {
+        bail!("tune.unseen: no class of faults is left for the search; remove one");
+    }
+    Ok(all)
+}

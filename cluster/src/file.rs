@@ -1,0 +1,515 @@
+//! The cluster file: the scenario, the hosts and the robots of each host.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use crate::locator::{Locator, Transport, is_address};
+use anyhow::Context;
+use proto::keys::LAUNCHER_HOST;
+use scenario::names::is_name;
+use scenario::{Scenario, ScenarioError, Step, TomlFile, instead, text_of};
+use serde::Deserialize;
+
+/// The contents of a cluster file after all checks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Cluster {
+    /// The name of a built-in scenario or the path of a scenario file.
+    pub scenario: String,
+    /// The seed of all random streams, if given.
+    pub seed: Option<u64>,
+    pub listen: Locator,
+    pub keys: PathBuf,
+    /// The index of the host that runs the world and the launcher.
+    pub world: usize,
+    /// The hosts in the order of the file.
+    pub hosts: Vec<Host>,
+}
+
+/// A machine that runs robots or the world.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Host {
+    /// The name, independent of network names.
+    pub name: String,
+    /// The names of the robots on this host.
+    #[serde(default)]
+    pub robots: Vec<String>,
+    /// The addresses or names by which others connect to this host.
+    #[serde(default)]
+    pub at: Vec<String>,
+}
+
+/// The contents of the TOML file before checks.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Contents {
+    scenario: String,
+    seed: Option<u64>,
+    listen: String,
+    #[serde(default)]
+    unencrypted: bool,
+    #[serde(default = "default_keys")]
+    keys: String,
+    world: String,
+    hosts: Vec<Host>,
+}
+
+fn default_keys() -> String {
+    "keys".to_owned()
+}
+
+impl Cluster {
+    /// Reads a cluster file and its scenario.
+    pub fn read(
+        path: &Path,
+        scenario: impl Fn(&str) -> anyhow::Result<Scenario>,
+    ) -> anyhow::Result<(Self, Scenario)> {
+        let name = path.display().to_string();
+        let bytes = std::fs::read(path).with_context(|| name.clone())?;
+        let text = text_of(&name, bytes)?;
+        let beside = path.parent().unwrap_or(Path::new(""));
+        Self::parse(&name, &text, beside, scenario)
+    }
+
+    /// Parses the text of a cluster file. Its paths are relative to `beside`. `scenario` reads a scenario by name or path; `name` is for
+    /// error messages.
+    pub fn parse(
+        name: &str,
+        text: &str,
+        beside: &Path,
+        scenario: impl Fn(&str) -> anyhow::Result<Scenario>,
+    ) -> anyhow::Result<(Self, Scenario)> {
+        let file = TomlFile::parse(name, text)?;
+        let contents: Contents = file.to()?;
+        let source = path_beside(beside, &contents.scenario);
+        let place = || format!("{name}:{}", file.line_of(&[key("scenario")]));
+        let scenario = scenario(&source).with_context(place)?;
+        check_hosts(&file, &contents.hosts)?;
+        let world = world_of(&file, &contents)?;
+        let listen = listen(&file, &contents)?;
+        check_place(&file, &listen, &contents.hosts[world], world)?;
+        check_robots(&file, &contents.hosts, &scenario)?;
+        check_minds(&file, &contents.hosts, world, &scenario)?;
+        let cluster = Self {
+            scenario: source,
+            seed: contents.seed,
+            listen,
+            keys: beside.join(&contents.keys),
+            world,
+            hosts: contents.hosts,
+        };
+        Ok((cluster, scenario))
+    }
+
+    /// Returns the host of the world and the launcher.
+    #[must_use]
+    pub fn home(&self) -> &Host {
+        &self.hosts[self.world]
+    }
+
+    /// Returns the other hosts, which run `alliance host`.
+    pub fn others(&self) -> impl Iterator<Item = &Host> {
+        let all = self.hosts.iter().enumerate();
+        all.filter(|(index, _)| *index != self.world)
+            .map(|(_, host)| host)
+    }
+
+    /// Returns the locator by which others connect to the world.
+    #[must_use]
+    pub fn reached_at(&self) -> Locator {
+        let mut locator = self.listen.clone();
+        locator.host = self.world_at().swap_remove(0);
+        locator
+    }
+
+    /// Returns the addresses and names by which others connect to the world; at least one.
+    #[must_use]
+    pub fn world_at(&self) -> Vec<String> {
+        let mut at = self.home().at.clone();
+        if !self.listen.is_everywhere() && !at.contains(&self.listen.host) {
+            at.insert(0, self.listen.host.clone());
+        }
+        at
+    }
+}
+
+/// Returns the name of a scenario, or the path of its file relative to the working directory.
+fn path_beside(beside: &Path, source: &str) -> String {
+    if source.ends_with(".toml") {
+        beside.join(source).display().to_string()
+    } else {
+        source.to_owned()
+    }
+}
+
+/// Checks that names are valid and unique, and addresses are valid.
+fn check_hosts(file: &TomlFile<'_>, hosts: &[Host]) -> Result<(), ScenarioError> {
+    if hosts.is_empty() {
+        let remedy = "write [[hosts]] for each machine, with its name and robots";
+        return Err(file.mistake(&[key("hosts")], "there is no host", remedy));
+    }
+    let mut seen = BTreeMap::new();
+    for (index, host) in hosts.iter().enumerate() {
+        let at = of_host(index, "name");
+        let name = &host.name;
+        if !is_name(name) {
+            let remedy =
+                "write at most 32 letters, digits, - and _, starting with a letter or digit";
+            return Err(file.mistake(&at, format!("'{name}' is not a valid name"), remedy));
+        }
+        if name == LAUNCHER_HOST {
+            let what = format!("the name '{LAUNCHER_HOST}' is reserved");
+            return Err(file.mistake(&at, what, "give it another name"));
+        }
+        if let Some(first) = seen.insert(name, index) {
+            let line = file.line_of(&of_host(first, "name"));
+            let what = format!("host '{name}' is already defined on line {line}");
+            let remedy = "name each host once, with all of its robots";
+            return Err(file.mistake(&at, what, remedy));
+        }
+        for (place, address) in host.at.iter().enumerate() {
+            if !is_address(address) {
+                let mut at = of_host(index, "at").to_vec();
+                at.push(Step::Index(place));
+                let what =
+                    format!("'{address}' is neither an IP address nor the name of a machine");
+                let remedy = "write it without port, such as 10.0.0.2 or robots.example.org";
+                return Err(file.mistake(&at, what, remedy));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn world_of(file: &TomlFile<'_>, contents: &Contents) -> Result<usize, ScenarioError> {
+    let mut names = contents.hosts.iter().map(|host| host.name.as_str());
+    let found = names.position(|name| name == contents.world);
+    found.ok_or_else(|| {
+        let what = format!("there is no host '{}'", contents.world);
+        let names = contents.hosts.iter().map(|host| host.name.as_str());
+        file.mistake(&[key("world")], what, instead(&contents.world, names))
+    })
+}
+
+fn listen(file: &TomlFile<'_>, contents: &Contents) -> Result<Locator, ScenarioError> {
+    let locator = contents.listen.parse::<Locator>();
+    let locator =
+        locator.and_then(|locator| locator.allowed(contents.unencrypted, "unencrypted = true"));
+    let locator = locator.map_err(|error| {
+        let text = error.to_string();
+        let (what, remedy) = text.split_once("; ").unwrap_or((&text, ""));
+        file.mistake(&[key("listen")], what, remedy)
+    })?;
+    if contents.unencrypted && locator.transport == Transport::Tls {
+        let what = format!("listen is {locator}, which is encrypted");
+        return Err(file.mistake(&[key("unencrypted")], what, "leave one of the two out"));
+    }
+    Ok(locator)
+}
+
+/// Checks that the world has an address for its certificate, by which others connect.
+fn check_place(
+    file: &TomlFile<'_>,
+    listen: &Locator,
+    home: &Host,
+    world: usize,
+) -> Result<(), ScenarioError> {
+    if listen.is_everywhere() && home.at.is_empty() {
+        let what = format!("no host can connect to {}", listen.host);
+        let line = file.line_of(&of_host(world, "name"));
+        let remedy = format!(
+            "state how others reach it in `at` of host '{}' on line {line}",
+            home.name
+        );
+        return Err(file.mistake(&[key("listen")], what, remedy));
+    }
+    Ok(())
+}
+
+/// Checks that each robot of the scenario is on exactly one host.
+fn check_robots(
+    file: &TomlFile<'_>,
+    hosts: &[Host],
+    scenario: &Scenario,
+) -> Result<(), ScenarioError> {
+    let team = || scenario.robots.iter().map(|robot| robot.name.as_str());
+    let mut placed = BTreeMap::new();
+    for (index, host) in hosts.iter().enumerate() {
+        for (place, robot) in host.robots.iter().enumerate() {
+            let mut at = of_host(index, "robots").to_vec();
+            at.push(Step::Index(place));
+            if !team().any(|name| name == robot) {
+                let what = format!("the scenario has no robot '{robot}'");
+                return Err(file.mistake(&at, what, instead(robot, team())));
+            }
+            if let Some(first) = placed.insert(robot.as_str(), &host.name) {
+                let what = format!("robot '{robot}' is already on host '{first}'");
+                return Err(file.mistake(&at, what, "place each robot once"));
+            }
+        }
+    }
+    let unplaced: Vec<&str> = team().filter(|name| !placed.contains_key(name)).collect();
+    if !unplaced.is_empty() {
+        let what = format!("robots without a host: {}", unplaced.join(", "));
+        let remedy = "place each robot of the scenario";
+        return Err(file.mistake(&[key("hosts")], what, remedy));
+    }
+    Ok(())
+}
+
+/// Checks that external controllers are on the world's host, because they connect by its local sockets.
+fn check_minds(
+    file: &TomlFile<'_>,
+    hosts: &[Host],
+    world: usize,
+    scenario: &Scenario,
+) -> Result<(), ScenarioError> {
+    for (index, host) in hosts.iter().enumerate().filter(|(at, _)| *at != world) {
+        for (place, name) in host.robots.iter().enumerate() {
+            let robot = scenario.robots.iter().find(|robot| robot.name == *name);
+            if let Some(mind) = robot.and_then(|robot| robot.mind.as_ref()) {
+                let mut at = of_host(index, "robots").to_vec();
+                at.push(Step::Index(place));
+                let what = format!(
+                    "the controller '{mind}' of '{name}' is an external program, which runs only on the world's host"
+                );
+                let remedy = format!("place it on host '{}'", hosts[world].name);
+                return Err(file.mistake(&at, what, remedy));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn key(name: &str) -> Step {
+    Step::Key(name.to_owned())
+}
+
+fn of_host(index: usize, name: &str) -> [Step; 3] {
+    [key("hosts"), Step::Index(index), key(name)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_scenarios::{self, read_scenario};
+
+    const GOOD: &str = r#"scenario = "waste-cleanup"
+seed = 7
+listen = "tls/10.0.0.1:7447"
+keys = "keys"
+world = "h1"
+[[hosts]]
+name = "h1"
+robots = ["blue"]
+[[hosts]]
+name = "h2"
+robots = ["gold", "green"]
+at = ["10.0.0.2"]
+"#;
+
+    fn parse(text: &str) -> anyhow::Result<Cluster> {
+        let known = test_scenarios::known();
+        let scenario = |name: &str| read_scenario(name, &known);
+        let (cluster, _) = Cluster::parse("c.toml", text, Path::new("lab"), scenario)?;
+        Ok(cluster)
+    }
+
+    /// Checks the error message for the good file with one piece replaced.
+    #[track_caller]
+    fn check(piece: &str, replaced: &str, expected: &str) {
+        assert!(GOOD.contains(piece), "{piece}");
+        let error = parse(&GOOD.replacen(piece, replaced, 1)).unwrap_err();
+        let line = format!("{error:#}");
+        assert_eq!(line.lines().count(), 1);
+        assert!(line.starts_with(expected), "{line}\n{expected}");
+    }
+
+    #[test]
+    fn parses_a_complete_file() {
+        let cluster = parse(GOOD).unwrap();
+        assert_eq!(cluster.scenario, "waste-cleanup");
+        assert_eq!(cluster.seed, Some(7));
+        assert_eq!(cluster.listen.to_string(), "tls/10.0.0.1:7447");
+        assert_eq!(cluster.keys, Path::new("lab/keys"));
+        assert_eq!(cluster.home().robots, ["blue"]);
+        let others: Vec<&str> = cluster.others().map(|host| host.name.as_str()).collect();
+        assert_eq!(others, ["h2"]);
+        assert_eq!(cluster.hosts[1].at, ["10.0.0.2"]);
+        assert_eq!(cluster.world_at(), ["10.0.0.1"]);
+        assert_eq!(cluster.reached_at(), cluster.listen);
+    }
+
+    #[test]
+    fn paths_are_relative_to_the_cluster_file() {
+        let text = GOOD.replace("\"waste-cleanup\"", "\"mine/own.toml\"");
+        let error = parse(&text).unwrap_err();
+        let line = format!("{error:#}");
+        let expected = "c.toml:1: 'lab/mine/own.toml' is neither a built-in scenario nor a file; ";
+        assert!(line.starts_with(expected), "{line}");
+        let absolute = parse(&GOOD.replace("\"keys\"", "\"/etc/keys\"")).unwrap();
+        assert_eq!(absolute.keys, Path::new("/etc/keys"));
+        let usual = parse(&GOOD.replace("keys = \"keys\"\n", "")).unwrap();
+        assert_eq!(usual.keys, Path::new("lab/keys"));
+    }
+
+    #[test]
+    fn a_world_on_all_interfaces_needs_an_address() {
+        let everywhere = GOOD.replace("10.0.0.1", "0.0.0.0");
+        check(
+            "10.0.0.1",
+            "0.0.0.0",
+            "c.toml:3: listen: no host can connect to 0.0.0.0; state how others reach it in `at` of host 'h1' on line 7",
+        );
+        let named = everywhere.replace(
+            "robots = [\"blue\"]",
+            "robots = [\"blue\"]\nat = [\"world\"]",
+        );
+        let named = parse(&named).unwrap();
+        assert_eq!(named.world_at(), ["world"]);
+        assert_eq!(named.reached_at().to_string(), "tls/world:7447");
+    }
+
+    #[test]
+    fn unknown_or_missing_keys_are_refused() {
+        let unknown = "c.toml:3: lisen: unknown key; did you mean 'listen'?";
+        check("listen =", "lisen =", unknown);
+        let unknown = "c.toml:11: hosts[1].robot: unknown key; did you mean 'robots'?";
+        check("robots = [\"gold", "robot = [\"gold", unknown);
+        check(
+            "listen = \"tls/10.0.0.1:7447\"\n",
+            "",
+            "c.toml: listen: the key is missing; ",
+        );
+        check(
+            "world = \"h1\"\n",
+            "",
+            "c.toml: world: the key is missing; ",
+        );
+        check(
+            "name = \"h2\"\n",
+            "",
+            "c.toml:9: hosts[1].name: the key is missing; ",
+        );
+        check(
+            "seed = 7",
+            "seed = -7",
+            "c.toml:2: seed: -7 does not fit; write a whole number",
+        );
+        check("= \"h1\"", "= h1", "c.toml:5: ");
+        let none = GOOD.split("[[hosts]]").next().unwrap().to_owned() + "hosts = []\n";
+        let line = parse(&none).unwrap_err().to_string();
+        assert!(
+            line.starts_with("c.toml:6: hosts: there is no host; write [[hosts]] "),
+            "{line}"
+        );
+    }
+
+    #[test]
+    fn unknown_scenarios_and_hosts_are_refused() {
+        check(
+            "waste-cleanup",
+            "waste-clean",
+            "c.toml:1: 'waste-clean' is neither a built-in scenario nor a file; did you mean 'waste-cleanup'?",
+        );
+        check(
+            "world = \"h1\"",
+            "world = \"h3\"",
+            "c.toml:5: world: there is no host 'h3'; did you mean 'h1'? (there are h1, h2)",
+        );
+    }
+
+    #[test]
+    fn invalid_or_repeated_host_names_are_refused() {
+        check(
+            "name = \"h2\"",
+            "name = \"h 2\"",
+            "c.toml:10: hosts[1].name: 'h 2' is not a valid name; ",
+        );
+        check(
+            "name = \"h2\"",
+            "name = \"\"",
+            "c.toml:10: hosts[1].name: '' is not a valid name; ",
+        );
+        check(
+            "name = \"h2\"",
+            "name = \"launcher\"",
+            "c.toml:10: hosts[1].name: the name 'launcher' is reserved; ",
+        );
+        check(
+            "name = \"h2\"",
+            "name = \"h1\"",
+            "c.toml:10: hosts[1].name: host 'h1' is already defined on line 7; ",
+        );
+        check(
+            "10.0.0.2",
+            "10.0.0.2:7447",
+            "c.toml:12: hosts[1].at[0]: '10.0.0.2:7447' is neither ",
+        );
+    }
+
+    #[test]
+    fn unknown_unplaced_or_repeated_robots_are_refused() {
+        check(
+            "\"gold\"",
+            "\"glod\"",
+            "c.toml:11: hosts[1].robots[0]: the scenario has no robot 'glod'; did you mean 'gold'?",
+        );
+        check(
+            "\"gold\"",
+            "\"blue\"",
+            "c.toml:11: hosts[1].robots[0]: robot 'blue' is already on host 'h1'; ",
+        );
+        check(
+            "\"gold\", \"green\"",
+            "",
+            "c.toml:6: hosts: robots without a host: gold, green; place each ",
+        );
+        check(
+            "\"gold\"",
+            "\"green\"",
+            "c.toml:11: hosts[1].robots[1]: robot 'green' is already on host 'h2'; ",
+        );
+    }
+
+    #[test]
+    fn invalid_or_unencrypted_addresses_are_refused() {
+        check(
+            "tls/10.0.0.1:7447",
+            "10.0.0.1",
+            "c.toml:3: listen: '10.0.0.1' is not a network address; write tls/HOST:PORT",
+        );
+        check(
+            "tls/10",
+            "tcp/10",
+            "c.toml:3: listen: 'tcp/10.0.0.1:7447' is not encrypted; use tls/…, or allow it with unencrypted = true",
+        );
+        check(
+            "keys =",
+            "unencrypted = true\nkeys =",
+            "c.toml:4: unencrypted: listen is tls/10.0.0.1:7447, which is encrypted; ",
+        );
+        let plain = GOOD.replace("tls/10", "tcp/10");
+        let wanted = plain.replace("keys =", "unencrypted = true\nkeys =");
+        assert_eq!(parse(&wanted).unwrap().listen.transport, Transport::Tcp);
+        assert!(parse(&GOOD.replace("tls/10.0.0.1", "tcp/127.0.0.1")).is_ok());
+    }
+
+    #[test]
+    fn external_controllers_are_on_the_host_of_the_world() {
+        let known = test_scenarios::known();
+        let with_controller = |robot: usize| {
+            let scenario = |name: &str| {
+                let mut scenario = read_scenario(name, &known)?;
+                scenario.robots[robot].mind = Some("own".to_owned());
+                Ok(scenario)
+            };
+            Cluster::parse("c.toml", GOOD, Path::new("lab"), scenario)
+        };
+        assert!(with_controller(0).is_ok());
+        assert_eq!(
+            with_controller(1).unwrap_err().to_string(),
+            "c.toml:11: hosts[1].robots[0]: the controller 'own' of 'gold' is an external program, which runs only on the world's host; place it on host 'h1'"
+        );
+    }
+}

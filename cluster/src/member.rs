@@ -1,0 +1,55 @@
+//! The members of a run (world, robots and hosts) with their credentials.
+
+use crate::keyring::Keyring;
+use proto::identity;
+use proto::secret::derived;
+
+/// The data for a connection to a router.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Login {
+    pub endpoint: String,
+    /// The user name, which the router must have in its list.
+    pub user: String,
+    pub password: String,
+    /// The certificates, for TLS locators.
+    pub keyring: Option<Keyring>,
+}
+
+/// The data that a robot's agent needs to take part in a run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Member {
+    pub run: String,
+    pub login: Login,
+    /// The secret that seals the messages between the agent and the world.
+    pub secret: String,
+    /// The run's secret, if this machine has it.
+    pub token: Option<String>,
+    /// `true` if the connection to the world can be interrupted, so that the agent must reconnect.
+    pub is_far: bool,
+}
+
+impl Member {
+    /// Creates the data of a robot on another host, which connects with its own identity.
+    #[must_use]
+    pub fn far(run: String, login: Login) -> Self {
+        Self {
+            run,
+            secret: login.password.clone(),
+            login,
+            token: None,
+            is_far: true,
+        }
+    }
+
+    /// Creates the data of a robot on the world's machine. The run's token is enough.
+    #[must_use]
+    pub fn near(run: String, robot: &str, login: Login, token: String) -> Self {
+        Self {
+            run,
+            login,
+            secret: derived(&token, &identity::robot(robot)),
+            token: Some(token),
+            is_far: false,
+        }
+    }
+}

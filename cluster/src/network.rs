@@ -1,0 +1,114 @@
+//! Settings of a run over a network: the world's addresses and the robots of each host.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+
+use crate::access::Speaker;
+use crate::key_files::KeyFiles;
+use crate::keyring::Keyring;
+use crate::locator::Locator;
+use anyhow::{Context, bail};
+use clap::Args;
+use proto::identity::WORLD;
+use proto::keys::LAUNCHER_HOST;
+use scenario::names::is_name;
+use scenario::{Scenario, instead};
+
+#[derive(Args, Clone, Debug, Default)]
+pub struct NetworkArgs {
+    /// Listen for robots and hosts on a network, for example at tls/10.0.0.1:7447
+    #[arg(long, value_name = "LOCATOR", requires = "keys")]
+    pub listen: Vec<String>,
+    /// Folder with the world's keys from `alliance keys`, or - to read the keys that `cluster up --start` sends on standard input
+    #[arg(long, value_name = "DIR")]
+    pub keys: Option<PathBuf>,
+    /// Robots on another host, which connects them to the world
+    #[arg(long, value_name = "HOST=ROBOT,…", value_parser = place, requires = "listen")]
+    pub place: Vec<(String, Vec<String>)>,
+    /// Listen on the network without encryption; all machines on the network can read the messages
+    #[arg(long)]
+    pub unencrypted: bool,
+}
+
+impl NetworkArgs {
+    /// Returns the requested network settings, or `None` if the run stays on one machine.
+    pub fn network(&self, scenario: &Scenario) -> anyhow::Result<Option<Network>> {
+        let Some(keys) = self.keys.as_ref().filter(|_| !self.listen.is_empty()) else {
+            return Ok(None);
+        };
+        let mut listen = Vec::new();
+        for at in &self.listen {
+            let locator = Locator::of_option(at, self.unencrypted).context("--listen")?;
+            listen.push(locator.to_string());
+        }
+        let mut hosts: BTreeMap<String, Vec<String>> = BTreeMap::new();
+        let mut placed = BTreeSet::new();
+        let known = || scenario.robots.iter().map(|robot| robot.name.as_str());
+        for (host, robots) in &self.place {
+            for robot in robots {
+                if !known().any(|name| name == robot) {
+                    bail!(
+                        "--place {host}: no robot '{robot}'; {}",
+                        instead(robot, known())
+                    );
+                }
+                if !placed.insert(robot) {
+                    bail!("--place {host}: robot '{robot}' is placed twice; list it once");
+                }
+            }
+            hosts
+                .entry(host.clone())
+                .or_default()
+                .extend(robots.iter().cloned());
+        }
+        let files = KeyFiles::of_option(keys).context("--keys")?;
+        Ok(Some(Network {
+            listen,
+            keyring: Keyring::read(&files, WORLD).context("--keys")?,
+            hosts,
+        }))
+    }
+}
+
+fn place(text: &str) -> Result<(String, Vec<String>), String> {
+    let (host, robots) = text.split_once('=').ok_or("use HOST=ROBOT,ROBOT")?;
+    if !is_name(host) || host == LAUNCHER_HOST {
+        return Err(format!(
+            "'{host}' is not a host name; use letters, digits, '-' and '_', at most 32, and not '{LAUNCHER_HOST}'"
+        ));
+    }
+    Ok((
+        host.to_owned(),
+        robots.split(',').map(ToOwned::to_owned).collect(),
+    ))
+}
+
+#[derive(Clone, Debug)]
+pub struct Network {
+    /// The network addresses as Zenoh locators, in addition to the socket for this machine.
+    pub listen: Vec<String>,
+    /// The world's certificates and the secret of the team.
+    pub keyring: Keyring,
+    /// The robots of each host. Robots without an entry connect directly or belong to the launcher.
+    pub hosts: BTreeMap<String, Vec<String>>,
+}
+
+impl Network {
+    /// Returns all identities that may send messages from outside: each robot for itself, each host for its robots.
+    #[must_use]
+    pub fn speakers(&self, scenario: &Scenario) -> Vec<Speaker> {
+        let robots = scenario.robots.iter();
+        let robots = robots.map(|robot| Speaker::robot(&robot.name));
+        let hosts = self.hosts.iter();
+        let hosts = hosts.map(|(host, robots)| Speaker::host(host, robots.clone()));
+        robots.chain(hosts).collect()
+    }
+
+    /// Returns the host of a robot, or `None` if the robot has no entry.
+    #[must_use]
+    pub fn host_of(&self, robot: &str) -> Option<&str> {
+        let mut hosts = self.hosts.iter();
+        let (host, _) = hosts.find(|(_, robots)| robots.iter().any(|name| name == robot))?;
+        Some(host)
+    }
+}

@@ -1,0 +1,120 @@
+//! Connection from another host: options, and the search for the run.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use crate::key_files::KeyFiles;
+use crate::keyring::Keyring;
+use crate::locator::Locator;
+use crate::member::Login;
+use crate::session;
+use anyhow::Context;
+use clap::Args;
+use proto::keys::{ALIVE_WORLDS, Keys, run_of_world};
+use tokio::time::{Instant, sleep};
+use zenoh::Session;
+
+use crate::{ConnectError, open_once};
+
+const LOOK_INTERVAL: Duration = Duration::from_millis(200);
+
+/// The time to wait for the world behind a router.
+const WORLD_PATIENCE: Duration = Duration::from_secs(10);
+
+#[derive(Args, Clone, Debug)]
+pub struct FarArgs {
+    /// Address of the world, or of a router on the way to it, for other hosts, such as tls/10.0.0.1:7447
+    #[arg(long, value_name = "LOCATOR", requires = "keys")]
+    pub connect: Option<String>,
+    /// Folder with this member's keys, written by `alliance keys`; or - to read them from standard input, as `cluster
+    /// up --start` supplies them
+    #[arg(long, value_name = "DIR")]
+    pub keys: Option<PathBuf>,
+    /// Use an unencrypted connection; everyone on the network can read it
+    #[arg(long)]
+    pub unencrypted: bool,
+}
+
+impl FarArgs {
+    /// Returns the login and the key files of the member with that identity; `None` without `--connect`.
+    ///
+    /// # Errors
+    /// Fails with one line if the locator or the keys are invalid.
+    pub fn login(&self, identity: &str) -> anyhow::Result<Option<(Login, KeyFiles)>> {
+        let (Some(endpoint), Some(keys)) = (&self.connect, &self.keys) else {
+            return Ok(None);
+        };
+        let locator = Locator::of_option(endpoint, self.unencrypted).context("--connect")?;
+        let files = KeyFiles::of_option(keys).context("--keys")?;
+        let keyring = Keyring::read(&files, identity).context("--keys")?;
+        let login = Login {
+            endpoint: locator.to_string(),
+            user: identity.to_owned(),
+            password: keyring.secret.clone(),
+            keyring: Some(keyring),
+        };
+        Ok(Some((login, files)))
+    }
+}
+
+/// Returns the run of the world at the endpoint. Waits until a world appears there.
+///
+/// # Errors
+/// Fails if the endpoint refuses this member.
+pub async fn find_run(login: &Login) -> anyhow::Result<String> {
+    let config = session::client(login, true);
+    let mut reported = None;
+    loop {
+        let why = match open_once(&config, &login.endpoint) {
+            Ok(session) => {
+                let found = world_of(&session).await;
+                let _ = session.close().await;
+                if let Some(run) = found.map_err(anyhow::Error::from_boxed)? {
+                    return Ok(run);
+                }
+                format!("{}: no world is reachable there yet", login.endpoint)
+            }
+            Err(refused @ ConnectError::Refused { .. }) => return Err(refused.into()),
+            Err(error) => error.to_string(),
+        };
+        if reported.as_ref() != Some(&why) {
+            tracing::info!("{why}; trying again");
+            reported = Some(why);
+        }
+        sleep(LOOK_INTERVAL).await;
+    }
+}
+
+/// Returns whether the liveliness token of the run's world is present.
+pub async fn is_world_there(session: &Session, keys: &Keys) -> bool {
+    let Ok(tokens) = session.liveliness().get(keys.alive_world()).await else {
+        return false;
+    };
+    let first = tokens.recv_async().await;
+    first.is_ok_and(|reply| reply.result().is_ok())
+}
+
+/// Waits for the world's token, because a router may start before it reaches the world. Returns whether the token
+/// appeared.
+pub async fn wait_for_world(session: &Session, keys: &Keys) -> bool {
+    let until = Instant::now() + WORLD_PATIENCE;
+    while Instant::now() < until {
+        if is_world_there(session, keys).await {
+            return true;
+        }
+        sleep(LOOK_INTERVAL / 10).await;
+    }
+    false
+}
+
+async fn world_of(session: &Session) -> zenoh::Result<Option<String>> {
+    let tokens = session.liveliness().get(ALIVE_WORLDS).await?;
+    while let Ok(reply) = tokens.recv_async().await {
+        if let Ok(token) = reply.result()
+            && let Some(run) = run_of_world(token.key_expr())
+        {
+            return Ok(Some(run.to_owned()));
+        }
+    }
+    Ok(None)
+}

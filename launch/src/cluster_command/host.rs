@@ -1,0 +1,247 @@
+//! `alliance host`: the daemon of another host in a run, and `alliance router`: the same without agent processes.
+
+use std::io;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::Context;
+use clap::Args;
+use cluster::key_files::KeyFiles;
+use cluster::locator::Locator;
+use cluster::member::Login;
+use cluster::remote::{self, FarArgs};
+use nix::sys::signal::{Signal as NixSignal, kill};
+use nix::unistd::Pid;
+use proto::identity;
+use proto::keys::LAUNCHER_HOST;
+use proto::process::ProcessAct;
+use scenario::names::is_name;
+use terminal::tell;
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tokio::time::sleep;
+
+use crate::run::bus::{Bus, Call};
+use crate::run::crew::Crew;
+use crate::run::supervise::{GRACE, end};
+use crate::runtime;
+use cluster::relay::Relay;
+
+/// The interval between checks of processes and the world if no order arrives.
+const INTERVAL: Duration = Duration::from_millis(200);
+
+/// Start, signal and watch the agents of one host in runs over several machines, one run after another
+#[derive(Args, Clone, Debug)]
+pub struct HostCommand {
+    /// Name of this host, as given to the world
+    #[arg(long, value_name = "HOST", value_parser = host_name)]
+    name: String,
+    #[command(flatten)]
+    far: FarArgs,
+    /// Folder for the output of the agents [default: runs/RUN.HOST]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// End after one run
+    #[arg(long)]
+    once: bool,
+}
+
+/// Route messages between a remote host's robots, which are started by hand, and the world
+#[derive(Args, Clone, Debug)]
+pub struct RouterCommand {
+    /// Name of this host, as given to the world
+    #[arg(long, value_name = "HOST", value_parser = host_name)]
+    name: String,
+    #[command(flatten)]
+    far: FarArgs,
+    /// Also listen for robots on a network, such as at tls/10.0.0.2:7447
+    #[arg(long, value_name = "LOCATOR")]
+    listen: Vec<String>,
+    /// End after one run
+    #[arg(long)]
+    once: bool,
+}
+
+impl HostCommand {
+    /// Takes part in runs until it is interrupted.
+    ///
+    /// Exit status 0 after an interrupt or its only run, 2 for a mistake in the arguments or keys, 3 if the world refused it or the bus
+    /// failed.
+    #[must_use]
+    pub fn run(&self) -> ExitCode {
+        let daemon = Daemon::new(&self.name, &self.far, &[], self.once);
+        let daemon = daemon.map(|daemon| Daemon {
+            starts_agents: true,
+            out: self.out.clone(),
+            ..daemon
+        });
+        serve("host", daemon)
+    }
+}
+
+impl RouterCommand {
+    /// Routes messages until it is interrupted. The exit status is that of [`HostCommand::run`].
+    #[must_use]
+    pub fn run(&self) -> ExitCode {
+        let daemon = Daemon::new(&self.name, &self.far, &self.listen, self.once);
+        serve("router", daemon)
+    }
+}
+
+struct Daemon {
+    name: String,
+    login: Login,
+    keys: KeyFiles,
+    listen: Vec<String>,
+    once: bool,
+    starts_agents: bool,
+    /// The folder for the output of the agents, if given.
+    out: Option<PathBuf>,
+}
+
+impl Daemon {
+    fn new(name: &str, far: &FarArgs, listen: &[String], once: bool) -> anyhow::Result<Self> {
+        let mut places = Vec::new();
+        for at in listen {
+            let locator = Locator::of_option(at, far.unencrypted).context("--listen")?;
+            places.push(locator.to_string());
+        }
+        let (login, keys) = far.login(&identity::host(name))?.context(
+            "the address of the world is missing; give --connect LOCATOR and --keys DIR",
+        )?;
+        Ok(Self {
+            name: name.to_owned(),
+            login,
+            keys,
+            listen: places,
+            once,
+            starts_agents: false,
+            out: None,
+        })
+    }
+
+    /// Takes part in one run. Returns `true` if the daemon was interrupted.
+    async fn take_part(&self, signals: &mut Signals) -> anyhow::Result<bool> {
+        let relay = tokio::select! {
+            relay = Relay::open(&self.name, &self.login, &self.keys, &self.listen) => relay?,
+            () = signals.interrupted() => return Ok(true),
+        };
+        let robots = relay.enlisted.robots.join(", ");
+        say(&format!("run {}: robots {robots}", relay.run));
+        let default = || PathBuf::from(format!("runs/{}.{}", relay.run, self.name));
+        let folder = self.out.clone().unwrap_or_else(default);
+        let mut crew = Crew::new(relay.run.clone(), [].into(), folder);
+        let (session, keys) = (relay.session.clone(), relay.keys.clone());
+        let mut bus = Bus::of_host(session, keys, relay.secret.clone(), &self.name).await?;
+        if self.starts_agents {
+            std::fs::create_dir_all(&crew.logs).with_context(|| crew.logs.display().to_string())?;
+            for robot in &relay.enlisted.start {
+                let pid = crew.start(robot)?;
+                say(&format!("{robot} is process {pid}"));
+            }
+        }
+        let interrupted = self.watch(&relay, &mut crew, &mut bus, signals).await;
+        end(crew.everybody().collect(), GRACE, &say).await;
+        relay.close().await;
+        interrupted
+    }
+
+    /// Handles orders and process changes until the run is over. Returns `true` if the daemon was interrupted.
+    async fn watch(
+        &self,
+        relay: &Relay,
+        crew: &mut Crew,
+        bus: &mut Bus,
+        signals: &mut Signals,
+    ) -> anyhow::Result<bool> {
+        let mut children = signal(SignalKind::child())?;
+        loop {
+            tokio::select! {
+                () = signals.interrupted() => return Ok(true),
+                _ = children.recv() => {}
+                call = bus.call() => if let Call::Order(order, query) = call {
+                    let done = crew.obey(&order).await;
+                    if let (Ok(pid), ProcessAct::Start) = (&done, order.act) {
+                        say(&format!("{} is process {pid} now", order.robot));
+                    }
+                    bus.answer(&query, order.number, done).await;
+                },
+                () = sleep(INTERVAL) => {}
+            }
+            crew.poll(Some(bus), &say, false).await?;
+            // Agents that have lost the world try to reconnect for a while.
+            let is_any_alive = crew.agents.iter().any(|agent| agent.ending().is_none());
+            if !is_any_alive && !remote::is_world_there(&relay.session, &relay.keys).await {
+                say(&format!("run {} is over", relay.run));
+                return Ok(false);
+            }
+        }
+    }
+}
+
+struct Signals {
+    interrupt: Signal,
+    terminate: Signal,
+}
+
+impl Signals {
+    async fn interrupted(&mut self) {
+        tokio::select! {
+            _ = self.interrupt.recv() => {}
+            _ = self.terminate.recv() => {}
+        }
+    }
+}
+
+fn serve(command: &str, daemon: anyhow::Result<Daemon>) -> ExitCode {
+    let daemon = match daemon {
+        Ok(daemon) => daemon,
+        Err(error) => {
+            tell!("alliance {command}: {error:#}");
+            return ExitCode::from(2);
+        }
+    };
+    let served = runtime::start().and_then(|runtime| {
+        runtime.block_on(async {
+            let mut signals = Signals {
+                interrupt: signal(SignalKind::interrupt())?,
+                terminate: signal(SignalKind::terminate())?,
+            };
+            if matches!(daemon.keys, KeyFiles::Memory(_)) {
+                end_with_input();
+            }
+            while !daemon.take_part(&mut signals).await? && !daemon.once {}
+            anyhow::Ok(())
+        })
+    });
+    match served {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            tell!("alliance {command}: {error:#}");
+            ExitCode::from(3)
+        }
+    }
+}
+
+/// Ends this process when its standard input ends. A daemon that another machine started has no other sign of that launcher's end.
+fn end_with_input() {
+    std::thread::spawn(|| {
+        // An error also means the end of the input.
+        let _ = io::copy(&mut io::stdin(), &mut io::sink());
+        let _ = kill(Pid::this(), NixSignal::SIGTERM);
+    });
+}
+
+fn say(line: &str) {
+    tell!("{line}");
+}
+
+fn host_name(text: &str) -> Result<String, String> {
+    if is_name(text) && text != LAUNCHER_HOST {
+        Ok(text.to_owned())
+    } else {
+        Err(format!(
+            "use letters, digits, '-' and '_', at most 32, and not '{LAUNCHER_HOST}'"
+        ))
+    }
+}

@@ -1,0 +1,101 @@
+//! `alliance cluster up`: starts the world of a run over several machines and the robots of this host.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Context, bail};
+use clap::{Args, Subcommand};
+use cluster::key_files::{KeyFiles, STANDARD_INPUT};
+use cluster::keyring::Keyring;
+use cluster::locator::Transport;
+use proto::identity::WORLD;
+use terminal::tell;
+use world_server::mission_args::read_scenario;
+
+use crate::run::args::{Over, RunCommand};
+use cluster::file::Cluster;
+use cluster::start::Start;
+
+/// Run a mission over several machines
+#[derive(Args, Clone, Debug)]
+pub struct ClusterCommand {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand, Clone, Debug)]
+enum What {
+    Up(Box<Up>),
+}
+
+/// Start the world and the robots of this host, and wait for the other hosts
+#[derive(Args, Clone, Debug)]
+struct Up {
+    /// Cluster file: scenario, hosts, the robots of each host, and the address of the world
+    #[arg(value_name = "CLUSTER.toml")]
+    cluster: PathBuf,
+    /// Start `alliance host` on each other host with this shell command, such as 'ssh {at} alliance'; {name} and {at} are the host's
+    /// name and address, and new keys are sent by standard input
+    #[arg(long, value_name = "COMMAND")]
+    start: Option<String>,
+    #[command(flatten)]
+    run: RunCommand,
+}
+
+impl ClusterCommand {
+    /// Runs the command. The exit status is that of `alliance run`.
+    #[must_use]
+    pub fn run(&self) -> ExitCode {
+        let What::Up(up) = &self.what;
+        match up.command() {
+            Ok(command) => command.run(),
+            Err(error) => {
+                tell!("alliance cluster: {error:#}");
+                ExitCode::from(2)
+            }
+        }
+    }
+}
+
+impl Up {
+    /// Returns the `alliance run` command for the cluster file.
+    fn command(&self) -> anyhow::Result<RunCommand> {
+        let (cluster, scenario) =
+            Cluster::read(&self.cluster, |asked| read_scenario(asked, &crate::known()))?;
+        let name = self.cluster.display();
+        if self.run.is_of_a_scenario() {
+            bail!("{name} sets the scenario and the seed; leave SCENARIO, its size and --seed out");
+        }
+        let start = self.start.as_deref();
+        let start = start.map(|command| Start::new(command, &cluster, &scenario));
+        let start = start.transpose()?;
+        let keys = if start.is_some() {
+            PathBuf::from(STANDARD_INPUT)
+        } else {
+            // An absolute path, so that a folder named `-` does not select standard input.
+            let folder = std::path::absolute(&cluster.keys).with_context(|| name.to_string())?;
+            let files = KeyFiles::Folder(folder.clone());
+            Keyring::read(&files, WORLD).with_context(|| name.to_string())?;
+            folder
+        };
+        let mut arguments = vec![
+            format!("--listen={}", cluster.listen),
+            format!("--keys={}", keys.display()),
+        ];
+        if cluster.listen.transport == Transport::Tcp {
+            arguments.push("--unencrypted".to_owned());
+        }
+        let mut elsewhere = BTreeSet::new();
+        for host in cluster.others().filter(|host| !host.robots.is_empty()) {
+            arguments.push(format!("--place={}={}", host.name, host.robots.join(",")));
+            elsewhere.extend(host.robots.iter().cloned());
+        }
+        let over = Over {
+            arguments,
+            elsewhere,
+            start,
+        };
+        Ok(self.run.clone().over(over, cluster.scenario, cluster.seed))
+    }
+}

@@ -1,0 +1,188 @@
+"""PettingZoo's parallel API on top of `VecEnv`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.utils import EzPickle
+from pettingzoo import ParallelEnv as Parallel
+
+from ._run import Mind, Scenario
+from .env import Reward, VecEnv
+
+
+class ParallelEnv(Parallel, EzPickle):
+    """Team in which each robot is an agent. An observation has sensor readings and received messages. All agents share the team's reward.
+
+    A robot that a fault kills stays an agent, because it may restart. Until then it observes zeros, `infos` has `alive` False, and its
+    mask allows only the idle action. With `revive=False` it is terminated and absent for the rest of the episode.
+
+    A copy or an unpickled environment is created from the same arguments and has no episode yet.
+    """
+
+    metadata = {"name": "alliance_sim_v0", "render_modes": [], "is_parallelizable": True}
+    render_mode = None
+
+    def __init__(
+        self,
+        scenario: Scenario = None,
+        *,
+        level: str = "decide",
+        period_s: float = 1.0,
+        minds: Mapping[str, Mind] | None = None,
+        faults: Mapping[str, Any] | list[Mapping[str, Any]] | None = None,
+        revive: bool = True,
+        reward: Reward | None = None,
+        time_cost: float = 0.0,
+        robots: int | None = None,
+        size: int | None = None,
+        limit: float | None = None,
+    ) -> None:
+        """`reward`: a function of mission.csv's columns before and after a step and of the step's events; default: the mission's progress.
+
+        `time_cost` is subtracted from the reward of each step. See `run` and `VecEnv` for the other arguments.
+        """
+        run = {
+            "level": level,
+            "period_s": period_s,
+            "minds": minds,
+            "faults": faults,
+            "robots": robots,
+            "size": size,
+            "limit": limit,
+        }
+        EzPickle.__init__(self, scenario, **run, revive=revive, reward=reward, time_cost=time_cost)
+        self._vec = VecEnv(scenario, 1, **run, auto_reset=False)
+        self._revive, self._reward, self._time_cost = revive, reward, time_cost
+        self._has_faults = faults is not None or "faults" in self._vec.setup["scenario"]
+        self._next_seed = 1
+        self.possible_agents = list(self._vec.agents)
+        self.agents: list[str] = []
+        self._rank = {agent: rank for rank, agent in enumerate(self.possible_agents)}
+        features = self._vec.observation.shape[-1]
+        seen = spaces.Box(-np.inf, np.inf, (features,), np.float32)
+        self._actions: dict[str, spaces.Space[Any]] = {}
+        self._observations: dict[str, spaces.Space[Any]] = {}
+        for agent, sets in zip(self.possible_agents, self._vec.sets, strict=True):
+            if level == "decide":
+                count = 1 + len(sets)
+                mask = spaces.Box(0, 1, (count,), np.int8)
+                self._actions[agent] = spaces.Discrete(count)
+                self._observations[agent] = spaces.Dict({"observation": seen, "action_mask": mask})
+            else:
+                self._actions[agent] = spaces.Box(-1.0, 1.0, (4,), np.float32)
+                self._observations[agent] = seen
+        shape = (1, len(self.possible_agents))
+        self._action_array = np.zeros(shape, np.int64) if level == "decide" else np.zeros((*shape, 4), np.float32)
+        self._level = level
+        self._is_running = False
+
+    @property
+    def feature_names(self) -> list[str]:
+        """Names of the numbers of an observation, for the first agent."""
+        return self._vec.feature_names
+
+    @property
+    def sets(self) -> dict[str, list[str]]:
+        """Behavior sets by agent. Action n selects the n-th one; action 0 is idle."""
+        return dict(zip(self.possible_agents, self._vec.sets, strict=True))
+
+    def observation_space(self, agent: str) -> spaces.Space[Any]:
+        """Returns the space of an agent, the same object for each call."""
+        return self._observations[agent]
+
+    def action_space(self, agent: str) -> spaces.Space[Any]:
+        """Returns the space of an agent, the same object for each call."""
+        return self._actions[agent]
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict, dict]:
+        """Starts an episode. The default seed is the previous episode's seed plus one."""
+        seed = self._next_seed if seed is None else seed
+        self._next_seed = seed + 1
+        self._vec.reset(seed)
+        self.agents = list(self.possible_agents)
+        self._is_running = True
+        return self._seen(), self._infos()
+
+    def step(self, actions: Mapping[str, Any]) -> tuple[dict, dict, dict, dict, dict]:
+        """Makes one step. An agent without an action is idle."""
+        if not self._is_running:
+            raise RuntimeError("call reset() first, and again after the end of an episode")
+        before = self._vec.row() if self._reward else {}
+        array = self._action_array
+        array.fill(0)
+        for agent, action in actions.items():
+            array[0, self._rank[agent]] = action
+        self._vec.step(array)
+        reward = self._reward(before, self._vec.row(), self._vec.events()) if self._reward else float(self._vec.reward[0])
+        reward -= self._time_cost
+        done = self._vec.done[0]
+        over, cut = bool(done == 1), bool(done == 2)
+        agents = self.agents
+        rewards = dict.fromkeys(agents, reward)
+        if self._revive:
+            terminations = dict.fromkeys(agents, over)
+        else:
+            terminations = {agent: over or not self._vec.alive[0, self._rank[agent]] for agent in agents}
+        truncations = dict.fromkeys(agents, cut)
+        seen, infos = self._seen(), self._infos()
+        if done:
+            run, outcome = self._vec.ended()
+            for info in infos.values():
+                info["hash"], info["outcome"] = run, outcome
+            self.agents, self._is_running = [], False
+        elif not self._revive:
+            self.agents = [agent for agent in agents if not terminations[agent]]
+        return seen, rewards, terminations, truncations, infos
+
+    def state(self) -> np.ndarray:
+        """Returns the state for a centralized critic: mission.csv's columns, then x, y and heading of each robot."""
+        row = [np.nan if value is None else value for value in self._vec.row().values()]
+        return np.concatenate([np.nan_to_num(np.array(row, np.float32)), self._vec.poses().ravel()])
+
+    def row(self) -> dict[str, float | None]:
+        """Returns the progress of the mission: the columns of mission.csv."""
+        return self._vec.row()
+
+    def poses(self) -> np.ndarray:
+        """Returns x, y (m) and heading (rad) of each robot of the scenario."""
+        return self._vec.poses()
+
+    @property
+    def hash(self) -> str | None:
+        """Hash of the finished episode. A run with the same seed and the same decisions has the same hash."""
+        return self._vec.ended()[0]
+
+    def record(self, folder: str | os.PathLike[str]) -> None:
+        """Logs the next episode in a new folder."""
+        self._vec.record(folder)
+
+    def render(self) -> None:
+        """Has no effect. Use `record`, then `alliance view`."""
+
+    def close(self) -> None:
+        """Ends the current episode and its log."""
+        self._vec.close()
+
+    def _seen(self) -> dict[str, Any]:
+        observation = self._vec.observation[0].copy()
+        if self._level == "drive":
+            return {agent: observation[self._rank[agent]] for agent in self.agents}
+        mask = self._vec.action_mask[0].copy()
+        return {
+            agent: {
+                "observation": observation[self._rank[agent]],
+                "action_mask": mask[self._rank[agent], : self._actions[agent].n],
+            }
+            for agent in self.agents
+        }
+
+    def _infos(self) -> dict[str, dict[str, Any]]:
+        faults = self._vec.faults() if self._has_faults else []
+        alive = self._vec.alive[0].tolist()
+        events = self._vec.events()
+        return {agent: {"alive": bool(alive[self._rank[agent]]), "faults": faults, "events": events} for agent in self.agents}

@@ -1,0 +1,303 @@
+"""Complete controllers in Python: in one process, as processes of `alliance run`, and their failures."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from alliance_sim import Agent, Allocator, Deed, MindError, load, run
+from conftest import EXAMPLES, program
+from greedy import Greedy
+from watcher import Watcher
+
+TWINS = json.loads(Path(__file__).with_name("still.json").read_text())
+MAIN = "from alliance_sim import Agent, Deed, main\n"
+
+
+class Still(Agent):
+    def step(self, now, readings, heard):
+        return Deed()
+
+
+class Listener(Agent):
+    """Turns by sender, time and order of the received messages."""
+
+    def step(self, now, readings, heard):
+        heartbeats = enumerate(message for message in heard if message.state != "said")
+        digest = sum((place + 1) * (message.sender + 1) * (round(message.sent * 20) + 1) for place, message in heartbeats)
+        return Deed(turn=digest % 128 / 128)
+
+
+def twin_run(tmp_path, mind=Still, seed=1, **options):
+    """Runs a controller with the faults of its Rust twin."""
+    twin = TWINS[mind.__name__.lower()]
+    scenario = tmp_path / "mine.toml"
+    scenario.write_text(twin["scenario"])
+    return run(scenario, {"gold": mind}, seed, faults=twin["faults"], limit=twin["limit_s"], **options)
+
+
+@pytest.mark.parametrize("mind", [Still, Listener])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_an_agent_has_the_hash_of_its_rust_twin(tmp_path, mind, seed):
+    expected = TWINS[mind.__name__.lower()]["hashes"][str(seed)]
+    assert twin_run(tmp_path, mind, seed).hash == expected
+    assert twin_run(tmp_path, mind, seed, twice=True).hash == expected
+
+
+class Lab:
+    """`alliance run` in a separate runtime folder, with a scenario that names the controllers of gold and green."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.environment = {**os.environ, "XDG_RUNTIME_DIR": str(folder)}
+
+    def mind(self, name, code):
+        (self.folder / f"{name}.py").write_text(code)
+        return f"--mind={name}={sys.executable} {name}.py"
+
+    def start(self, *words):
+        return subprocess.Popen(
+            [program(), *words], cwd=self.folder, env=self.environment, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
+        )
+
+    def alliance(self, *words, status=(0,)):
+        process = self.start(*words)
+        _, output = process.communicate(timeout=240)
+        assert process.returncode in status, output
+        return output
+
+    def mission(self, *words, status=(1,)):
+        return self.alliance("run", "mine.toml", "--no-page", "--out=run", *words, status=status)
+
+    def scenario(self, mind, more=""):
+        text = f"name = 'mine'\n[[robots]]\nname = 'blue'\n[[robots]]\nname = 'gold'\nmind = '{mind}'\n[[robots]]\nname = 'green'\n{more}"
+        (self.folder / "mine.toml").write_text(text)
+        return self.folder / "mine.toml"
+
+    def log(self, robot):
+        return (self.folder / f"run/logs/{robot}.log").read_text()
+
+    def kinds(self, robot, wanted=("joined", "gone", "stalled", "back")):
+        events = load(self.folder / "run", "numpy").events
+        return [kind for kind in events["kind"][events["robot"] == robot] if kind in wanted]
+
+
+@pytest.fixture
+def lab(tmp_path):
+    return Lab(tmp_path)
+
+
+def test_a_process_has_the_same_hash_and_replays_without_python(lab):
+    mind = lab.mind("still", f"{MAIN}class Still(Agent):\n    def step(self, now, readings, heard):\n        return Deed()\nmain(Still)\n")
+    (lab.folder / "mine.toml").write_text(TWINS["still"]["scenario"])
+    faults = "".join(f"[[faults.timeline]]\n{line}\n" for line in ("fault.kill = 'gold'\nat_s = 10.0\nfor_s = 5.0", "fault.mute = 'blue'\nat_s = 20.0\nfor_s = 5.0"))
+    with (lab.folder / "mine.toml").open("a") as file:
+        file.write(faults)
+    lab.mission("--limit=40", mind)
+    assert load(lab.folder / "run", "numpy").run["hash"] == TWINS["still"]["hashes"]["1"]
+    assert lab.kinds("gold") == ["joined", "gone", "joined"]
+    assert "identical" in lab.alliance("replay", "run")
+    assert "identical" in lab.alliance("replay", "run", mind)
+
+
+def test_replay_detects_a_changed_allocator(lab):
+    scenario = lab.scenario("greedy")
+    text = (EXAMPLES / "greedy.py").read_text()
+    mind = lab.mind("greedy", text)
+    lab.mission("--limit=100", "--mind=greedy@7=" + mind.split("=", 2)[2])
+    results = load(lab.folder / "run", "numpy").run
+    assert results["minds"] == {"greedy": {"version": "7"}}
+    assert results["hash"] == run(scenario, {"gold": Greedy}, limit=100).hash
+    assert "identical" in lab.alliance("replay", "run")
+    assert "identical" in lab.alliance("replay", "run", mind)
+    changed = lab.mind("greedy", text.replace("option.cost", "-option.cost"))
+    output = lab.alliance("replay", "run", changed, status=(1,))
+    assert output.startswith("differs first in tick ") and ": gold mind, " in output
+
+
+def test_a_log_of_a_run_in_one_process_replays_without_python(lab):
+    done = run(lab.scenario("greedy"), {"gold": Greedy, "green": Still}, limit=60, log=lab.folder / "run")
+    assert set(done.file["minds"]) == {"greedy", "still"}
+    output = lab.alliance("replay", "run")
+    assert output == f"identical: 1200 ticks, hash {done.hash}\n"
+
+
+def test_discarded_steps_have_no_effect(lab):
+    # The controller stores steps and senders, so any effect of a discarded step is visible in all later steps.
+    code = MAIN + (
+        "class Counter(Agent):\n    def reset(self):\n        self.steps, self.words = 0, []\n"
+        "    def step(self, now, readings, heard):\n        self.steps += 1\n        self.words += [message.sender for message in heard]\n"
+        "        return Deed(turn=self.steps % 97 / 97, speed=sum(self.words) % 7 / 70, say=[bytes([self.steps % 251])])\nmain(Counter)\n"
+    )
+    mind = lab.mind("counter", code)
+    lab.scenario("counter")
+    launcher = lab.start("run", "mine.toml", "--no-page", "--out=run", "--limit=100", "--speed=8x", "--stall-after=0.3", mind)
+    gold = None
+    for stop in range(6):
+        time.sleep(0.7)
+        children = Path(f"/proc/{launcher.pid}/task/{launcher.pid}/children").read_text().split()
+        gold = next(pid for pid in children if "counter.py" in Path(f"/proc/{pid}/cmdline").read_text())
+        os.kill(int(gold), signal.SIGSTOP)
+        time.sleep(0.5)
+        os.kill(int(gold), signal.SIGCONT)
+    _, output = launcher.communicate(timeout=240)
+    assert launcher.returncode == 1, output
+    assert lab.kinds("gold").count("back") >= 3, "gold was paused too rarely"
+    assert load(lab.folder / "run", "numpy").run["unscripted"], "stalls without a fault are unscripted"
+    assert "identical" in lab.alliance("replay", "run")
+    assert "identical" in lab.alliance("replay", "run", mind)
+    assert not Path(f"/proc/{gold}").exists(), "the process of gold still runs"
+
+
+def test_readings_match_the_log(tmp_path):
+    by_robot = {}
+
+    class Looker(Agent):
+        def step(self, now, readings, heard):
+            by_robot.setdefault(self.name, []).append(readings)
+            return Deed(speed=0.2, turn=0.3, doing="search")
+
+    done = run("cmommt", {"*": Looker}, limit=20, log=tmp_path / "run")
+    seen = by_robot["gold"]
+    poses = load(done.folder, "numpy")["poses"]
+    of_gold = poses["robot"] == "gold"
+    at = np.stack([poses["x_m"][of_gold], poses["y_m"][of_gold]], 1)
+    assert len(seen) == len(at) == 400
+    assert np.allclose([readings.position for readings in seen], at, atol=1e-6)
+    assert np.allclose([readings.heading for readings in seen], poses["heading_rad"][of_gold], atol=1e-6)
+    targets = [target for all in by_robot.values() for readings in all for target in readings.mission["targets"]]
+    assert targets and all(np.hypot(*target["offset"]) <= 2.6 for target in targets)
+    assert len(at) > 1 and not np.allclose(at[0], at[-1]), "gold does not move"
+    sets = poses["behavior_set"][of_gold]
+    assert sets[-1] == "search"
+
+
+def test_an_agent_observes_targets():
+    def share(mind):
+        return sum(run("cmommt", mind and {"*": mind}, seed=seed).result["a"] for seed in (1, 2, 3)) / 3
+
+    class Blind(Agent):
+        def step(self, now, readings, heard):
+            return Deed(watch=False)
+
+    assert share(Blind) == 0
+    assert 0 < share(Still) < share(Watcher)
+
+
+def test_messages_reach_robots_of_the_same_class_only():
+    heard_by = {}
+
+    class Talker(Agent):
+        def step(self, now, readings, heard):
+            heard_by.setdefault(self.name, []).extend(message.said for message in heard if message.said)
+            return Deed(say=[self.name.encode()] if now == 0 else ())
+
+    run("janitorial", {"blue": Talker, "gold": Talker, "green": Still}, limit=2)
+    assert heard_by == {"blue": [b"gold"], "gold": [b"blue"]}
+
+
+def step_of(step):
+    return type("Bad", (Agent,), {"step": step})
+
+
+BAD = [
+    (step_of(lambda self, now, readings, heard: Deed(speed=float("nan"))), "ValueError: Deed: speed is nan, which is not a finite number"),
+    (step_of(lambda self, now, readings, heard: Deed(turn=1e39)), "ValueError: Deed: turn is inf, which is not a finite number"),
+    (step_of(lambda self, now, readings, heard: Deed(speed="fast")), "TypeError: Deed: speed is 'fast', which is not a finite number"),
+    (step_of(lambda self, now, readings, heard: 3), "TypeError: step returned int; it must return a Deed"),
+    (step_of(lambda self, now, readings, heard: Deed(doing="dance")), "ValueError: Deed: doing 'dance' is not one of the robot's sets; the sets are "),
+    (step_of(lambda self, now, readings, heard: Deed(progress=True)), "ValueError: Deed: progress needs a set"),
+    (step_of(lambda self, now, readings, heard: Deed(gripper="open")), "ValueError: Deed: gripper is 'open'; use 'keep', 'pick' or 'drop'"),
+    (step_of(lambda self, now, readings, heard: Deed(say=[b"?"] * 300)), "ValueError: say: a robot with "),
+    (step_of(lambda self, now, readings, heard: Deed(say=["text"])), "TypeError: say: str is not bytes"),
+    (step_of(lambda self, now, readings, heard: 1 / 0), "ZeroDivisionError: division by zero"),
+    (Agent, "NotImplementedError: Agent has no step"),
+]
+
+
+@pytest.mark.parametrize(("mind", "expected"), BAD)
+def test_a_failed_controller_is_reported_in_one_line(mind, expected):
+    with pytest.raises(MindError) as error:
+        run("waste-cleanup", {"gold": mind}, limit=5)
+    output = str(error.value)
+    assert output.startswith("gold: tick 0: ") and expected in output and "\n" not in output
+
+
+def test_a_failed_controller_is_a_crash_and_the_run_continues(lab):
+    mind = lab.mind("bad", f"{MAIN}class Bad(Agent):\n    def step(self, now, readings, heard):\n        return Deed(speed=float('nan') if now > 2 else 0.1)\nmain(Bad)\n")
+    lab.scenario("bad")
+    output = lab.mission("--limit=10", mind)
+    assert "gold crashed" in output
+    assert lab.kinds("gold") == ["joined", "gone"]
+    *_, last = lab.log("gold").splitlines()
+    assert last == "robot-agent gold: tick 41: bad.py:4: ValueError: Deed: speed is nan, which is not a finite number"
+    results = load(lab.folder / "run", "numpy").run
+    assert (results["result"]["ticks"], results["unscripted"]) == (200, False)
+    assert "identical" in lab.alliance("replay", "run")
+
+
+def test_a_slow_copy_is_reported_once(lab):
+    net = "class Net:\n    def __deepcopy__(self, memo):\n        time.sleep(0.06)\n        return self\n"
+    heavy = "class Heavy(Agent):\n    def reset(self):\n        self.net = Net()\n    def step(self, now, readings, heard):\n        return Deed()\n"
+    shared = "    frozen = {'net'}\n"
+    mind = lab.mind("heavy", f"import time\n{MAIN}{net}{heavy}main(Heavy)\n")
+    lab.scenario("heavy")
+    lab.mission("--limit=5", mind)
+    warnings = [line for line in lab.log("gold").splitlines() if "a copy of its mind takes" in line]
+    assert len(warnings) == 1 and warnings[0].endswith("longer than a step of 50 ms: list constant attributes in `frozen`")
+    frozen = lab.mind("heavy", f"import time\n{MAIN}{net}{heavy.replace('    def reset', shared + '    def reset')}main(Heavy)\n")
+    (lab.folder / "run").rename(lab.folder / "first")
+    lab.mission("--limit=5", frozen)
+    assert "a copy of its mind" not in lab.log("gold")
+
+
+class Chance(Agent):
+    def step(self, now, readings, heard):
+        return Deed(turn=random.random())
+
+
+class Hidden(Agent):
+    def step(self, now, readings, heard):
+        self.mood = random.random()
+        return Deed()
+
+
+class Order(Agent):
+    def reset(self):
+        self.todo = {7, 15}  # both have the same slot in the hash table
+
+    def step(self, now, readings, heard):
+        return Deed(turn=float(next(iter(self.todo))))
+
+
+class Choosy(Allocator):
+    def step(self, now, heard, sets):
+        return random.choice([*sets, None])
+
+
+@pytest.mark.parametrize(("mind", "field"), [(Chance, "Deed.turn"), (Hidden, "self.mood"), (Order, "Deed.turn")])
+def test_twice_detects_hidden_dependencies(mind, field):
+    run("waste-cleanup", {"gold": mind}, limit=1)
+    with pytest.raises(MindError, match=rf"a step made twice differs: {field} is .* and "):
+        run("waste-cleanup", {"gold": mind}, limit=1, twice=True)
+
+
+def test_twice_does_not_change_a_deterministic_controller(lab):
+    for scenario, mind in (("janitorial", Greedy), ("cmommt", Watcher)):
+        once, twice = (run(scenario, {"*": mind}, limit=30, twice=twice) for twice in (False, True))
+        assert once.hash == twice.hash
+    # In a process of its own, a difference ends the process.
+    lab.scenario("chance")
+    mind = lab.mind("chance", f"import random\n{MAIN}class Chance(Agent):\n    def step(self, now, readings, heard):\n        return Deed(turn=random.random())\nmain(Chance)\n")
+    lab.mission("--limit=2", mind)
+    assert lab.kinds("gold") == ["joined"]
+    (lab.folder / "run").rename(lab.folder / "once")
+    lab.mission("--limit=2", f"{mind} --twice")
+    assert "a step made twice differs: Deed.turn" in lab.log("gold")
+    assert lab.kinds("gold") == ["joined", "gone"]

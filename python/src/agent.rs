@@ -1,0 +1,321 @@
+//! A controller written in Python: it receives sensor readings and messages, and returns an action.
+//!
+//! In the engine it consists of two parts. A mission's controller marks the current behavior of the Python object as
+//! the only applicable one, and an allocator always chooses that behavior. Heartbeats and state changes then work as
+//! for all other robots.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use glam::Vec2;
+use missions::{observe, service};
+use proto::allocation::AllocationMessage;
+use proto::mission::Lore;
+use proto::mission::items::{Gripper, ItemsDeed};
+use proto::mission::{Bytes, Deed};
+use proto::readings::Actuation;
+use proto::team::Broadcast;
+use proto::telemetry::{Note, NoteKind};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::intern;
+use pyo3::prelude::*;
+use robot_agent::allocator::{
+    Allocator, Choice, Decision, Draws, Framed, Input, Me, Mind, OwnBehavior, Prepared, RouteCost,
+};
+use robot_agent::mission::{Action, AgentMission, Moment, Perception};
+use scenario::Setup;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
+
+use crate::mind::{Common, Object};
+use crate::readings;
+use crate::rows::rows;
+
+/// Messages to teammates in a step, passed from the mission part to the allocator part.
+type Outbox = Arc<Mutex<Vec<AllocationMessage>>>;
+
+/// The controllers of one Python class in a run.
+#[derive(Debug)]
+pub struct Agents {
+    common: Arc<Common>,
+    outboxes: Mutex<BTreeMap<RobotId, Outbox>>,
+}
+
+impl Agents {
+    pub fn new(common: Arc<Common>) -> Self {
+        Self {
+            common,
+            outboxes: Mutex::default(),
+        }
+    }
+
+    fn outbox_of(&self, robot: RobotId) -> Outbox {
+        let outbox = lock(&self.outboxes).entry(robot).or_default().clone();
+        lock(&outbox).clear();
+        outbox
+    }
+}
+
+impl Prepared for Agents {
+    fn mind(&self, me: Me, _: &Setup) -> Box<dyn Mind> {
+        let outbox = self.outbox_of(me.robot);
+        Box::new(Framed::<FollowingAllocator>::new(me, &outbox))
+    }
+
+    fn mission(&self, robot: RobotId, setup: &Setup) -> Option<Box<dyn AgentMission>> {
+        let behaviors = OwnBehavior::all_of(robot, setup);
+        Some(Box::new(PythonController {
+            object: Object::new(robot, &behaviors, &self.common),
+            behaviors: behaviors.into(),
+            outbox: self.outbox_of(robot),
+            position: None,
+            is_laden: false,
+            result: StepResult::default(),
+        }))
+    }
+}
+
+/// A panic ends the process, so a poisoned lock does not occur.
+fn lock<T>(place: &Mutex<T>) -> MutexGuard<'_, T> {
+    place.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The allocator that follows the decision of the Python object.
+#[derive(Clone, Debug)]
+struct FollowingAllocator {
+    me: RobotId,
+    outbox: Outbox,
+}
+
+impl Allocator for FollowingAllocator {
+    type Config = Outbox;
+
+    fn new(me: &Me, outbox: &Outbox) -> Self {
+        Self {
+            me: me.robot,
+            outbox: Arc::clone(outbox),
+        }
+    }
+
+    fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
+        let mut choices = input.choices.iter();
+        let doing = choices.find(|choice| choice.applicable);
+        decision.active = doing.map(|choice| choice.behavior);
+        decision.say.append(&mut lock(&self.outbox));
+        if decision.active.is_some() {
+            rows(self.me, input, decision, |_| None);
+        }
+    }
+}
+
+/// The mission part of a controller written in Python.
+#[derive(Clone, Debug)]
+struct PythonController {
+    object: Object,
+    behaviors: Arc<[OwnBehavior]>,
+    outbox: Outbox,
+    position: Option<Vec2>,
+    is_laden: bool,
+    result: StepResult,
+}
+
+/// The result of a step.
+#[derive(Clone, Debug, Default)]
+struct StepResult {
+    actuation: Actuation,
+    doing: Option<BehaviorId>,
+    progressed: Option<TaskId>,
+}
+
+/// The fields of `alliance_sim.Deed`.
+#[derive(FromPyObject)]
+struct ActionFields {
+    speed: f32,
+    turn: f32,
+    gripper: String,
+    report: bool,
+    work: Option<u16>,
+    read: Option<u32>,
+    watch: bool,
+    doing: Option<String>,
+    progress: bool,
+}
+
+impl RouteCost for PythonController {
+    fn seconds(&self, _: &[TaskId], _: TaskId) -> Option<f64> {
+        None
+    }
+}
+
+impl AgentMission for PythonController {
+    fn perceive(
+        &mut self,
+        moment: &Moment<'_>,
+        heard: &[Arc<Broadcast>],
+        perception: &mut Perception,
+    ) {
+        self.position = moment.readings.pose.map(|pose| pose.position);
+        self.is_laden = moment.readings.mission.items().holding == Some(true);
+        let tick = moment.now.0 / self.object.common.setup.scenario.step_ms;
+        self.result = if self.object.has_failed() {
+            StepResult::default()
+        } else {
+            Python::attach(|py| {
+                let stepped = self.try_step(py, moment, tick, heard);
+                self.object.or_note(py, tick, stepped).unwrap_or_default()
+            })
+        };
+        let is_current = |behavior: &OwnBehavior| self.result.doing == Some(behavior.id);
+        perception
+            .applicable
+            .extend(self.behaviors.iter().map(is_current));
+        if let Some(task) = self.result.progressed {
+            let catalog = &self.object.common.setup.catalog;
+            perception.progressed.push(task);
+            perception.notes.push(Note {
+                kind: NoteKind::Progress,
+                detail: catalog.task_name(task).to_owned(),
+            });
+        }
+    }
+
+    fn choices(&self, _: &Moment<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
+        for (behavior, &applicable) in self.behaviors.iter().zip(applicable) {
+            choices.push(Choice {
+                behavior: behavior.id,
+                task: behavior.task,
+                round: SimTime::ZERO,
+                applicable,
+                cost_s: None,
+                reward: 1.0,
+                priority: behavior.priority,
+                max_robots: behavior.max_robots,
+            });
+        }
+    }
+
+    fn act(&mut self, _: &Moment<'_>, _: Option<BehaviorId>, action: &mut Action) {
+        action.actuation = self.result.actuation;
+    }
+
+    fn lore(&self, lore: &mut Lore) {
+        *lore = Lore::Nothing;
+    }
+
+    fn position(&self) -> Option<Vec2> {
+        self.position
+    }
+
+    fn is_laden(&self) -> bool {
+        self.is_laden
+    }
+
+    fn checkpoint(&self) -> Box<dyn AgentMission> {
+        Box::new(self.clone())
+    }
+}
+
+impl PythonController {
+    fn try_step(
+        &self,
+        py: Python<'_>,
+        moment: &Moment<'_>,
+        tick: u64,
+        heard: &[Arc<Broadcast>],
+    ) -> PyResult<StepResult> {
+        let setup = &self.object.common.setup;
+        let draws = Draws::of(setup.seed, self.object.me, tick);
+        let arguments = |heard| {
+            let readings = readings::to_python(py, moment.readings, setup)?;
+            (moment.now.as_secs_f64(), readings, heard).into_pyobject(py)
+        };
+        let Some((controller, action)) = self.object.step(py, draws, arguments, heard)? else {
+            return Ok(StepResult::default());
+        };
+        let class = py.import(intern!(py, "alliance_sim._minds"))?;
+        if !action.is_instance(&class.getattr(intern!(py, "Deed"))?)? {
+            let class_name = action.get_type().name()?;
+            return Err(PyTypeError::new_err(format!(
+                "step returned {class_name}; it must return a Deed"
+            )));
+        }
+        let result = self.step_result(&action.extract()?, moment)?;
+        controller.call_method1(
+            intern!(py, "_speak"),
+            (action.getattr(intern!(py, "say"))?,),
+        )?;
+        *lock(&self.outbox) = self.object.take_words(&controller)?;
+        Ok(result)
+    }
+
+    fn step_result(&self, action: &ActionFields, moment: &Moment<'_>) -> PyResult<StepResult> {
+        let wrong = |text: String| Err(PyValueError::new_err(text));
+        for (name, value) in [("speed", action.speed), ("turn", action.turn)] {
+            if !value.is_finite() {
+                return wrong(format!(
+                    "Deed: {name} is {value}, which is not a finite number"
+                ));
+            }
+        }
+        let doing = match &action.doing {
+            None => None,
+            Some(name) => {
+                let mut sets = self.object.own.iter();
+                let Some(set) = sets.find(|set| set.name == *name) else {
+                    let names: Vec<&str> = self.object.own.iter().map(|set| &*set.name).collect();
+                    return wrong(format!(
+                        "Deed: doing '{name}' is not one of the robot's sets; the sets are {}",
+                        names.join(", ")
+                    ));
+                };
+                Some(set)
+            }
+        };
+        if action.progress && doing.is_none() {
+            return wrong("Deed: progress needs a set; state `doing`".to_owned());
+        }
+        Ok(StepResult {
+            actuation: Actuation {
+                speed_m_s: action.speed,
+                turn_rad_s: action.turn,
+                deed: self.mission_action(action, moment)?,
+            },
+            doing: doing.map(|set| set.id),
+            progressed: doing.filter(|_| action.progress).map(|set| set.task),
+        })
+    }
+
+    /// Returns the action besides driving, in the form of the mission.
+    fn mission_action(&self, action: &ActionFields, moment: &Moment<'_>) -> PyResult<Deed> {
+        let gripper = match action.gripper.as_str() {
+            "keep" => Gripper::Keep,
+            "pick" => Gripper::Pick,
+            "drop" => Gripper::Drop,
+            other => {
+                return Err(PyValueError::new_err(format!(
+                    "Deed: gripper is '{other}'; use 'keep', 'pick' or 'drop'"
+                )));
+            }
+        };
+        let open = |bytes: Result<Bytes<_>, _>| match bytes {
+            Ok(bytes) => Ok(Deed::Open(bytes)),
+            Err(error) => Err(PyValueError::new_err(format!("Deed: {error}"))),
+        };
+        match self.object.common.setup.catalog.mission.name() {
+            "waste" => Ok(ItemsDeed {
+                gripper,
+                report: action.report,
+            }
+            .into()),
+            // A robot with a dead device cannot observe.
+            "observe" if action.watch && readings::sees_targets(moment.readings) => {
+                open(Bytes::encode(&observe::bus::Watch))
+            }
+            "service" => open(Bytes::encode(&service::bus::Deed {
+                work: action.work,
+                read: action.read,
+            })),
+            _ => Ok(Deed::Nothing),
+        }
+    }
+}

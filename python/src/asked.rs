@@ -1,0 +1,171 @@
+//! The description of a run: arguments of `alliance run`, a scenario document, faults, and the controllers of robots.
+
+use std::sync::{Arc, Mutex};
+
+use clap::Parser;
+use launch::Registry;
+use launch::arguments::parse_words;
+use pyo3::prelude::*;
+use pyo3::types::PyType;
+use scenario::{Robot, Scenario, Setup};
+use world_server::mission_args::{Known, MissionArgs};
+
+use crate::errors::mistake;
+use crate::mind::{Class, Failure};
+
+/// The key for all robots without their own entry.
+const ALL: &str = "*";
+
+/// The command-line arguments that describe a run.
+#[derive(Parser)]
+#[command(name = "run")]
+struct RunArguments {
+    #[command(flatten)]
+    mission: MissionArgs,
+}
+
+/// A run request from Python.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Asked {
+    /// The arguments, as on the command line.
+    words: Vec<String>,
+    /// A scenario in JSON, which replaces a scenario in the arguments.
+    document: Option<String>,
+    /// `[faults]` in JSON, which replaces the faults of the scenario.
+    faults: Option<String>,
+    /// The controllers by robot, or by [`ALL`] for all others: the name of an allocator, and its class if it is written
+    /// in Python.
+    minds: Vec<(String, String, Option<Py<PyType>>)>,
+    /// `true` to execute each step of these controllers twice, as a check.
+    twice: bool,
+}
+
+/// A run that is ready to begin.
+pub struct Ready {
+    pub setup: Setup,
+    pub registry: Registry,
+    /// The reaction to an error of a controller in Python.
+    pub failure: Failure,
+}
+
+impl Asked {
+    /// Reads and checks the request. `registry` contains everything except the controllers in Python.
+    ///
+    /// # Errors
+    /// Returns a `ScenarioError` with one line, as the program prints it.
+    pub fn ready(self, registry: Registry) -> PyResult<Ready> {
+        let failure = Failure::Kept(Arc::new(Mutex::new(None)));
+        let built_in = registry.vocabulary().allocators;
+        let mut registry = registry;
+        for (_, name, class) in &self.minds {
+            if let Some(class) = class {
+                if built_in.iter().any(|spec| spec.name == name) {
+                    return Err(mistake(format!(
+                        "minds: '{name}' is one of the simulator's allocators; give the class another name"
+                    )));
+                }
+                let class = Python::attach(|py| class.clone_ref(py));
+                registry = registry.mind(Arc::new(Class::new(
+                    name,
+                    class,
+                    failure.clone(),
+                    self.twice,
+                )));
+            }
+        }
+        let known = Known {
+            vocabulary: registry.vocabulary(),
+            worlds: registry.worlds().clone(),
+        };
+        let mut args: RunArguments =
+            parse_words(&known.vocabulary, &self.words).map_err(mistake)?;
+        if let Some(name) = &mut args.mission.scenario {
+            // The name of a mission selects its scenario of variable size.
+            let mut missions = known.vocabulary.missions.iter();
+            if let Some(mission) = missions.find(|mission| mission.name() == name.as_str()) {
+                *name = mission.scenario_name().to_owned();
+            }
+        }
+        let mut scenario = match &self.document {
+            Some(document) => read_document(document, &known)?,
+            None => args.mission.scenario(&known).map_err(one_line)?,
+        };
+        if let Some(faults) = &self.faults {
+            scenario = with_faults(&scenario, faults, &known)?;
+        }
+        self.assign_controllers(&mut scenario)?;
+        let setup = args.mission.resolve(scenario, &known).map_err(one_line)?;
+        Ok(Ready {
+            setup,
+            registry,
+            failure,
+        })
+    }
+
+    fn assign_controllers(&self, scenario: &mut Scenario) -> PyResult<()> {
+        let mut default = None;
+        for (robot, name, class) in &self.minds {
+            let is_class = class.is_some();
+            if robot == ALL {
+                default = Some((name, is_class));
+                continue;
+            }
+            let mut robots = scenario.robots.iter_mut();
+            let Some(robot) = robots.find(|other| other.name == *robot) else {
+                let names: Vec<_> = scenario.robots.iter().map(|robot| &*robot.name).collect();
+                let names = names.join(", ");
+                let text = format!("minds: there is no robot '{robot}'; there are {names}");
+                return Err(mistake(text));
+            };
+            assign(robot, name, is_class);
+        }
+        let stated = |robot: &str| self.minds.iter().any(|(name, ..)| name == robot);
+        for robot in scenario
+            .robots
+            .iter_mut()
+            .filter(|robot| !stated(&robot.name))
+        {
+            if let Some((name, is_class)) = default {
+                assign(robot, name, is_class);
+            } else if let Some(mind) = &robot.mind {
+                return Err(mistake(format!(
+                    "minds: the scenario gives the mind '{mind}' to {robot}; give its class: minds={{'{robot}': …}}",
+                    robot = robot.name
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Assigns a Python class as the robot's external controller, or another name as its allocator.
+fn assign(robot: &mut Robot, name: &str, is_class: bool) {
+    let name = Some(name.to_owned());
+    if is_class {
+        robot.mind = name;
+    } else {
+        (robot.allocator, robot.mind) = (name, None);
+    }
+}
+
+/// Parses a scenario in JSON with the structure of a TOML file.
+fn read_document(document: &str, known: &Known) -> PyResult<Scenario> {
+    let table: toml::Table =
+        serde_json::from_str(document).map_err(|error| mistake(format!("scenario: {error}")))?;
+    Scenario::from_table(&table, &known.vocabulary).map_err(mistake)
+}
+
+/// Returns the scenario with its faults replaced.
+fn with_faults(scenario: &Scenario, faults: &str, known: &Known) -> PyResult<Scenario> {
+    let faults: toml::Value =
+        serde_json::from_str(faults).map_err(|error| mistake(format!("faults: {error}")))?;
+    let mut table = toml::Table::try_from(scenario)
+        .map_err(|error| mistake(format!("scenario '{}': {error}", scenario.name)))?;
+    table.insert("faults".to_owned(), faults);
+    Scenario::from_table(&table, &known.vocabulary).map_err(mistake)
+}
+
+fn one_line(error: anyhow::Error) -> PyErr {
+    mistake(format!("{error:#}"))
+}

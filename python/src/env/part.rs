@@ -1,0 +1,149 @@
+//! The environments of one thread, with their observations.
+
+use in_process::Spaces;
+use proto::tick::Outcome;
+use pyo3::prelude::*;
+
+use super::world::{Common, DRIVE, World};
+
+/// A contiguous range of a batch's environments.
+pub struct Part {
+    /// The number of the first environment.
+    first: usize,
+    pub places: Vec<Place>,
+    pub seen: Seen,
+    /// The memory that the environments share, because they are stepped in turn.
+    spaces: Spaces,
+}
+
+/// The observations: arrays over environments and agents. Data about the team has one value per environment.
+pub struct Seen {
+    pub observation: Vec<f32>,
+    pub mask: Vec<i8>,
+    pub alive: Vec<i8>,
+    pub reward: Vec<f32>,
+    /// 0: in progress; 1: complete, or no robot left; 2: time limit.
+    pub done: Vec<i8>,
+}
+
+/// An environment with the seed of its episode.
+pub struct Place {
+    pub world: World,
+    seed: u64,
+}
+
+/// The actions of a step, by environment and agent.
+pub enum Actions {
+    Decide(Vec<i64>),
+    Drive(Vec<f32>),
+}
+
+/// Returns the number of agents per environment in the arrays: at least 1, so that no array is empty.
+pub fn width(common: &Common) -> usize {
+    common.agents.len().max(1)
+}
+
+/// Returns the number of actions of an agent at level decide.
+pub fn actions(common: &Common) -> usize {
+    common.sets + 1
+}
+
+impl Part {
+    /// Creates `envs` environments, numbered from `first` on.
+    pub fn new(common: &Common, first: usize, envs: usize) -> Self {
+        let agents = envs * width(common);
+        let place = |_| Place {
+            world: World::new(common),
+            seed: 0,
+        };
+        Self {
+            first,
+            places: (0..envs).map(place).collect(),
+            seen: Seen {
+                observation: vec![0.0; agents * common.features],
+                mask: vec![0; agents * actions(common)],
+                alive: vec![0; agents],
+                reward: vec![0.0; envs],
+                done: vec![0; envs],
+            },
+            spaces: Spaces::default(),
+        }
+    }
+
+    /// Starts an episode in each environment. `seed` is the seed of the batch's first environment; the others follow
+    /// consecutively.
+    pub fn reset(&mut self, common: &Common, seed: u64) -> PyResult<()> {
+        for at in 0..self.places.len() {
+            let place = &mut self.places[at];
+            place.seed = seed.wrapping_add((self.first + at) as u64);
+            place.world.events.clear();
+            place.world.reset(common, place.seed, &mut self.spaces)?;
+            (self.seen.reward[at], self.seen.done[at]) = (0.0, 0);
+            self.observe(common, at);
+        }
+        Ok(())
+    }
+
+    /// Steps each environment once. With a nonzero stride, an environment whose episode ends starts another one, with
+    /// the stride added to its seed.
+    pub fn step(&mut self, common: &Common, stride: u64, actions: &Actions) -> PyResult<()> {
+        for at in 0..self.places.len() {
+            let number = self.first + at;
+            let place = &mut self.places[at];
+            place.act(common, number, actions)?;
+            self.seen.reward[at] = place.world.step(common, &mut self.spaces)? as f32;
+            self.seen.done[at] = match place.world.outcome {
+                None => 0,
+                Some(Outcome::TimeLimit) => 2,
+                Some(_) => 1,
+            };
+            // Without a stride, an ended episode stays in its final state for inspection.
+            if self.seen.done[at] != 0 && stride != 0 {
+                place.world.finish()?;
+                place.seed = place.seed.wrapping_add(stride);
+                place.world.reset(common, place.seed, &mut self.spaces)?;
+            }
+            self.observe(common, at);
+            self.places[at].world.finish()?;
+        }
+        Ok(())
+    }
+
+    /// Writes the observations of an environment.
+    fn observe(&mut self, common: &Common, at: usize) {
+        let (features, actions) = (common.features, actions(common));
+        let (world, seen) = (&self.places[at].world, &mut self.seen);
+        for (agent, robot) in common.agents.iter().enumerate() {
+            let place = at * width(common) + agent;
+            seen.alive[place] = i8::from(world.is_alive(*robot));
+            let numbers = &mut seen.observation[place * features..][..features];
+            world.observe(common, agent, numbers);
+            world.mask(common, agent, &mut seen.mask[place * actions..][..actions]);
+        }
+    }
+
+    /// Ends the current episodes and their logs.
+    pub fn close(&mut self) -> PyResult<()> {
+        self.places
+            .iter_mut()
+            .try_for_each(|place| place.world.close())
+    }
+}
+
+impl Place {
+    fn act(&mut self, common: &Common, number: usize, actions: &Actions) -> PyResult<()> {
+        let agents = common.agents.len();
+        for (agent, robot) in common.agents.iter().enumerate() {
+            let place = number * agents + agent;
+            match actions {
+                Actions::Decide(all) => self.world.decide(common, agent, all[place])?,
+                Actions::Drive(all) => {
+                    let mut action = [0.0; DRIVE];
+                    action.copy_from_slice(&all[place * DRIVE..][..DRIVE]);
+                    self.world.drive(common, *robot, action);
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,155 @@
+//! The allocator of a robot whose behavior set the caller of the environment chooses.
+
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use glam::Vec2;
+use proto::team::{Content, Heartbeat, TaskState};
+use robot_agent::allocator::{
+    Allocator, Choice, ConfigError, Decision, Framed, Input, Kind, Me, Mind, Prepared,
+};
+use scenario::ids::{BehaviorId, RobotId};
+use scenario::time::SimTime;
+use scenario::{AllocatorSpec, Setup};
+
+use crate::rows::rows;
+
+/// The name of the allocator in scenario and log.
+pub const NAME: &str = "environment";
+
+/// The received data about a teammate, as far as observations contain it.
+#[derive(Clone, Copy, Debug)]
+pub struct Mate {
+    pub position: Option<Vec2>,
+    pub executing: Option<u16>,
+    pub heard: SimTime,
+}
+
+/// The data that a robot and its external agent exchange.
+#[derive(Debug, Default)]
+pub struct Hand {
+    /// The chosen behavior set. The robot is idle while this set is not applicable.
+    pub wanted: Option<BehaviorId>,
+    /// `true` if the active set has ended by itself since the flag was last cleared.
+    pub has_ended: bool,
+    /// The data of the latest step: time, position, load, choices and active set.
+    pub now: SimTime,
+    pub position: Option<Vec2>,
+    pub is_laden: bool,
+    pub choices: Vec<Choice>,
+    pub active: Option<BehaviorId>,
+    /// The time since which `active` has its value.
+    pub since: SimTime,
+    /// The received data about each teammate, by rank.
+    pub mates: Vec<Option<Mate>>,
+}
+
+/// The exchanged data of all robots, by rank.
+pub struct Hands(Vec<Mutex<Hand>>);
+
+impl Hands {
+    pub fn new(robots: usize) -> Self {
+        Self((0..robots).map(|_| Mutex::default()).collect())
+    }
+
+    pub fn of(&self, robot: RobotId) -> MutexGuard<'_, Hand> {
+        let hand = self.0[robot.index()].lock();
+        hand.unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl fmt::Debug for Hands {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Hands")
+    }
+}
+
+/// The allocator, as registered for an environment.
+#[derive(Debug)]
+pub struct Puppets(pub Arc<Hands>);
+
+impl Kind for Puppets {
+    fn spec(&self) -> AllocatorSpec {
+        AllocatorSpec {
+            name: NAME,
+            about: "the decisions of an environment's user",
+            parameters: Vec::new(),
+            wants_truth: false,
+            learns: false,
+        }
+    }
+
+    fn prepare(&self, _: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
+        Ok(Arc::new(Puppets(Arc::clone(&self.0))))
+    }
+}
+
+impl Prepared for Puppets {
+    fn mind(&self, me: Me, _: &Setup) -> Box<dyn Mind> {
+        Box::new(Framed::<Puppet>::new(me, &self.0))
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Puppet {
+    me: RobotId,
+    hands: Arc<Hands>,
+}
+
+impl Allocator for Puppet {
+    type Config = Arc<Hands>;
+
+    fn new(me: &Me, hands: &Arc<Hands>) -> Self {
+        let mut hand = hands.of(me.robot);
+        *hand = Hand {
+            wanted: hand.wanted,
+            mates: vec![None; me.team],
+            ..Hand::default()
+        };
+        drop(hand);
+        Self {
+            me: me.robot,
+            hands: Arc::clone(hands),
+        }
+    }
+
+    fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
+        let mut hand = self.hands.of(self.me);
+        let hand = &mut *hand;
+        for broadcast in input.heard {
+            if let Content::Heartbeat(heartbeat) = &broadcast.body
+                && let Some(mate) = hand.mates.get_mut(broadcast.sender.index())
+            {
+                *mate = Some(Mate::of(heartbeat, input.now));
+            }
+        }
+        hand.choices.clear();
+        hand.choices.extend_from_slice(input.choices);
+        let applies = |wanted: BehaviorId| {
+            let mut choices = input.choices.iter();
+            choices.any(|choice| choice.behavior == wanted && choice.applicable)
+        };
+        let before = decision.active;
+        decision.active = hand.wanted.filter(|wanted| applies(*wanted));
+        hand.has_ended |= before.is_some() && before == hand.wanted && decision.active.is_none();
+        if before != decision.active {
+            hand.since = input.now;
+        }
+        hand.now = input.now;
+        hand.position = input.position;
+        hand.is_laden = input.is_laden;
+        hand.active = decision.active;
+        rows(self.me, input, decision, |_| None);
+    }
+}
+
+impl Mate {
+    fn of(heartbeat: &Heartbeat, heard: SimTime) -> Self {
+        let executes = heartbeat.state == TaskState::Executing;
+        Self {
+            position: heartbeat.position,
+            executing: heartbeat.task.filter(|_| executes).map(|task| task.0),
+            heard,
+        }
+    }
+}

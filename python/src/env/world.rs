@@ -1,0 +1,438 @@
+//! One environment: a run in which external agents control some robots.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use in_process::{Command, Spaces, Team, joins_of};
+use launch::Registry;
+use proto::control::{AgentState, Phase};
+use proto::event::EventLine;
+use proto::mission::Deed;
+use proto::mission::items::{Gripper, ItemsDeed};
+use proto::readings::Readings;
+use proto::tick::Outcome;
+use pyo3::prelude::*;
+use robot_agent::allocator::Choice;
+use run_log::recorder::{Folder, RecordError, Sink};
+use run_log::{Document, LogLevel, Memory, Table};
+use scenario::Setup;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::mission::Value;
+use scenario::mission::columns::ColumnKind;
+use scenario::time::SimTime;
+
+use super::features::{self, Row};
+use super::puppet::{Hand, Hands, NAME, Puppets};
+use crate::asked::Ready;
+use crate::errors::{failed, mistake};
+use crate::mind::Failure;
+
+/// The level of the external decisions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    Decide,
+    /// The body of a robot: speed, turn rate and gripper.
+    Drive,
+}
+
+/// The number of values in an action at level drive: speed, turn, gripper, report.
+pub const DRIVE: usize = 4;
+
+/// The destination of an episode's log.
+pub enum Place {
+    Nowhere(Memory),
+    Folder(Folder),
+}
+
+impl Sink for Place {
+    fn append(&mut self, table: Table, bytes: &[u8]) -> Result<(), RecordError> {
+        match self {
+            // The tables are discarded: a long episode would fill the memory.
+            Self::Nowhere(_) => Ok(()),
+            Self::Folder(folder) => folder.append(table, bytes),
+        }
+    }
+
+    fn replace(&mut self, document: Document, text: &str) -> Result<(), RecordError> {
+        match self {
+            Self::Nowhere(memory) => memory.replace(document, text),
+            Self::Folder(folder) => folder.replace(document, text),
+        }
+    }
+}
+
+/// The data that all environments of a batch share.
+pub struct Common {
+    pub setup: Setup,
+    registry: Registry,
+    failure: Failure,
+    pub level: Level,
+    /// The largest number of ticks in a step.
+    period: u64,
+    /// The externally controlled robots.
+    pub agents: Vec<RobotId>,
+    /// The number of values in an observation, the same for all agents.
+    pub features: usize,
+    /// The largest number of sets that an agent has.
+    pub sets: usize,
+}
+
+impl Common {
+    /// Creates the shared data. Robots without their own controller are externally controlled.
+    pub fn new(ready: Ready, level: Level, period_s: f64) -> PyResult<Self> {
+        let Ready {
+            setup,
+            registry,
+            failure,
+        } = ready;
+        let mission = setup.catalog.mission.name();
+        if level == Level::Drive && !["waste", "push", "observe"].contains(&mission) {
+            return Err(mistake(format!(
+                "level: a robot of the mission '{mission}' cannot be driven; use 'decide', or waste, push or observe"
+            )));
+        }
+        let robots = setup.scenario.robots.iter().zip(0..);
+        let agents = robots.filter(|(robot, _)| setup.scenario.allocator_of(robot) == NAME);
+        let agents: Vec<RobotId> = agents.map(|(_, rank)| RobotId(rank)).collect();
+        let sets = |robot: &RobotId| {
+            let robot = &setup.scenario.robots[robot.index()];
+            setup.catalog.behaviors_of(robot).count()
+        };
+        let sets = agents.iter().map(sets).max().unwrap_or(0);
+        let period = match level {
+            Level::Decide => (period_s * 1000.0 / setup.scenario.step_ms as f64).round() as u64,
+            Level::Drive => 1,
+        };
+        if period == 0 {
+            let step_s = setup.scenario.step_ms as f64 / 1000.0;
+            return Err(mistake(format!(
+                "period_s: {period_s} is shorter than a step; it must be at least {step_s} s"
+            )));
+        }
+        let mut common = Self {
+            setup,
+            registry,
+            failure,
+            level,
+            period,
+            agents,
+            features: 0,
+            sets,
+        };
+        common.features = common.names(0).len();
+        Ok(common)
+    }
+
+    /// Returns the names of the values in an agent's observation.
+    pub fn names(&self, agent: usize) -> Vec<String> {
+        let mut names = Vec::new();
+        let Some(agent) = self.agents.get(agent) else {
+            return names;
+        };
+        let hand = Hand {
+            choices: self.sets_of(*agent).into_iter().map(placeholder).collect(),
+            ..Hand::default()
+        };
+        let row = &mut Row::new(&mut [], Some(&mut names));
+        self.show(&Readings::default(), &hand, row);
+        names
+    }
+
+    fn show(&self, readings: &Readings, hand: &Hand, row: &mut Row<'_>) {
+        match self.level {
+            Level::Decide => features::decide(row, hand, &self.setup, self.sets),
+            Level::Drive => features::drive(row, readings, hand, &self.setup),
+        }
+    }
+
+    /// Returns the sets of an externally controlled robot, in the order of its actions from 1 on.
+    pub fn sets_of(&self, agent: RobotId) -> Vec<BehaviorId> {
+        let robot = &self.setup.scenario.robots[agent.index()];
+        self.setup.catalog.behaviors_of(robot).collect()
+    }
+}
+
+/// Returns a placeholder for a set before the first step.
+fn placeholder(behavior: BehaviorId) -> Choice {
+    Choice {
+        behavior,
+        task: TaskId(0),
+        round: SimTime::ZERO,
+        applicable: false,
+        cost_s: None,
+        reward: 0.0,
+        priority: 0,
+        max_robots: 0,
+    }
+}
+
+/// An environment with at most one episode in progress.
+pub struct World {
+    team: Option<Team<Place>>,
+    hands: Arc<Hands>,
+    sets: Vec<Vec<BehaviorId>>,
+    pub outcome: Option<Outcome>,
+    /// The hash of the last ended episode.
+    pub hash: Option<String>,
+    /// The folder for the log of the next episode, if it is recorded.
+    pub record: Option<PathBuf>,
+    /// The row of mission.csv after the latest tick, and the amount of completed work in it.
+    row: Vec<Value>,
+    done: u64,
+    pub events: Vec<EventLine>,
+    /// The state of the team at the end of its episode.
+    final_state: FinalState,
+}
+
+/// The poses of all robots (x, y, m, and heading, rad) by rank, and the descriptions of the faults in force.
+#[derive(Clone, Default)]
+struct FinalState {
+    poses: Vec<[f32; 3]>,
+    faults: Vec<String>,
+}
+
+impl World {
+    pub fn new(common: &Common) -> Self {
+        Self {
+            team: None,
+            hands: Arc::new(Hands::new(common.setup.scenario.robots.len())),
+            sets: common
+                .agents
+                .iter()
+                .map(|agent| common.sets_of(*agent))
+                .collect(),
+            outcome: None,
+            hash: None,
+            record: None,
+            row: Vec::new(),
+            done: 0,
+            events: Vec::new(),
+            final_state: FinalState::default(),
+        }
+    }
+
+    /// Starts an episode and executes its first tick without external decisions, so that there is an observation.
+    pub fn reset(&mut self, common: &Common, seed: u64, spaces: &mut Spaces) -> PyResult<()> {
+        self.close()?;
+        let (level, place) = match self.record.take() {
+            None => (LogLevel::Off, Place::Nowhere(Memory::default())),
+            Some(folder) => {
+                let folder = Folder::create(folder).map_err(failed)?;
+                (LogLevel::Full, Place::Folder(folder))
+            }
+        };
+        let mut setup = common.setup.clone();
+        setup.seed = seed;
+        let puppets = || Arc::new(Puppets(Arc::clone(&self.hands)));
+        let mut registry = common.registry.clone().kind(puppets());
+        if level != LogLevel::Off {
+            // The log keeps the answers of external controllers. The decisions come from outside, so a replay needs
+            // them.
+            registry = registry.mind(puppets());
+        }
+        for agent in &common.agents {
+            self.hands.of(*agent).wanted = None;
+            if level != LogLevel::Off {
+                let robot = &mut setup.scenario.robots[agent.index()];
+                (robot.allocator, robot.mind) = (None, Some(NAME.to_owned()));
+            }
+        }
+        let joins = joins_of(&setup);
+        let mut team =
+            Team::with_registry(&registry, setup, joins, level, place).map_err(mistake)?;
+        // Earlier events are discarded.
+        team.take_events();
+        (self.outcome, self.hash, self.done) = (None, None, 0);
+        self.team = Some(team);
+        if common.level == Level::Drive {
+            for agent in &common.agents {
+                self.drive(common, *agent, [0.0; DRIVE]);
+            }
+        }
+        self.tick(common, spaces).map(drop)
+    }
+
+    pub fn close(&mut self) -> PyResult<()> {
+        match self.team.take() {
+            Some(team) => {
+                let outcome = self.outcome.unwrap_or(Outcome::Interrupted);
+                team.end(outcome).map(drop).map_err(failed)
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Sets the action of an agent at level decide: 0 for idle, or the number of one of its sets, from 1.
+    pub fn decide(&mut self, common: &Common, agent: usize, action: i64) -> PyResult<()> {
+        let sets = &self.sets[agent];
+        let wanted = match usize::try_from(action) {
+            Ok(0) => None,
+            Ok(number) if number <= sets.len() => Some(sets[number - 1]),
+            _ => {
+                let robot = common.setup.roster.name(common.agents[agent]);
+                let most = sets.len();
+                return Err(mistake(format!(
+                    "action of '{robot}': {action} is out of range; it must be from 0 to {most}"
+                )));
+            }
+        };
+        let mut hand = self.hands.of(common.agents[agent]);
+        hand.wanted = wanted;
+        hand.has_ended = false;
+        Ok(())
+    }
+
+    /// Sets the action of an agent at level drive: speed, turn, gripper and report, each from -1 to 1.
+    pub fn drive(&mut self, common: &Common, agent: RobotId, action: [f32; DRIVE]) {
+        let robot = &common.setup.scenario.robots[agent.index()];
+        let body = common.setup.scenario.body_of(robot);
+        let [speed, turn, gripper, report] = action;
+        let has_gripper = common.setup.catalog.mission.name() == "waste";
+        let action = has_gripper.then(|| {
+            Deed::from(ItemsDeed {
+                gripper: match gripper {
+                    _ if gripper > 0.5 => Gripper::Pick,
+                    _ if gripper < -0.5 => Gripper::Drop,
+                    _ => Gripper::Keep,
+                },
+                report: report > 0.5,
+            })
+        });
+        if let Some(team) = &mut self.team {
+            let command = Command {
+                speed_m_s: speed.clamp(0.0, 1.0) * body.speed_m_s,
+                turn_rad_s: turn.clamp(-1.0, 1.0) * body.turn_deg_s.to_radians(),
+                deed: action,
+            };
+            team.drive(agent, Some(command));
+        }
+    }
+
+    /// Executes ticks until the period is over, a set has ended, or the run has ended. Returns the reward of the team.
+    pub fn step(&mut self, common: &Common, spaces: &mut Spaces) -> PyResult<f64> {
+        self.events.clear();
+        if self.outcome.is_some() || self.team.is_none() {
+            return Ok(0.0);
+        }
+        let mut reward = 0.0;
+        for _ in 0..common.period {
+            reward += self.tick(common, spaces)?;
+            let mut agents = common.agents.iter();
+            if self.outcome.is_some() || agents.any(|agent| self.hands.of(*agent).has_ended) {
+                break;
+            }
+        }
+        Ok(reward)
+    }
+
+    /// Executes one tick and returns the reward of the team. The reward is the increase of the completed work. If the
+    /// mission counts no completed work, it is the first column times the duration of the tick, s.
+    fn tick(&mut self, common: &Common, spaces: &mut Spaces) -> PyResult<f64> {
+        let Some(team) = &mut self.team else {
+            return Ok(0.0);
+        };
+        team.exchange(spaces);
+        let ticked = team.tick();
+        team.exchange(spaces);
+        self.outcome = ticked.map_err(failed)?;
+        if let Some(error) = common.failure.take() {
+            return Err(error);
+        }
+        self.events.append(&mut team.take_events());
+        self.row.clear();
+        team.simulation().world().mission().row(&mut self.row);
+        let columns = common.setup.catalog.mission.terms().columns.iter();
+        let all = columns.zip(&self.row);
+        let counted = all.filter(|(column, _)| column.kind == ColumnKind::Done);
+        let done = counted.map(|(_, value)| value.count()).reduce(|a, b| a + b);
+        let Some(done) = done else {
+            let first = self.row.first().and_then(|value| value.number());
+            return Ok(first.unwrap_or(0.0) * common.setup.scenario.step_ms as f64 / 1000.0);
+        };
+        let gain = done as f64 - self.done as f64;
+        self.done = done;
+        Ok(gain)
+    }
+
+    /// Ends the log of an ended episode. Call it after all observations have been read.
+    pub fn finish(&mut self) -> PyResult<()> {
+        if let Some(outcome) = self.outcome
+            && let Some(team) = self.team.take()
+        {
+            self.final_state = FinalState {
+                poses: poses(&team),
+                faults: faults(&team),
+            };
+            let (run, _) = team.end(outcome).map_err(failed)?;
+            self.hash = run.hash;
+        }
+        Ok(())
+    }
+
+    /// Returns the values of mission.csv, in column order.
+    pub fn row(&self) -> impl Iterator<Item = Option<f64>> {
+        self.row.iter().map(|value| value.number())
+    }
+
+    pub fn faults(&self) -> Vec<String> {
+        let ended = || self.final_state.faults.clone();
+        self.team.as_ref().map_or_else(ended, faults)
+    }
+
+    /// Writes the observation of an agent: zeros while its robot is not present.
+    pub fn observe(&self, common: &Common, agent: usize, numbers: &mut [f32]) {
+        let robot = common.agents[agent];
+        let team = self.team.as_ref().filter(|_| self.is_alive(robot));
+        let Some(team) = team else {
+            return numbers.fill(0.0);
+        };
+        let readings = &team.simulation().message(robot).readings;
+        common.show(
+            readings,
+            &self.hands.of(robot),
+            &mut Row::new(numbers, None),
+        );
+    }
+
+    /// Returns the poses of all robots by rank: x, y, m, and heading, rad.
+    pub fn poses(&self) -> Vec<[f32; 3]> {
+        let ended = || self.final_state.poses.clone();
+        self.team.as_ref().map_or_else(ended, poses)
+    }
+
+    /// Writes the available actions of an agent at level decide: idle, and its applicable sets.
+    pub fn mask(&self, common: &Common, agent: usize, mask: &mut [i8]) {
+        let robot = common.agents[agent];
+        mask.fill(0);
+        mask[0] = 1;
+        if self.is_alive(robot) {
+            let hand = self.hands.of(robot);
+            for (place, choice) in mask[1..].iter_mut().zip(&hand.choices) {
+                *place = i8::from(choice.applicable);
+            }
+        }
+    }
+
+    /// Returns whether the robot has an agent that takes part.
+    pub fn is_alive(&self, robot: RobotId) -> bool {
+        let state = |team: &Team<Place>| team.simulation().agent_state(robot);
+        self.team.as_ref().map(state) == Some(AgentState::Present)
+    }
+}
+
+fn faults(team: &Team<Place>) -> Vec<String> {
+    let statuses = team.simulation().faults().into_iter();
+    let in_force = statuses.filter(|status| status.phase == Phase::InForce);
+    in_force
+        .map(|status| status.order.fault.to_string())
+        .collect()
+}
+
+fn poses(team: &Team<Place>) -> Vec<[f32; 3]> {
+    let simulation = team.simulation();
+    let poses = simulation.barrier().robots().map(|robot| {
+        let pose = simulation.world().pose(robot);
+        [pose.position.x, pose.position.y, pose.heading_rad]
+    });
+    poses.collect()
+}

@@ -1,0 +1,265 @@
+//! A batch of environments as a Python class. Python copies actions into its arrays and observations out of them.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use launch::Registry;
+use proto::event::EventLine;
+use proto::tick::Outcome;
+use pyo3::buffer::PyBuffer;
+use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::sync::MutexExt;
+
+use super::part::{Actions, Part, Place, actions, width};
+use super::puppet::{Hands, Puppets};
+use super::threads::{Threads, Work, lock};
+use super::world::{Common, DRIVE, Level};
+use crate::asked::Asked;
+use crate::errors::mistake;
+
+/// A batch of environments of one scenario.
+#[pyclass(frozen, module = "alliance_sim")]
+pub struct Worlds {
+    common: Arc<Common>,
+    envs: usize,
+    /// The number of environments per part. There is one part per thread, and the last part can be smaller.
+    size: usize,
+    parts: Vec<Arc<Mutex<Part>>>,
+    threads: Mutex<Threads>,
+}
+
+/// The time, s, and the texts of an event.
+type EventTuple = (f64, [String; 5]);
+
+/// Locks a part. The GIL is released while the lock is not available.
+fn locked<'p>(part: &'p Mutex<Part>, py: Python<'_>) -> MutexGuard<'p, Part> {
+    let locked = part.lock_py_attached(py);
+    locked.unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Worlds {
+    /// Applies `look` to an environment. The GIL is released during the wait for its thread, which can need the GIL.
+    fn at<T>(
+        &self,
+        py: Python<'_>,
+        index: usize,
+        look: impl FnOnce(&mut Place) -> T,
+    ) -> PyResult<T> {
+        let no = || PyIndexError::new_err(format!("there is no environment {index}"));
+        let part = self.parts.get(index / self.size).ok_or_else(no)?;
+        let mut part = locked(part, py);
+        let place = part.places.get_mut(index % self.size);
+        Ok(look(place.ok_or_else(no)?))
+    }
+
+    /// Executes the work on each part of the batch, without the GIL.
+    fn on_each(
+        &self,
+        py: Python<'_>,
+        work: impl Fn(&Common, &mut Part) -> PyResult<()> + Send + Sync + 'static,
+    ) -> PyResult<()> {
+        let common = Arc::clone(&self.common);
+        let work: Work = Arc::new(move |part| work(&common, part));
+        py.detach(|| lock(&self.threads).on_each(&self.parts, &work))
+    }
+
+    /// Reads the actions of all agents in all environments, and checks that they are finite.
+    fn read(&self, py: Python<'_>, actions: &Bound<'_, PyAny>) -> PyResult<Actions> {
+        let agents = self.common.agents.len() * self.envs;
+        let (read, found, wanted) = match self.common.level {
+            Level::Decide => {
+                let read = PyBuffer::<i64>::get(actions)?.to_vec(py)?;
+                let found = read.len();
+                (Actions::Decide(read), found, agents)
+            }
+            Level::Drive => {
+                let read = PyBuffer::<f32>::get(actions)?.to_vec(py)?;
+                if let Some(wrong) = read.iter().find(|value| !value.is_finite()) {
+                    let why = format!("an action contains {wrong}, which is not a finite number");
+                    return Err(PyValueError::new_err(why));
+                }
+                let found = read.len();
+                (Actions::Drive(read), found, agents * DRIVE)
+            }
+        };
+        if found == wanted {
+            Ok(read)
+        } else {
+            let why = format!("actions contain {found} values; they must contain {wanted}");
+            Err(PyValueError::new_err(why))
+        }
+    }
+}
+
+#[pymethods]
+impl Worlds {
+    #[new]
+    fn new(
+        asked: Asked,
+        level: &str,
+        period_s: f64,
+        envs: usize,
+        threads: usize,
+    ) -> PyResult<Self> {
+        let level = match level {
+            "decide" => Level::Decide,
+            "drive" => Level::Drive,
+            other => {
+                let text = format!("level: there is no '{other}'; use 'decide' or 'drive'");
+                return Err(mistake(text));
+            }
+        };
+        if envs == 0 || threads == 0 {
+            return Err(mistake("envs and threads: each must be at least 1"));
+        }
+        let puppets = Puppets(Arc::new(Hands::new(0)));
+        let ready = asked.ready(Registry::built_in().kind(Arc::new(puppets)))?;
+        let common = Common::new(ready, level, period_s)?;
+        let size = envs.div_ceil(threads);
+        let part = |first| Part::new(&common, first, size.min(envs - first));
+        let parts = (0..envs).step_by(size).map(part);
+        Ok(Self {
+            envs,
+            size,
+            parts: parts.map(|part| Arc::new(Mutex::new(part))).collect(),
+            threads: Mutex::default(),
+            common: Arc::new(common),
+        })
+    }
+
+    /// Starts an episode in each environment, with consecutive seeds from `seed` on.
+    fn reset(&self, py: Python<'_>, seed: u64) -> PyResult<()> {
+        self.on_each(py, move |common, part| part.reset(common, seed))
+    }
+
+    /// Steps each environment once. With `auto_reset`, an environment whose episode ends starts another one with a new
+    /// seed.
+    fn step(&self, py: Python<'_>, actions: &Bound<'_, PyAny>, auto_reset: bool) -> PyResult<()> {
+        let actions = self.read(py, actions)?;
+        let stride = if auto_reset { self.envs as u64 } else { 0 };
+        self.on_each(py, move |common, part| part.step(common, stride, &actions))
+    }
+
+    /// Copies the observations of a part of the batch into arrays.
+    #[expect(clippy::too_many_arguments)]
+    fn see(
+        &self,
+        py: Python<'_>,
+        part: usize,
+        observation: PyBuffer<f32>,
+        mask: PyBuffer<i8>,
+        alive: PyBuffer<i8>,
+        reward: PyBuffer<f32>,
+        done: PyBuffer<i8>,
+    ) -> PyResult<()> {
+        let no = || PyIndexError::new_err(format!("there is no part {part}"));
+        let part = locked(self.parts.get(part).ok_or_else(no)?, py);
+        let seen = &part.seen;
+        observation.copy_from_slice(py, &seen.observation)?;
+        mask.copy_from_slice(py, &seen.mask)?;
+        alive.copy_from_slice(py, &seen.alive)?;
+        reward.copy_from_slice(py, &seen.reward)?;
+        done.copy_from_slice(py, &seen.done)
+    }
+
+    /// Records the next episode of an environment in a folder.
+    fn record(&self, py: Python<'_>, index: usize, folder: PathBuf) -> PyResult<()> {
+        self.at(py, index, |place| place.world.record = Some(folder))
+    }
+
+    /// Ends the current episodes and their logs.
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        self.on_each(py, |_, part| part.close())
+    }
+
+    /// Returns the hash and outcome of the ended episode.
+    fn ended(
+        &self,
+        py: Python<'_>,
+        index: usize,
+    ) -> PyResult<(Option<String>, Option<&'static str>)> {
+        self.at(py, index, |place| {
+            let outcome = place.world.outcome.map(Outcome::as_str);
+            (place.world.hash.clone(), outcome)
+        })
+    }
+
+    fn row(&self, py: Python<'_>, index: usize) -> PyResult<Vec<Option<f64>>> {
+        self.at(py, index, |place| place.world.row().collect())
+    }
+
+    /// Returns the events of the latest step: time, s, kind, robot, subject, reason, detail.
+    fn events(&self, py: Python<'_>, index: usize) -> PyResult<Vec<EventTuple>> {
+        let to_tuple = |event: &EventLine| {
+            let texts = [
+                &event.kind,
+                &event.robot,
+                &event.subject,
+                &event.reason,
+                &event.detail,
+            ];
+            (event.t_ms.as_secs_f64(), texts.map(String::clone))
+        };
+        self.at(py, index, |place| {
+            place.world.events.iter().map(to_tuple).collect()
+        })
+    }
+
+    fn faults(&self, py: Python<'_>, index: usize) -> PyResult<Vec<String>> {
+        self.at(py, index, |place| place.world.faults())
+    }
+
+    /// Returns the pose of each robot: x, y, m, and heading, rad.
+    fn poses(&self, py: Python<'_>, index: usize) -> PyResult<Vec<[f32; 3]>> {
+        self.at(py, index, |place| place.world.poses())
+    }
+
+    #[getter]
+    fn columns(&self) -> Vec<&'static str> {
+        let columns = self.common.setup.catalog.mission.terms().columns;
+        columns.iter().map(|column| column.name).collect()
+    }
+
+    #[getter]
+    fn agents(&self) -> Vec<&str> {
+        let agents = self.common.agents.iter();
+        agents
+            .map(|agent| self.common.setup.roster.name(*agent))
+            .collect()
+    }
+
+    /// Returns the names of an agent's sets, in the order of its actions from 1 on.
+    fn sets(&self, agent: usize) -> PyResult<Vec<String>> {
+        let agents = &self.common.agents;
+        let no = || PyIndexError::new_err(format!("there is no agent {agent}"));
+        let sets = self.common.sets_of(*agents.get(agent).ok_or_else(no)?);
+        let name = |set| self.common.setup.catalog.behavior_name(set).to_owned();
+        Ok(sets.into_iter().map(name).collect())
+    }
+
+    /// Returns the names of the values in an agent's observation.
+    fn feature_names(&self, agent: usize) -> Vec<String> {
+        self.common.names(agent)
+    }
+
+    /// Returns the numbers of environments, agents per environment (at least 1), values of an observation, and actions
+    /// at level decide.
+    #[getter]
+    fn shape(&self) -> (usize, usize, usize, usize) {
+        let common = &self.common;
+        (self.envs, width(common), common.features, actions(common))
+    }
+
+    /// Returns the number of environments in a part of the batch. The last part can have fewer.
+    #[getter]
+    fn part_size(&self) -> usize {
+        self.size
+    }
+
+    /// Returns the setup part of run.json.
+    #[getter]
+    fn setup(&self) -> PyResult<String> {
+        serde_json::to_string(&self.common.setup).map_err(mistake)
+    }
+}

@@ -1,0 +1,50 @@
+//! The engine of the Python package `alliance-sim`, imported as `alliance_sim._engine`.
+//!
+//! - [`asked`]: the description of a run, with the arguments of the command line.
+//! - [`mind`]: controllers written in Python, which replace an [`allocator`] or the whole controller ([`agent`]).
+//! - [`values`], [`readings`]: the arguments of a controller's step.
+//! - [`math`]: numerical functions for such controllers.
+//! - [`run`]: a whole run in this process. [`env`]: runs that are stepped from outside. [`process`]: one robot as a
+//!   process.
+//!
+//! The Python package checks the types of its callers and contains the documentation for users. Errors of a mission
+//! have the one line that the program prints.
+
+use pyo3::prelude::*;
+
+mod agent;
+mod allocator;
+mod asked;
+mod env;
+mod errors;
+mod math;
+mod mind;
+mod process;
+mod readings;
+mod rows;
+mod run;
+mod values;
+
+/// The Python module `alliance_sim._engine`.
+#[pymodule]
+mod _engine {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::env::Worlds;
+    #[pymodule_export]
+    use crate::errors::{AllianceError, MindError, ScenarioError};
+    #[pymodule_export]
+    use crate::process::live;
+    #[pymodule_export]
+    use crate::run::run;
+    #[pymodule_export]
+    use crate::values::{Heard, Set, Stream};
+
+    #[pymodule_init]
+    fn with_math(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        let math = PyModule::new(module.py(), "math")?;
+        crate::math::add(&math)?;
+        module.add_submodule(&math)
+    }
+}

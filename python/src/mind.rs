@@ -1,0 +1,342 @@
+//! Controllers written in Python: a class derived from `alliance_sim.Allocator` or `alliance_sim.Agent`, and its
+//! object for one robot. The modules `allocator` and `agent` apply its decisions.
+
+use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
+
+use proto::allocation::{AllocationMessage, OpenMessage};
+use proto::team::Broadcast;
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyList, PyType};
+use robot_agent::allocator::{ConfigError, Draws, Kind, OwnBehavior, Prepared};
+use scenario::ids::RobotId;
+use scenario::{AllocatorSpec, Setup};
+
+use crate::agent::Agents;
+use crate::allocator::Allocators;
+use crate::errors::MindError;
+use crate::values::{Heard, OwnSet, Stream, loads};
+
+/// The reaction to an error of a controller.
+#[derive(Clone)]
+pub enum Failure {
+    /// The error is stored for the caller of the run. All controllers stop from then on.
+    Kept(Arc<Mutex<Option<PyErr>>>),
+    /// The error is printed and the process ends, which the team observes as a crash of the robot.
+    EndsProcess,
+}
+
+impl Failure {
+    /// Removes and returns the stored error, if there is one.
+    pub fn take(&self) -> Option<PyErr> {
+        match self {
+            Self::Kept(place) => place.lock().unwrap_or_else(PoisonError::into_inner).take(),
+            Self::EndsProcess => None,
+        }
+    }
+
+    fn is_stored(&self) -> bool {
+        match self {
+            Self::Kept(place) => {
+                let place = place.lock().unwrap_or_else(PoisonError::into_inner);
+                place.is_some()
+            }
+            Self::EndsProcess => false,
+        }
+    }
+
+    fn note(&self, py: Python<'_>, error: PyErr) {
+        match self {
+            Self::Kept(place) => {
+                let mut place = place.lock().unwrap_or_else(PoisonError::into_inner);
+                place.get_or_insert(error);
+            }
+            Self::EndsProcess => {
+                terminal::tell!("robot-agent {}", error.value(py));
+                std::process::exit(terminal::panics::PANICKED);
+            }
+        }
+    }
+}
+
+/// A controller class with its name.
+pub struct Class {
+    name: &'static str,
+    class: Py<PyType>,
+    failure: Failure,
+    twice: bool,
+}
+
+impl Class {
+    /// Creates a class. With `twice`, each step is executed twice from a copy, and the controller fails if the results
+    /// differ.
+    pub fn new(name: &str, class: Py<PyType>, failure: Failure, twice: bool) -> Self {
+        Self {
+            name: interned(name),
+            class,
+            failure,
+            twice,
+        }
+    }
+}
+
+/// Returns a copy of the name that lives as long as the program. Each name is stored once.
+fn interned(name: &str) -> &'static str {
+    static NAMES: OnceLock<Mutex<Vec<&'static str>>> = OnceLock::new();
+    let names = NAMES.get_or_init(Mutex::default);
+    let mut names = names.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = names.iter().find(|known| **known == name) {
+        return known;
+    }
+    let name: &'static str = name.to_owned().leak();
+    names.push(name);
+    name
+}
+
+impl fmt::Debug for Class {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Class").field(&self.name).finish()
+    }
+}
+
+impl Kind for Class {
+    fn spec(&self) -> AllocatorSpec {
+        AllocatorSpec {
+            name: self.name,
+            about: "a controller in Python",
+            parameters: Vec::new(),
+            wants_truth: false,
+            learns: false,
+        }
+    }
+
+    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
+        let failure = |reason: String| ConfigError {
+            subject: format!("mind '{}'", self.name),
+            why: reason,
+        };
+        let text = serde_json::to_string(setup).map_err(|error| failure(error.to_string()))?;
+        let prepared = Python::attach(|py| {
+            let is_agent = self.class.getattr(py, intern!(py, "_is_whole"))?;
+            let common = Arc::new(Common {
+                name: self.name,
+                class: self.class.clone_ref(py),
+                failure: self.failure.clone(),
+                twice: self.twice,
+                setup: setup.clone(),
+                setup_object: loads(py, &text)?.unbind(),
+                is_slow: AtomicBool::new(false),
+            });
+            let prepared: Arc<dyn Prepared> = if is_agent.extract(py)? {
+                Arc::new(Agents::new(common))
+            } else {
+                Arc::new(Allocators(common))
+            };
+            Ok(prepared)
+        });
+        prepared.map_err(|error: PyErr| failure(error.to_string()))
+    }
+}
+
+/// The data that all controllers of a class share in a run.
+pub struct Common {
+    pub name: &'static str,
+    class: Py<PyType>,
+    pub failure: Failure,
+    twice: bool,
+    pub setup: Setup,
+    /// The setup as a Python object.
+    setup_object: Py<PyAny>,
+    /// `true` after the warning about slow copies.
+    is_slow: AtomicBool,
+}
+
+impl Common {
+    /// Prints a warning, once, if a checkpoint takes longer than a step of a live run: the team waits for it.
+    fn warn_if_slow(&self, me: RobotId, took: Duration) {
+        let step = Duration::from_millis(self.setup.scenario.step_ms);
+        let is_live = matches!(self.failure, Failure::EndsProcess);
+        if is_live && took > step && !self.is_slow.swap(true, Ordering::Relaxed) {
+            terminal::tell!(
+                "robot-agent {}: a copy of its controller takes {} ms, longer than a step of {} ms: list constant attributes in `frozen`",
+                self.setup.roster.name(me),
+                took.as_millis(),
+                step.as_millis()
+            );
+        }
+    }
+}
+
+impl fmt::Debug for Common {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Common").field(&self.name).finish()
+    }
+}
+
+impl fmt::Debug for Stream {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Stream")
+    }
+}
+
+/// The object of a controller class for one robot.
+#[derive(Debug)]
+pub struct Object {
+    pub common: Arc<Common>,
+    pub me: RobotId,
+    pub own: Arc<[Arc<OwnSet>]>,
+    /// The Python object; `None` if its creation failed.
+    controller: Option<Py<PyAny>>,
+    stream: Py<Stream>,
+}
+
+impl Clone for Object {
+    /// Creates a checkpoint with `copy.deepcopy`, which shares the attributes that the class lists as frozen.
+    fn clone(&self) -> Self {
+        #[expect(
+            clippy::disallowed_methods,
+            reason = "only a warning depends on the time"
+        )]
+        let began = Instant::now();
+        let copy = Python::attach(|py| Self {
+            common: Arc::clone(&self.common),
+            me: self.me,
+            own: Arc::clone(&self.own),
+            controller: self.controller.as_ref().and_then(|controller| {
+                let copied = py
+                    .import("copy")
+                    .and_then(|copy| copy.call_method1("deepcopy", (controller,)));
+                self.or_note(py, 0, copied.map(Bound::unbind))
+            }),
+            stream: self.stream.clone_ref(py),
+        });
+        self.common.warn_if_slow(self.me, began.elapsed());
+        copy
+    }
+}
+
+impl Object {
+    /// Creates the object of a robot at the start of an incarnation.
+    pub fn new(me: RobotId, behaviors: &[OwnBehavior], common: &Arc<Common>) -> Self {
+        Python::attach(|py| {
+            let stream = Py::new(py, Stream::new());
+            let stream = stream.unwrap_or_else(|error| panic!("{error}"));
+            let mut object = Self {
+                common: Arc::clone(common),
+                me,
+                own: [].into(),
+                controller: None,
+                stream,
+            };
+            let created = object.make(py, behaviors);
+            object.controller = object.or_note(py, 0, created);
+            object
+        })
+    }
+
+    fn make(&mut self, py: Python<'_>, behaviors: &[OwnBehavior]) -> PyResult<Py<PyAny>> {
+        let Common {
+            setup,
+            setup_object,
+            class,
+            ..
+        } = &*self.common;
+        let setup_object = setup_object.bind(py);
+        let (catalog, name) = (&setup.catalog, setup.roster.name(self.me));
+        let values = setup_object.get_item("alliance")?.get_item("robots")?;
+        let own = behaviors.iter().map(|behavior| {
+            let set_name = catalog.behavior_name(behavior.id).to_owned();
+            let values = values
+                .get_item(name)?
+                .get_item("sets")?
+                .get_item(&set_name)?;
+            Ok(Arc::new(OwnSet {
+                id: behavior.id,
+                name: set_name,
+                task: behavior.task,
+                task_name: catalog.task_name(behavior.task).to_owned(),
+                ceased_after_s: values.get_item("ceased_after_s")?.extract()?,
+                values: values.unbind(),
+            }))
+        });
+        self.own = own.collect::<PyResult<Vec<_>>>()?.into();
+        let sets = self.own.iter().map(|set| set.name.as_str());
+        let sets = PyList::new(py, sets.collect::<Vec<_>>())?;
+        let controller = class.bind(py).call0()?;
+        let begin = intern!(py, "_begin");
+        controller.call_method1(begin, (name, self.me.0, setup_object, &self.stream, sets))?;
+        Ok(controller.unbind())
+    }
+
+    /// Returns whether any controller of the run has failed. All controllers then stop.
+    pub fn has_failed(&self) -> bool {
+        self.common.failure.is_stored()
+    }
+
+    /// Returns a successful result. Stores an error as one line with the robot, the tick and the position.
+    pub fn or_note<T>(&self, py: Python<'_>, tick: u64, result: PyResult<T>) -> Option<T> {
+        let error = match result {
+            Ok(result) => return Some(result),
+            Err(error) => error,
+        };
+        let name = self.common.setup.roster.name(self.me);
+        // The traceback is in the `PyErr`, but not in its value.
+        let value = error.value(py);
+        let line = value
+            .setattr("__traceback__", error.traceback(py))
+            .and_then(|()| py.import("alliance_sim._minds"))
+            .and_then(|module| module.call_method1("line_of", (name, tick, value)))
+            .and_then(|text| text.extract::<String>());
+        let failed = MindError::new_err(line.unwrap_or_else(|_| error.to_string()));
+        failed.set_cause(py, Some(error));
+        self.common.failure.note(py, failed);
+        None
+    }
+
+    /// Calls `step` of the object with its arguments and the received messages. Returns `None` if there is no object.
+    pub fn step<'py>(
+        &self,
+        py: Python<'py>,
+        draws: Draws,
+        given: impl FnOnce(Bound<'py, PyList>) -> PyResult<Bound<'py, pyo3::types::PyTuple>>,
+        heard: &[Arc<Broadcast>],
+    ) -> PyResult<Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>> {
+        let Some(controller) = &self.controller else {
+            return Ok(None);
+        };
+        let controller = controller.bind(py).clone();
+        self.stream.get().begin(draws);
+        let heard = heard
+            .iter()
+            .filter_map(|message| Heard::of(message, self.common.name))
+            .map(|message| Bound::new(py, message));
+        let heard = PyList::new(py, heard.collect::<PyResult<Vec<_>>>()?)?;
+        let given = given(heard)?;
+        let done = if self.common.twice {
+            let minds = py.import(intern!(py, "alliance_sim._minds"))?;
+            minds.call_method1(intern!(py, "step_twice"), (&controller, given))?
+        } else {
+            controller.call_method1(intern!(py, "step"), given)?
+        };
+        Ok(Some((controller, done)))
+    }
+
+    /// Removes and returns the messages that the object has sent to teammates.
+    pub fn take_words(&self, controller: &Bound<'_, PyAny>) -> PyResult<Vec<AllocationMessage>> {
+        let sent = controller.getattr(intern!(controller.py(), "_said"))?;
+        let sent = sent.cast::<PyList>()?;
+        let messages = sent.iter().map(|message| {
+            let bytes = message.cast::<PyBytes>()?.as_bytes().to_vec();
+            let schema = self.common.name.to_owned();
+            Ok(AllocationMessage::Open(OpenMessage { schema, bytes }))
+        });
+        let messages = messages.collect::<PyResult<Vec<_>>>()?;
+        if !sent.is_empty() {
+            sent.del_slice(0, sent.len())?;
+        }
+        Ok(messages)
+    }
+}

@@ -1,0 +1,38 @@
+//! One robot as a separate process with a controller in Python. Everything else is that of the agent in Rust.
+
+use std::sync::Arc;
+
+use clap::Parser;
+use cluster::session::prepare_process;
+use launch::Registry;
+use launch::arguments::parse_words;
+use pyo3::prelude::*;
+use pyo3::types::PyType;
+use robot_agent::args::{AgentArgs, log_to_stderr};
+
+use crate::errors::mistake;
+use crate::mind::{Class, Failure};
+
+#[derive(Parser)]
+struct Arguments {
+    #[command(flatten)]
+    agent: AgentArgs,
+}
+
+/// Joins the run that the command-line arguments select, and returns the exit status at its end. An error of the
+/// controller ends the process.
+#[pyfunction]
+pub fn live(
+    py: Python<'_>,
+    words: Vec<String>,
+    name: &str,
+    class: Py<PyType>,
+    twice: bool,
+) -> PyResult<u8> {
+    let class = Class::new(name, class, Failure::EndsProcess, twice);
+    let registry = Registry::built_in().mind(Arc::new(class));
+    let args: Arguments = parse_words(&registry.vocabulary(), &words).map_err(mistake)?;
+    prepare_process();
+    log_to_stderr();
+    Ok(py.detach(|| args.agent.run_as(registry.agents(), Some(name))))
+}

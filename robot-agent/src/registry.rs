@@ -1,0 +1,201 @@
+//! The allocators and missions of a program.
+
+use std::sync::Arc;
+
+use scenario::{Setup, Vocabulary};
+use serde::de::DeserializeOwned;
+
+use crate::allocator::{Allocator, ConfigError, Kind, Prepared, Typed};
+use crate::allocators::alliance::Alliance;
+use crate::allocators::ble::Ble;
+use crate::allocators::cbba::{Acbba, Cbaa, Cbba};
+use crate::allocators::first_come::FirstCome;
+use crate::allocators::fixed::Fixed;
+use crate::allocators::grape::Grape;
+use crate::allocators::lalliance::LAlliance;
+use crate::allocators::murdoch::Murdoch;
+use crate::allocators::nearest::{Nearest, NearestSilent};
+use crate::allocators::oracle::Oracle;
+use crate::allocators::random::Random;
+use crate::allocators::threshold::Threshold;
+use crate::mission::{MissionMind, SharedMission};
+
+/// The allocators, controllers and missions of a program, by name.
+#[derive(Clone, Debug)]
+pub struct AgentRegistry {
+    kinds: Vec<Arc<dyn Kind>>,
+    minds: Vec<Arc<dyn Kind>>,
+    missions: Vec<MissionMind>,
+}
+
+impl AgentRegistry {
+    /// Creates a registry with the built-in allocators and no mission.
+    #[must_use]
+    pub fn built_in() -> Self {
+        Self {
+            kinds: vec![Arc::new(Alliance), Arc::new(LAlliance)],
+            minds: Vec::new(),
+            missions: Vec::new(),
+        }
+        .allocator::<Nearest>(
+            "nearest",
+            "the applicable task of the highest utility, regardless of teammates",
+        )
+        .allocator::<NearestSilent>(
+            "nearest-silent",
+            "like nearest, with the radio off: no messages, not even shared knowledge of the mission",
+        )
+        .allocator::<FirstCome>(
+            "first-come",
+            "the best task that no teammate reports to execute; kept until one unit is done",
+        )
+        .allocator::<Random>(
+            "random",
+            "a random applicable task, drawn again at intervals",
+        )
+        .allocator::<Fixed>(
+            "static",
+            "the tasks assigned to the robot before the start",
+        )
+        .allocator::<Oracle>(
+            "oracle",
+            "a reference: the best assignment in each step, from ground truth that robots do not have",
+        )
+        .allocator::<Ble>(
+            "ble",
+            "broadcast of local eligibility: in each step every robot computes the best pairs of robots and tasks",
+        )
+        .allocator::<Murdoch>(
+            "murdoch",
+            "auctions: the best bid of the free robots wins a contract, renewed while the winner answers",
+        )
+        .allocator::<Cbaa>(
+            "cbaa",
+            "bids for one task at a time, with consensus on the winners",
+        )
+        .allocator::<Cbba>(
+            "cbba",
+            "bids for a bundle of tasks, with consensus on the winners",
+        )
+        .allocator::<Acbba>("acbba", "like cbba, but sends only changes")
+        .allocator::<Grape>(
+            "grape",
+            "each robot moves to the coalition of the highest utility, until no robot moves",
+        )
+        .allocator::<Threshold>(
+            "threshold",
+            "draws tasks; longer due times and more practice raise the probability",
+        )
+    }
+
+    /// Adds an allocator type under a name, and replaces an allocator of the same name.
+    #[must_use]
+    pub fn allocator<A: Allocator>(self, name: &'static str, about: &'static str) -> Self
+    where
+        A::Config: DeserializeOwned,
+    {
+        self.kind(Arc::new(Typed::<A>::new(name, about)))
+    }
+
+    /// Adds an allocator that is not a Rust type, such as one in another language.
+    #[must_use]
+    pub fn kind(mut self, kind: Arc<dyn Kind>) -> Self {
+        let name = kind.spec().name;
+        self.kinds.retain(|known| known.spec().name != name);
+        self.kinds.push(kind);
+        self
+    }
+
+    /// Adds a controller that a scenario can give to a robot in place of an [external
+    /// program](scenario::Robot::mind), and replaces one of the same name. A scenario cannot select
+    /// it as an allocator.
+    #[must_use]
+    pub fn mind(mut self, kind: Arc<dyn Kind>) -> Self {
+        let name = kind.spec().name;
+        self.minds.retain(|known| known.spec().name != name);
+        self.minds.push(kind);
+        self
+    }
+
+    /// Returns whether the registry has a controller of that name.
+    #[must_use]
+    pub fn has_mind(&self, name: &str) -> bool {
+        self.minds.iter().any(|known| known.spec().name == name)
+    }
+
+    /// Adds a mission, and replaces one of the same name.
+    #[must_use]
+    pub fn mission(mut self, mind: MissionMind) -> Self {
+        self.missions.retain(|known| known.data != mind.data);
+        self.missions.push(mind);
+        self
+    }
+
+    /// Returns the vocabulary of scenarios: all missions and allocators, in the order of their addition.
+    #[must_use]
+    pub fn vocabulary(&self) -> Vocabulary {
+        Vocabulary {
+            missions: self.missions.iter().map(|mind| mind.data).collect(),
+            allocators: self.kinds.iter().map(|kind| kind.spec()).collect(),
+        }
+    }
+
+    /// Creates the controller of that name for a run.
+    ///
+    /// # Errors
+    /// Fails if the name is unknown, or the controller does not support the run.
+    pub fn prepare_mind(
+        &self,
+        name: &str,
+        setup: &Setup,
+    ) -> Result<Arc<dyn Prepared>, ConfigError> {
+        let kind = self.minds.iter().find(|kind| kind.spec().name == name);
+        let unknown = || ConfigError {
+            subject: format!("controller '{name}'"),
+            why: "this program does not contain it".to_owned(),
+        };
+        kind.ok_or_else(unknown)?.prepare(setup)
+    }
+
+    /// Creates the allocator of that name with the parameters of a run.
+    ///
+    /// # Errors
+    /// Fails if the name is unknown or a parameter is invalid.
+    pub fn prepare(&self, name: &str, setup: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
+        let kind = self.kinds.iter().find(|kind| kind.spec().name == name);
+        let unknown = || {
+            let names: Vec<_> = self
+                .vocabulary()
+                .allocators
+                .iter()
+                .map(|allocator| allocator.name)
+                .collect();
+            ConfigError {
+                subject: format!("allocators.{name}"),
+                why: format!("there is no such allocator; there are {}", names.join(", ")),
+            }
+        };
+        kind.ok_or_else(unknown)?.prepare(setup)
+    }
+
+    /// Creates the data that the robots of a run share for its mission.
+    ///
+    /// # Errors
+    /// Fails if the registry lacks the robots' side of the mission.
+    pub fn shared(&self, setup: &Setup) -> Result<Arc<dyn SharedMission>, ConfigError> {
+        let mission = setup.catalog.mission;
+        let mind = self.missions.iter().find(|known| known.data == mission);
+        let mind = mind.ok_or_else(|| {
+            let names: Vec<_> = self
+                .missions
+                .iter()
+                .map(|known| known.data.name())
+                .collect();
+            ConfigError {
+                subject: format!("mission {}", mission.name()),
+                why: format!("there is no such mission; there are {}", names.join(", ")),
+            }
+        })?;
+        Ok((mind.shared)(setup))
+    }
+}

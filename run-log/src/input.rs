@@ -1,0 +1,142 @@
+//! Inputs: external events that changed a run. The scenario, the seed and the inputs together determine the run.
+
+use proto::process::ProcessAct;
+use scenario::fault::Order;
+use scenario::ids::{Incarnation, Tick};
+use serde::{Deserialize, Serialize};
+
+/// A line of inputs.jsonl.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InputLine {
+    /// The tick that the input affected.
+    pub tick: Tick,
+    pub input: Input,
+}
+
+/// An external event, with robots by name. `moment` is the order index within the tick; `None` means the start of the
+/// tick, and for [`Self::Gone`] the collection of reports. `scripted` inputs were caused by a fault: a replay
+/// reproduces them without the log.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Input {
+    /// A new agent of the robot takes part from this tick on.
+    Join {
+        robot: String,
+        incarnation: Incarnation,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        moment: Option<u32>,
+        #[serde(default, skip_serializing_if = "is_false")]
+        scripted: bool,
+    },
+    /// The robot's agent has ended. The world detected it while it collected the reports of this tick.
+    Gone {
+        robot: String,
+        /// The incarnation that ended. 0 means that the process ended or was stopped before the robot joined.
+        incarnation: Incarnation,
+        /// The last tick in which a report of the incarnation counted.
+        last_counted: Option<Tick>,
+        /// `true` if the manifests of the team listed the broadcasts of that tick.
+        listed: bool,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        moment: Option<u32>,
+        #[serde(default, skip_serializing_if = "is_false")]
+        scripted: bool,
+    },
+    /// The agent did not answer in this tick, so the barrier no longer waits for it.
+    StallBegin {
+        robot: String,
+        #[serde(default, skip_serializing_if = "is_false")]
+        scripted: bool,
+    },
+    /// The agent sent a report again and takes part from this tick on.
+    StallEnd {
+        robot: String,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        moment: Option<u32>,
+        #[serde(default, skip_serializing_if = "is_false")]
+        scripted: bool,
+    },
+    /// A listed broadcast did not arrive, without a fault that dropped it.
+    Lost {
+        receiver: String,
+        sender: String,
+        sent_tick: Tick,
+        /// The index among the sender's broadcasts of that tick.
+        index: u16,
+    },
+    /// An operator ordered a fault, which is armed from the start of this tick on.
+    Order {
+        order: Order,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        moment: Option<u32>,
+    },
+    /// An operator cleared faults before this tick.
+    Clear {
+        ids: Vec<String>,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        moment: Option<u32>,
+    },
+    /// A fault requested a process action that failed.
+    Failed {
+        robot: String,
+        act: ProcessAct,
+        /// The number of earlier process actions in this tick.
+        #[serde(default)]
+        number: Option<u32>,
+        /// The cause, as written to the log.
+        #[serde(default)]
+        reason: String,
+    },
+}
+
+impl Input {
+    /// Returns whether a replay reproduces the input by itself.
+    #[must_use]
+    pub fn is_scripted(&self) -> bool {
+        match self {
+            Self::Join { scripted, .. }
+            | Self::Gone { scripted, .. }
+            | Self::StallBegin { scripted, .. }
+            | Self::StallEnd { scripted, .. } => *scripted,
+            Self::Lost { .. } | Self::Order { .. } | Self::Clear { .. } | Self::Failed { .. } => {
+                false
+            }
+        }
+    }
+
+    #[must_use]
+    pub fn is_command(&self) -> bool {
+        matches!(self, Self::Order { .. } | Self::Clear { .. })
+    }
+
+    /// Returns the order index within the tick, if the order matters.
+    #[must_use]
+    pub fn moment(&self) -> Option<u32> {
+        match self {
+            Self::Join { moment, .. }
+            | Self::Gone { moment, .. }
+            | Self::StallEnd { moment, .. }
+            | Self::Order { moment, .. }
+            | Self::Clear { moment, .. } => *moment,
+            Self::StallBegin { .. } | Self::Lost { .. } | Self::Failed { .. } => None,
+        }
+    }
+
+    /// Returns the affected robot, if there is one.
+    #[must_use]
+    pub fn robot(&self) -> Option<&str> {
+        match self {
+            Self::Join { robot, .. }
+            | Self::Gone { robot, .. }
+            | Self::StallBegin { robot, .. }
+            | Self::StallEnd { robot, .. }
+            | Self::Failed { robot, .. } => Some(robot),
+            Self::Lost { receiver, .. } => Some(receiver),
+            Self::Order { .. } | Self::Clear { .. } => None,
+        }
+    }
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
+}

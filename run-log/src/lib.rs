@@ -1,0 +1,31 @@
+//! The files and columns of a run's log, and their reader.
+//!
+//! - [`Table`]: the files that grow, with their header lines. [`LogLevel`] selects the tables of a run. Each table has
+//!   a row type; [`InputLine`] is a line of inputs.jsonl. [`Section`]: the sections of ticks.csv.
+//! - [`foreign`]: the answers of robots with external controllers, in foreign.bin.
+//! - [`Document`]: the files that are written as a whole; [`RunFile`]: run.json.
+//! - [`RunLog`]: reads a run folder, or a log in [`Memory`], up to the last complete tick.
+
+pub mod foreign;
+mod input;
+mod level;
+mod memory;
+mod read;
+pub mod recorder;
+mod rows;
+mod run_file;
+mod section;
+mod table;
+
+pub use foreign::ForeignAnswer;
+pub use input::{Input, InputLine};
+pub use level::LogLevel;
+pub use memory::{Document, Memory};
+pub use read::{ReadError, RunLog, Seal};
+pub use rows::{
+    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TargetRow,
+    TickRow,
+};
+pub use run_file::{Figures, MindFile, RobotFigures, RunFile, RunOutcome};
+pub use section::{RUN_SECTION, Section, WORLD};
+pub use table::Table;

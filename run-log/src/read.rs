@@ -1,0 +1,295 @@
+//! Reader of a run folder, up to its last complete tick.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use scenario::Vocabulary;
+use scenario::ids::Tick;
+use scenario::time::SimTime;
+use xxhash_rust::xxh3::Xxh3;
+
+use super::foreign::{self, ForeignAnswer};
+use super::input::InputLine;
+use super::level::LogLevel;
+use super::memory::{Document, Memory};
+use super::rows::{TableRow, parse_hash};
+use super::run_file::{RunFile, RunOutcome};
+use super::section::{RUN_SECTION, WORLD};
+use super::table::Table;
+
+/// An error of a folder that is not a readable run.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    #[error("cannot read {}: {error}", path.display())]
+    Read { path: PathBuf, error: io::Error },
+    /// The contents of a file do not match its name.
+    #[error("{}: {reason}", path.display())]
+    Malformed {
+        path: PathBuf,
+        /// The position and the cause.
+        reason: String,
+    },
+}
+
+/// The last row of ticks.csv for a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Seal {
+    pub tick: Tick,
+    pub now: SimTime,
+    /// The hash of the run up to and including the tick.
+    pub hash: u64,
+}
+
+/// A run's log up to the last tick that is complete in every table.
+///
+/// The log of a run that ended normally is complete. The hash of `last` then equals the hash in run.json.
+#[derive(Debug)]
+pub struct RunLog {
+    pub run: RunFile,
+    /// The last complete tick. `None` if there is no such tick, and at [`LogLevel::Off`], which writes no seals.
+    pub last: Option<Seal>,
+    /// The table that ends before ticks.csv and therefore limits the log. If there are several, the one that ends
+    /// first.
+    pub torn: Option<Table>,
+    folder: PathBuf,
+    /// The complete part of every table.
+    tables: BTreeMap<Table, Vec<u8>>,
+}
+
+impl RunLog {
+    /// Reads the log of a run folder. Incomplete, damaged and missing tables only shorten it.
+    ///
+    /// # Errors
+    /// Returns a [`ReadError`] if run.json is missing or malformed, or if an existing file cannot be read.
+    pub fn open(folder: &Path, vocabulary: &Vocabulary) -> Result<Self, ReadError> {
+        let path = folder.join(Document::Run.file_name());
+        let text = fs::read(&path).map_err(|error| ReadError::Read {
+            path: path.clone(),
+            error,
+        })?;
+        let run = RunFile::parse(&text, vocabulary)
+            .map_err(|reason| ReadError::Malformed { path, reason })?;
+
+        let mut tables = BTreeMap::new();
+        for table in Table::ALL.into_iter().filter(|table| run.log.keeps(*table)) {
+            let path = folder.join(table.file_name());
+            match fs::read(&path) {
+                Ok(bytes) => {
+                    tables.insert(table, bytes);
+                }
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+                Err(error) => return Err(ReadError::Read { path, error }),
+            }
+        }
+        Ok(Self::from_tables(folder, run, tables))
+    }
+
+    /// Reads the log that a recorder has left in memory.
+    ///
+    /// # Errors
+    /// Returns [`ReadError::Malformed`] if the log has no run.json.
+    pub fn from_memory(memory: &Memory, vocabulary: &Vocabulary) -> Result<Self, ReadError> {
+        let text = memory.documents.get(&Document::Run);
+        let text = text.map_or("", String::as_str).as_bytes();
+        let run = RunFile::parse(text, vocabulary).map_err(|reason| ReadError::Malformed {
+            path: PathBuf::from(Document::Run.file_name()),
+            reason,
+        })?;
+        Ok(Self::from_tables(Path::new(""), run, memory.tables.clone()))
+    }
+
+    /// Creates a log from the contents of its tables. Error messages name `folder` as the location.
+    #[must_use]
+    pub fn from_tables(folder: &Path, run: RunFile, mut tables: BTreeMap<Table, Vec<u8>>) -> Self {
+        for table in Table::ALL {
+            tables.entry(table).or_default();
+        }
+        let (last, torn) = if run.log == LogLevel::Off {
+            for (table, bytes) in &mut tables {
+                bytes.truncate(whole_rows(*table, bytes).map(<[u8]>::len).sum());
+            }
+            (None, None)
+        } else {
+            cut(&mut tables)
+        };
+        Self {
+            run,
+            last,
+            torn,
+            folder: folder.to_owned(),
+            tables,
+        }
+    }
+
+    /// Returns the complete part of a table, including the header line.
+    #[must_use]
+    pub fn table(&self, table: Table) -> &[u8] {
+        &self.tables[&table]
+    }
+
+    /// Returns the rows of a table; none for a table that the log level omits.
+    pub fn rows<R: TableRow>(&self) -> Result<Vec<R>, ReadError> {
+        self.each_row().collect()
+    }
+
+    /// Iterates over the rows of a table. A long run has millions of rows, too many for memory.
+    pub fn each_row<R: TableRow>(&self) -> impl Iterator<Item = Result<R, ReadError>> {
+        csv::Reader::from_reader(self.tables[&R::TABLE].as_slice())
+            .into_deserialize()
+            .map(|row| row.map_err(|error| self.malformed(R::TABLE, &error)))
+    }
+
+    /// Returns the inputs in order.
+    pub fn inputs(&self) -> Result<Vec<InputLine>, ReadError> {
+        whole_lines(&self.tables[&Table::Inputs])
+            .map(serde_json::from_slice)
+            .collect::<Result<_, _>>()
+            .map_err(|error| self.malformed(Table::Inputs, &error))
+    }
+
+    /// Returns the answers of external controllers, by tick and robot.
+    pub fn foreign(&self) -> Result<Vec<ForeignAnswer>, ReadError> {
+        if self.torn == Some(Table::Foreign) && self.run.outcome != RunOutcome::Running {
+            let whole = self.last.map_or(0, |seal| seal.tick + 1);
+            let ticks = self.run.result.ticks;
+            return Err(ReadError::Malformed {
+                path: self.folder.join(Table::Foreign.file_name()),
+                reason: format!(
+                    "the file is missing, truncated or damaged: it has complete answers for {whole} of {ticks} ticks"
+                ),
+            });
+        }
+        foreign::read(&self.tables[&Table::Foreign])
+            .map_err(|error| self.malformed(Table::Foreign, &error))
+    }
+
+    fn malformed(&self, table: Table, reason: &dyn std::error::Error) -> ReadError {
+        ReadError::Malformed {
+            path: self.folder.join(table.file_name()),
+            // A malformed name or number can contain control characters.
+            reason: reason.to_string().replace(char::is_control, " "),
+        }
+    }
+}
+
+/// The rows of ticks.csv that belong to one seal.
+struct SealRows {
+    seal: Seal,
+    /// The length of ticks.csv up to and including the seal, bytes.
+    end: usize,
+    /// The hashes of the tables that grew since the previous seal.
+    tables: BTreeMap<String, u64>,
+}
+
+/// Truncates all tables after the last tick that is complete in each. Returns the seal of that tick and the table that
+/// ends before ticks.csv, if there is one.
+fn cut(tables: &mut BTreeMap<Table, Vec<u8>>) -> (Option<Seal>, Option<Table>) {
+    let seals = seals(&tables[&Table::Ticks]);
+    let ends: BTreeMap<Table, Vec<usize>> = tables
+        .iter()
+        .map(|(&table, bytes)| match table {
+            Table::Ticks => (table, seals.iter().map(|seal| seal.end).collect()),
+            _ => (table, table_ends(table, bytes, &seals)),
+        })
+        .collect();
+    let first = ends.iter().min_by_key(|(_, ends)| ends.len());
+    let (first, whole) = first.map_or((None, 0), |(table, ends)| (Some(*table), ends.len()));
+    let torn = first.filter(|_| whole < seals.len());
+    for (table, bytes) in tables {
+        let end = match whole.checked_sub(1) {
+            Some(last) => ends[table][last],
+            None => header_length(*table, bytes),
+        };
+        bytes.truncate(end);
+    }
+    let last = whole.checked_sub(1).and_then(|last| seals.get(last));
+    (last.map(|last| last.seal), torn)
+}
+
+/// Returns the length of a table's header line, or 0 if the line is incomplete.
+fn header_length(table: Table, bytes: &[u8]) -> usize {
+    match table.header() {
+        Some(header) if bytes.starts_with(header.as_bytes()) => header.len(),
+        Some(_) => 0,
+        None => whole_lines(bytes).next().map_or(0, <[u8]>::len),
+    }
+}
+
+/// Returns the seals of ticks.csv up to the first incomplete or malformed row.
+fn seals(bytes: &[u8]) -> Vec<SealRows> {
+    let mut seals = Vec::new();
+    let mut end = header_length(Table::Ticks, bytes);
+    if end == 0 {
+        return seals;
+    }
+    let lines = whole_lines(bytes).skip(1);
+    let mut hashes = BTreeMap::new();
+    for line in lines {
+        let Some((seal, robot, section)) = tick_row(line) else {
+            break;
+        };
+        end += line.len();
+        if robot == WORLD && section == RUN_SECTION {
+            let tables = std::mem::take(&mut hashes);
+            seals.push(SealRows { seal, end, tables });
+        } else if robot == WORLD {
+            hashes.insert(section.to_owned(), seal.hash);
+        }
+    }
+    seals
+}
+
+/// Splits a row of ticks.csv. Its fields never contain quotes.
+fn tick_row(line: &[u8]) -> Option<(Seal, &str, &str)> {
+    let mut fields = str::from_utf8(line).ok()?.trim_end().split(',');
+    let mut next = || fields.next();
+    let (now, tick, robot, section, hash) = (next()?, next()?, next()?, next()?, next()?);
+    let seal = Seal {
+        tick: tick.parse().ok()?,
+        now: SimTime(now.parse().ok()?),
+        hash: parse_hash(hash)?,
+    };
+    next().is_none().then_some((seal, robot, section))
+}
+
+/// Returns the end of each seal's data in a table, for the seals up to which the table is complete.
+fn table_ends(table: Table, bytes: &[u8], seals: &[SealRows]) -> Vec<usize> {
+    let mut rows = whole_rows(table, bytes);
+    let mut hash = Xxh3::new();
+    let mut end = 0;
+    let mut ends = Vec::new();
+    for seal in seals {
+        if let Some(&wanted) = seal.tables.get(table.file_name()) {
+            loop {
+                let Some(row) = rows.next() else {
+                    return ends;
+                };
+                hash.update(row);
+                end += row.len();
+                if hash.digest() == wanted {
+                    break;
+                }
+            }
+        }
+        ends.push(end);
+    }
+    ends
+}
+
+/// Returns the header line and the complete rows or frames of a table.
+fn whole_rows(table: Table, bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let (lines, frames) = match table {
+        Table::Foreign => (&[][..], bytes),
+        _ => (bytes, &[][..]),
+    };
+    whole_lines(lines).chain(foreign::whole_frames(frames))
+}
+
+/// Returns the complete lines of a file with their line ends.
+fn whole_lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    bytes
+        .split_inclusive(|&byte| byte == b'\n')
+        .filter(|line| line.ends_with(b"\n"))
+}

@@ -1,0 +1,313 @@
+//! The rows that a tick adds to each table.
+
+use crate::{Input, InputLine};
+use proto::event::EventLine;
+use proto::telemetry::Reception;
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
+
+use super::answers::motivation_bits;
+use super::names::Names;
+use super::on_their_way::OnTheirWay;
+use super::record::{EventKind, TickRecord};
+use super::repeated::{Repeated, body_bits};
+use super::row::{Row, Tail};
+use scenario::mission::Value;
+
+/// Encodes motivations.csv: one row per behavior set of each robot that counted.
+pub(super) fn motivations(
+    names: &Names,
+    repeated: &mut Repeated,
+    record: &TickRecord<'_>,
+    rows: &mut Vec<u8>,
+) {
+    let answers = record.answers.iter().zip(&mut repeated.motivations);
+    for (answer, tails) in answers.filter(|(answer, _)| answer.counts) {
+        let report = &answer.report;
+        tails.resize_with(report.motivations.len(), Tail::default);
+        for (motivation, tail) in report.motivations.iter().zip(tails) {
+            let row = Row::new(rows).fields(&repeated.now);
+            row.end_with(tail, motivation_bits(motivation), |row| {
+                row.text(names.robot(report.robot))
+                    .text(names.set(Some(motivation.set)))
+                    .text(names.task_of(motivation.set))
+                    .real(motivation.motivation)
+                    .real(motivation.impatience)
+                    .flag(motivation.sensory_feedback)
+                    .flag(motivation.activity_suppression)
+                    .flag(motivation.impatience_reset)
+                    .flag(motivation.acquiescence)
+                    .word(motivation.state.as_str())
+                    .end();
+            });
+        }
+    }
+}
+
+/// Encodes allocation.csv: one row per behavior set that a robot's allocator reports.
+pub(super) fn allocation(
+    names: &Names,
+    repeated: &Repeated,
+    record: &TickRecord<'_>,
+    rows: &mut Vec<u8>,
+) {
+    for answer in record.counted() {
+        for row in &answer.report.allocation {
+            Row::new(rows)
+                .fields(&repeated.now)
+                .text(names.robot(answer.report.robot))
+                .text(names.task(Some(row.task)))
+                .text(names.set(Some(row.behavior)))
+                .real(row.utility)
+                .text(row.holder.map_or("", |holder| names.robot(holder)))
+                .word(row.state.as_str())
+                .end();
+        }
+    }
+}
+
+/// Encodes messages.csv: one row per broadcast and receiver when its delivery is final. Second copies have rows of their own.
+pub(super) fn messages(
+    names: &Names,
+    repeated: &mut Repeated,
+    on_their_way: &mut OnTheirWay,
+    record: &TickRecord<'_>,
+    rows: &mut Vec<u8>,
+) {
+    for counted in record.counted() {
+        let (receiver, incarnation) = (counted.report.robot, counted.report.incarnation);
+        for reception in &counted.report.receptions {
+            if on_their_way.settle(receiver, incarnation, reception) {
+                message(names, repeated, receiver, reception, rows);
+            }
+        }
+    }
+    for input in record.inputs {
+        if let Input::Gone {
+            robot, incarnation, ..
+        } = input
+            && let Some(receiver) = names.roster.robot_named(robot)
+        {
+            let in_flight = on_their_way.end_of(receiver, *incarnation);
+            pending(names, repeated, &in_flight, rows);
+        }
+    }
+}
+
+/// Encodes rows of messages.csv for broadcasts that are still in flight and will not be reported again.
+pub(super) fn pending(
+    names: &Names,
+    repeated: &mut Repeated,
+    in_flight: &[(RobotId, Reception)],
+    rows: &mut Vec<u8>,
+) {
+    for (receiver, reception) in in_flight {
+        message(names, repeated, *receiver, reception, rows);
+    }
+}
+
+fn message(
+    names: &Names,
+    repeated: &mut Repeated,
+    receiver: RobotId,
+    reception: &Reception,
+    rows: &mut Vec<u8>,
+) {
+    // Any slot is correct, because the key contains the sender.
+    let slot = reception.sender.index() % repeated.messages.len();
+    // The time is not part of the key, because it is encoded at the start of the row.
+    let key = Reception {
+        at: SimTime::default(),
+        ..*reception
+    };
+    Row::new(rows)
+        .number(reception.at.0)
+        .fields(repeated.robot(receiver))
+        .end_with(&mut repeated.messages[slot], key, |row| {
+            let content = reception.said;
+            let state = content.and_then(|content| content.state);
+            row.text(names.robot(reception.sender))
+                .number(reception.incarnation)
+                .optional(content.map(|content| content.seq))
+                .text(content.map_or("", |content| names.broadcast(content.kind)))
+                .text(state.map_or("", |state| state.as_str()))
+                .optional(
+                    content
+                        .and_then(|content| content.since)
+                        .map(|since| since.0),
+                )
+                .text(names.set(content.and_then(|content| content.set)))
+                .text(names.task(content.and_then(|content| content.task)))
+                .optional(content.and_then(|content| content.progress))
+                .number(reception.sent.0)
+                .text(reception.delivery.as_str())
+                .end();
+        });
+}
+
+/// Returns the events of a tick: inputs first, then state changes and notes of each robot, then events of faults and the world.
+pub(super) fn events(names: &Names, record: &TickRecord<'_>) -> Vec<EventLine> {
+    let mut lines = Vec::new();
+    let mut line = |kind: EventKind, [robot, subject, reason, detail]: [&str; 4]| {
+        lines.push(EventLine {
+            t_ms: record.now,
+            kind: kind.to_string(),
+            robot: robot.to_owned(),
+            subject: subject.to_owned(),
+            reason: reason.to_owned(),
+            detail: detail.to_owned(),
+        });
+    };
+    for (kind, robot, subject, detail) in record.inputs.iter().filter_map(describe) {
+        line(kind, [robot, subject, "", &detail]);
+    }
+    for counted in record.counted() {
+        let report = &counted.report;
+        let robot = names.robot(report.robot);
+        for change in &report.changes {
+            let reason = change.reason.describe(|robot| names.robot(robot));
+            let (set, task) = (names.set(Some(change.set)), names.task_of(change.set));
+            line(EventKind::State(change.to), [robot, set, &reason, task]);
+        }
+        for note in &report.notes {
+            line(
+                EventKind::Note(names.note(note.kind)),
+                [robot, "", "", &note.detail],
+            );
+        }
+    }
+    for event in record.events {
+        let robot = event.robot.map_or("", |robot| names.robot(robot));
+        line(
+            event.kind,
+            [robot, &event.subject, &event.reason, &event.detail],
+        );
+    }
+    lines
+}
+
+pub(super) fn event_rows(lines: &[EventLine], rows: &mut Vec<u8>) {
+    for line in lines {
+        Row::new(rows)
+            .number(line.t_ms.0)
+            .text(&line.kind)
+            .text(&line.robot)
+            .text(&line.subject)
+            .text(&line.reason)
+            .text(&line.detail)
+            .end();
+    }
+}
+
+/// Returns kind, robot, subject and detail of an input's row. Inputs about faults have none, because the fault schedule adds
+/// events for them.
+fn describe(input: &Input) -> Option<(EventKind, &str, &str, String)> {
+    Some(match input {
+        Input::Join {
+            robot, incarnation, ..
+        } => (
+            EventKind::Joined,
+            robot,
+            "",
+            format!("incarnation {incarnation}"),
+        ),
+        Input::Gone {
+            robot,
+            incarnation: 0,
+            ..
+        } => (EventKind::Gone, robot, "", "never joined".to_owned()),
+        Input::Gone {
+            robot,
+            incarnation,
+            last_counted,
+            listed,
+            ..
+        } => {
+            let counted = match last_counted {
+                Some(tick) => format!("last counted in tick {tick}"),
+                None => "never counted".to_owned(),
+            };
+            let broadcasts = if *listed { "listed" } else { "not listed" };
+            let detail =
+                format!("incarnation {incarnation}; {counted}; last broadcasts {broadcasts}");
+            (EventKind::Gone, robot, "", detail)
+        }
+        Input::StallBegin { robot, .. } => (EventKind::Stalled, robot, "", String::new()),
+        Input::StallEnd { robot, .. } => (EventKind::Back, robot, "", String::new()),
+        Input::Lost {
+            receiver,
+            sender,
+            sent_tick,
+            index,
+        } => {
+            let detail = format!("broadcast {index} of tick {sent_tick}");
+            (EventKind::Lost, receiver, sender, detail)
+        }
+        Input::Order { .. } | Input::Clear { .. } | Input::Failed { .. } => return None,
+    })
+}
+
+pub(super) fn poses(
+    names: &Names,
+    repeated: &mut Repeated,
+    record: &TickRecord<'_>,
+    rows: &mut Vec<u8>,
+) {
+    let bodies = record.bodies.iter().zip(names.robots());
+    for ((body, name), tail) in bodies.zip(&mut repeated.poses) {
+        if !body.present {
+            continue;
+        }
+        let row = Row::new(rows).fields(&repeated.now);
+        row.end_with(tail, body_bits(body), |row| {
+            let row = row
+                .text(name)
+                .real(body.pose.position.x)
+                .real(body.pose.position.y)
+                .real(body.pose.heading_rad)
+                .real(body.speed_m_s)
+                .flag(body.carrying)
+                .text(names.set(body.active));
+            match body.energy_j {
+                Some(energy_j) => row.real(energy_j).end(),
+                None => row.text("").end(),
+            }
+        });
+    }
+}
+
+pub(super) fn mission(record: &TickRecord<'_>, rows: &mut Vec<u8>) {
+    let first = Row::new(rows).number(record.now.0);
+    let values = record.mission.iter();
+    let all = values.fold(first, |row, value| match *value {
+        Value::Count(count) => row.number(count),
+        Value::Real(number) => row.real(number),
+        Value::None => row.text(""),
+    });
+    all.end();
+}
+
+pub(super) fn targets(repeated: &Repeated, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
+    for (number, target) in record.targets.iter().enumerate() {
+        Row::new(rows)
+            .fields(&repeated.now)
+            .numbered('t', number)
+            .real(target.at.x)
+            .real(target.at.y)
+            .number(target.observers)
+            .end();
+    }
+}
+
+pub(super) fn inputs(record: &TickRecord<'_>, lines: &mut Vec<u8>) {
+    for input in record.inputs {
+        let line = InputLine {
+            tick: record.tick,
+            input: input.clone(),
+        };
+        serde_json::to_writer(&mut *lines, &line)
+            // Strings and numbers are written to memory, which cannot fail.
+            .expect("an input can be encoded");
+        lines.push(b'\n');
+    }
+}

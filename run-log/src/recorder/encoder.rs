@@ -1,0 +1,250 @@
+//! The encoder of a run's log, row by row. It does not depend on the sink's type, so that it is compiled once, in this
+//! optimized crate.
+
+use std::collections::BTreeMap;
+
+use crate::foreign::ForeignWriter;
+use crate::{LogLevel, MindFile, RunFile, RunOutcome, Section, Table};
+use proto::event::EventLine;
+use scenario::Setup;
+use scenario::ids::{RobotId, Tick};
+use scenario::mission::Value;
+use scenario::time::SimTime;
+
+use super::encode;
+use super::hash::{RunHash, SectionHash};
+use super::names::Names;
+use super::on_their_way::OnTheirWay;
+use super::pages::Pages;
+use super::record::TickRecord;
+use super::repeated::Repeated;
+use super::tally::{Ending, Tally};
+use super::{Answer, RecordError, Sink};
+
+/// Simulated time between two seals of [`LogLevel::Summary`], ms.
+const SUMMARY_SEAL_MS: u64 = 1000;
+
+pub(super) struct Encoder {
+    setup: Setup,
+    level: LogLevel,
+    names: Names,
+    repeated: Repeated,
+    pages: Pages,
+    hash: RunHash,
+    section: SectionHash,
+    tally: Tally,
+    /// The writer of foreign.bin; created with the first answer of an external controller.
+    foreign: Option<Box<ForeignWriter>>,
+    minds: BTreeMap<String, MindFile>,
+    /// Messages in flight, whose rows follow later.
+    on_their_way: OnTheirWay,
+    /// The values of the last row of mission.csv.
+    mission: Option<Vec<Value>>,
+    /// Events for an observer, see [`Encoder::take_events`]; `None` until the first call.
+    events: Option<Vec<EventLine>>,
+    latest: Option<(Tick, SimTime)>,
+    sealed: Option<(Tick, SimTime)>,
+}
+
+impl Encoder {
+    pub fn new(setup: &Setup, level: LogLevel, versions: &BTreeMap<String, String>) -> Self {
+        let names = Names::of(setup);
+        Self {
+            setup: setup.clone(),
+            level,
+            repeated: Repeated::new(&names),
+            names,
+            pages: Pages::new(level, setup.catalog.mission),
+            hash: RunHash::default(),
+            section: SectionHash::default(),
+            tally: Tally::new(setup),
+            foreign: None,
+            minds: (setup.scenario.minds().into_iter())
+                .map(|name| {
+                    let version = versions.get(name).cloned();
+                    (name.to_owned(), MindFile { version })
+                })
+                .collect(),
+            on_their_way: OnTheirWay::default(),
+            mission: None,
+            events: None,
+            latest: None,
+            sealed: None,
+        }
+    }
+
+    pub fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    pub fn level(&self) -> LogLevel {
+        self.level
+    }
+
+    pub fn hash(&self) -> String {
+        format!("{:016x}", self.hash.so_far())
+    }
+
+    pub fn take_events(&mut self) -> Vec<EventLine> {
+        self.events.replace(Vec::new()).unwrap_or_default()
+    }
+
+    pub fn waiting(&self) -> usize {
+        self.pages.waiting()
+    }
+
+    pub fn write_to(&mut self, sink: &mut dyn Sink) -> Result<(), RecordError> {
+        self.pages.write_to(sink)
+    }
+
+    pub fn finish(&mut self) {
+        let in_flight = self.on_their_way.end();
+        if !in_flight.is_empty() {
+            let (names, repeated) = (&self.names, &mut self.repeated);
+            self.pages.add(Table::Messages, |rows| {
+                encode::pending(names, repeated, &in_flight, rows);
+            });
+        }
+        if self.sealed != self.latest || !in_flight.is_empty() {
+            self.seal();
+        }
+    }
+
+    pub fn run_file(&self, outcome: RunOutcome, ending: Ending) -> RunFile {
+        let Ending {
+            unscripted,
+            faults,
+            figures,
+        } = ending;
+        RunFile {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            log: self.level,
+            hash: matches!(outcome, RunOutcome::Ended(_)).then(|| self.hash()),
+            outcome,
+            unscripted,
+            faults,
+            minds: self.minds.clone(),
+            result: self.tally.figures(figures),
+            setup: self.setup.clone(),
+        }
+    }
+
+    pub fn add(&mut self, record: &TickRecord<'_>) {
+        if self.level.keeps(Table::Ticks) {
+            self.repeated.begin(record.tick, record.now);
+        }
+        self.hash_tick(record);
+        self.tally.add(record);
+        self.latest = Some((record.tick, record.now));
+
+        let (names, repeated, pages) = (&self.names, &mut self.repeated, &mut self.pages);
+        pages.add(Table::Motivations, |rows| {
+            encode::motivations(names, repeated, record, rows)
+        });
+        if record
+            .counted()
+            .any(|answer| !answer.report.allocation.is_empty())
+        {
+            pages.add_optional(Table::Allocation, |rows| {
+                encode::allocation(names, repeated, record, rows)
+            });
+        }
+        pages.add(Table::Messages, |rows| {
+            encode::messages(names, repeated, &mut self.on_their_way, record, rows)
+        });
+        pages.add(Table::Events, |rows| {
+            encode::event_rows(&encode::events(names, record), rows);
+        });
+        if let Some(events) = &mut self.events {
+            events.append(&mut encode::events(names, record));
+        }
+        pages.add(Table::Poses, |rows| {
+            encode::poses(names, repeated, record, rows)
+        });
+        if !record.targets.is_empty() {
+            pages.add_optional(Table::Targets, |rows| {
+                encode::targets(repeated, record, rows)
+            });
+        }
+        pages.add(Table::Inputs, |lines| encode::inputs(record, lines));
+        if !record.foreign.is_empty() {
+            self.store_foreign(record);
+        }
+        let pages = &mut self.pages;
+        if self.level.keeps(Table::Mission) && self.mission.as_deref() != Some(record.mission) {
+            let written = self.mission.get_or_insert_default();
+            written.clear();
+            written.extend_from_slice(record.mission);
+            pages.add(Table::Mission, |rows| encode::mission(record, rows));
+        }
+        if self.seal_is_due(record.now) {
+            self.seal();
+        }
+    }
+
+    fn hash_tick(&mut self, record: &TickRecord<'_>) {
+        self.hash.tick(record.tick);
+        if !record.inputs.is_empty() {
+            let hash = self.section.inputs(record.inputs);
+            self.add_section(None, Section::Inputs, hash);
+        }
+        for answer in record.counted() {
+            let robot = Some(answer.report.robot);
+            answer.for_each_section(|section, hash| self.add_section(robot, section, hash));
+        }
+        if !record.events.is_empty() {
+            let hash = self.section.events(record.events);
+            self.add_section(None, Section::Events, hash);
+        }
+        let hash = self.section.state(record.bodies, record.mission_state);
+        self.add_section(None, Section::State, hash);
+        self.hash.end_tick();
+    }
+
+    /// Adds a section to the hash. Inlined, so that the lengths of the section names are constants.
+    #[inline(always)]
+    fn add_section(&mut self, robot: Option<RobotId>, section: Section, hash: u64) {
+        self.hash.section(robot, section, hash);
+        if self.level == LogLevel::Full {
+            let repeated = &self.repeated;
+            let robot = robot.map_or(&repeated.world, |robot| repeated.robot(robot));
+            self.pages
+                .add_hash(&repeated.tick, robot, section.as_str(), hash);
+        }
+    }
+
+    /// Stores the answers of external controllers, which a replay cannot compute.
+    #[inline(never)]
+    fn store_foreign(&mut self, record: &TickRecord<'_>) {
+        let is_foreign = |answer: &&Answer| record.foreign[answer.report.robot.index()];
+        for answer in record.counted().filter(is_foreign) {
+            let report = &answer.report;
+            let broadcasts = record
+                .said
+                .iter()
+                .filter(|broadcast| broadcast.sender == report.robot);
+            let writer = self.foreign.get_or_insert_default();
+            self.pages.add_optional(Table::Foreign, |bytes| {
+                writer.add(report, broadcasts, bytes);
+            });
+        }
+    }
+
+    fn seal_is_due(&self, now: SimTime) -> bool {
+        match self.level {
+            LogLevel::Full => true,
+            LogLevel::Summary => self
+                .sealed
+                .is_none_or(|(_, last)| last.0 / SUMMARY_SEAL_MS != now.0 / SUMMARY_SEAL_MS),
+            LogLevel::Off => false,
+        }
+    }
+
+    /// Adds a seal: up to the latest tick, every table is complete.
+    fn seal(&mut self) {
+        if let Some(latest) = self.latest {
+            self.pages.seal(&self.repeated, self.hash.so_far());
+            self.sealed = Some(latest);
+        }
+    }
+}

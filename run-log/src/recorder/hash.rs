@@ -1,0 +1,76 @@
+//! The hashes of a run: one per tick, robot and section, and one over all of them.
+
+use crate::{Input, Section};
+use proto::codec;
+use scenario::ids::{RobotId, Tick};
+use serde::Serialize;
+use xxhash_rust::xxh3::{Xxh3, xxh3_64};
+
+use super::record::{BodyRecord, Event};
+
+const NAME_MOST: usize = Section::Motivations.as_str().len();
+
+#[derive(Clone, Default)]
+pub(super) struct SectionHash {
+    /// A reusable buffer that begins with the encoding of the current section.
+    room: Vec<u8>,
+}
+
+impl SectionHash {
+    pub fn of(&mut self, content: &impl Serialize) -> u64 {
+        let length = codec::encode_into(content, &mut self.room)
+            // Sections are plain data of known length and are written to memory, which cannot fail.
+            .expect("a section can be encoded");
+        xxh3_64(&self.room[..length])
+    }
+
+    // Sections of every tick are hashed by functions without type parameters. These are compiled in this optimized crate, and
+    // not in the crate that chooses a sink.
+
+    pub fn inputs(&mut self, inputs: &[Input]) -> u64 {
+        self.of(&inputs)
+    }
+
+    pub fn events(&mut self, events: &[Event]) -> u64 {
+        self.of(&events)
+    }
+
+    pub fn state(&mut self, bodies: &[BodyRecord], mission_state: u64) -> u64 {
+        self.of(&(bodies, mission_state))
+    }
+}
+
+#[derive(Clone, Default)]
+pub(super) struct RunHash {
+    run: Xxh3,
+    /// The bytes of the current tick. One update per tick is faster than one per section.
+    tick: Vec<u8>,
+}
+
+impl RunHash {
+    pub fn tick(&mut self, tick: Tick) {
+        self.tick.clear();
+        self.tick.extend_from_slice(&tick.to_le_bytes());
+    }
+
+    /// Adds the hash of a section of a robot, or of the world if `robot` is `None`.
+    #[inline(always)]
+    pub fn section(&mut self, robot: Option<RobotId>, section: Section, hash: u64) {
+        let rank = robot.map_or(u16::MAX, |robot| robot.0).to_le_bytes();
+        let name = section.as_str().as_bytes();
+        // Added in one piece, because each addition may have to grow the buffer.
+        let mut piece = [0; 2 + NAME_MOST + 8];
+        piece[..2].copy_from_slice(&rank);
+        piece[2..][..name.len()].copy_from_slice(name);
+        piece[2 + name.len()..][..8].copy_from_slice(&hash.to_le_bytes());
+        self.tick.extend_from_slice(&piece[..2 + name.len() + 8]);
+    }
+
+    pub fn end_tick(&mut self) {
+        self.run.update(&self.tick);
+    }
+
+    pub fn so_far(&self) -> u64 {
+        self.run.digest()
+    }
+}

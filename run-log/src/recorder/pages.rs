@@ -1,0 +1,122 @@
+//! The encoded but unwritten part of each table, and the seals between ticks.
+
+use crate::{LogLevel, RUN_SECTION, Table};
+use scenario::mission::columns::Column;
+use scenario::mission::known::Mission;
+use xxhash_rust::xxh3::Xxh3;
+
+use super::RecordError;
+use super::repeated::Repeated;
+use super::row::{Fields, Row};
+use super::sink::Sink;
+
+pub(super) struct Pages {
+    level: LogLevel,
+    /// The columns of mission.csv after the time.
+    mission_columns: &'static [Column],
+    /// The unwritten part of each table, in the order of [`Table::ALL`].
+    tables: [Page; Table::ALL.len()],
+}
+
+/// The unwritten part of a table and the state of the whole table.
+#[derive(Default)]
+struct Page {
+    bytes: Vec<u8>,
+    /// The hash of the table from its first byte on.
+    hash: Xxh3,
+    grown: bool,
+    begun: bool,
+}
+
+impl Pages {
+    pub fn new(level: LogLevel, mission: Mission) -> Self {
+        let mut pages = Self {
+            level,
+            mission_columns: mission.terms().columns,
+            tables: Default::default(),
+        };
+        for table in Table::ALL.into_iter().filter(|table| !table.is_optional()) {
+            pages.begin(table);
+        }
+        pages
+    }
+
+    /// Adds the header line of a table, once.
+    fn begin(&mut self, table: Table) {
+        let begun = &mut self.tables[table as usize].begun;
+        if std::mem::replace(begun, true) {
+            return;
+        }
+        let columns = self.mission_columns;
+        self.add(table, |bytes| match table.header() {
+            Some(header) => bytes.extend_from_slice(header.as_bytes()),
+            None => {
+                let columns = columns.iter().map(|column| column.name);
+                let columns = ["t_ms"].into_iter().chain(columns);
+                columns
+                    .fold(Row::new(bytes), |row, name| row.text(name))
+                    .end();
+            }
+        });
+    }
+
+    /// Adds rows to a table that exists only if it has rows.
+    pub fn add_optional(&mut self, table: Table, rows: impl FnOnce(&mut Vec<u8>)) {
+        self.begin(table);
+        self.add(table, rows);
+    }
+
+    /// Adds rows to a table if the log level includes it.
+    pub fn add(&mut self, table: Table, rows: impl FnOnce(&mut Vec<u8>)) {
+        if self.level.keeps(table) {
+            let page = &mut self.tables[table as usize];
+            let start = page.bytes.len();
+            rows(&mut page.bytes);
+            page.hash.update(&page.bytes[start..]);
+            page.grown |= page.bytes.len() > start;
+        }
+    }
+
+    /// Adds a hash as a row of ticks.csv.
+    #[inline(always)]
+    pub fn add_hash(&mut self, tick: &Fields, robot: &Fields, section: &'static str, hash: u64) {
+        self.add(Table::Ticks, |rows| {
+            let row = Row::new(rows).fields(tick).fields(robot);
+            row.word(section).hash(hash).end();
+        });
+    }
+
+    /// Adds a seal that marks the tick as complete in every table. `run` is the hash of the run so far.
+    pub fn seal(&mut self, repeated: &Repeated, run: u64) {
+        let (tick, world) = (&repeated.tick, &repeated.world);
+        for table in Table::ALL
+            .into_iter()
+            .filter(|table| *table != Table::Ticks)
+        {
+            let page = &mut self.tables[table as usize];
+            if std::mem::take(&mut page.grown) {
+                let hash = page.hash.digest();
+                self.add_hash(tick, world, table.file_name(), hash);
+            }
+        }
+        self.add_hash(tick, world, RUN_SECTION, run);
+    }
+
+    pub fn waiting(&self) -> usize {
+        self.tables.iter().map(|page| page.bytes.len()).sum()
+    }
+
+    /// Writes all encoded bytes to the sink, ticks.csv last.
+    ///
+    /// # Errors
+    /// Returns errors of the sink. The tables after the failed one are not written.
+    pub fn write_to(&mut self, sink: &mut dyn Sink) -> Result<(), RecordError> {
+        for (table, page) in Table::ALL.into_iter().zip(&mut self.tables) {
+            if !page.bytes.is_empty() {
+                sink.append(table, &page.bytes)?;
+                page.bytes.clear();
+            }
+        }
+        Ok(())
+    }
+}

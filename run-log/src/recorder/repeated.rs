@@ -1,0 +1,66 @@
+//! Cached parts of rows of a full log. All rows of a tick begin with its time, and most values are the same as in the previous
+//! tick.
+
+use crate::WORLD;
+use proto::telemetry::Reception;
+use scenario::ids::{BehaviorId, RobotId, Tick};
+use scenario::time::SimTime;
+
+use super::answers::MotivationBits;
+use super::names::Names;
+use super::record::BodyRecord;
+use super::row::{Fields, Tail};
+
+pub(super) struct Repeated {
+    pub now: Fields,
+    pub tick: Fields,
+    /// The name in rows that belong to no robot.
+    pub world: Fields,
+    robots: Vec<Fields>,
+    /// The ends of rows of motivations.csv, by robot and by position in its report.
+    pub motivations: Vec<Vec<Tail<MotivationBits>>>,
+    /// The ends of rows of messages.csv by sender, because a broadcast is the same for all receivers.
+    pub messages: Vec<Tail<Reception>>,
+    /// The ends of rows of poses.csv by robot.
+    pub poses: Vec<Tail<BodyBits>>,
+}
+
+/// The position, heading and speed, energy, load and active behavior set. Floats are stored as bits, because 0 and -0 are equal
+/// but encoded differently.
+pub(super) type BodyBits = ([u32; 4], Option<u32>, bool, Option<BehaviorId>);
+
+impl Repeated {
+    pub fn new(names: &Names) -> Self {
+        let robots: Vec<_> = names
+            .robots()
+            .map(|name| Fields::of(|row| row.text(name)))
+            .collect();
+        Self {
+            now: Fields::default(),
+            tick: Fields::default(),
+            world: Fields::of(|row| row.text(WORLD)),
+            motivations: vec![Vec::new(); robots.len()],
+            messages: vec![Tail::default(); robots.len()],
+            poses: vec![Tail::default(); robots.len()],
+            robots,
+        }
+    }
+
+    /// Starts a tick and encodes its time and number.
+    pub fn begin(&mut self, tick: Tick, now: SimTime) {
+        self.now.set(|row| row.number(now.0));
+        self.tick.set(|row| row.number(now.0).number(tick));
+    }
+
+    pub fn robot(&self, robot: RobotId) -> &Fields {
+        &self.robots[robot.index()]
+    }
+}
+
+/// Returns all values of a row of poses.csv except time and robot.
+pub(super) fn body_bits(body: &BodyRecord) -> BodyBits {
+    let [x, y] = body.pose.position.to_array();
+    let reals = [x, y, body.pose.heading_rad, body.speed_m_s];
+    let energy = body.energy_j.map(f32::to_bits);
+    (reals.map(f32::to_bits), energy, body.carrying, body.active)
+}

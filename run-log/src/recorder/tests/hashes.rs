@@ -1,0 +1,188 @@
+//! Hashes are the same at every log level, and each section has its own.
+
+use scenario::testkit::default_setup;
+use std::collections::BTreeMap;
+
+use proto::mission::Deed;
+
+use super::*;
+
+/// Returns the hashes of ticks.csv by (tick, robot, section), without those of tables and of the run.
+fn hashes(ticks: &[OwnedTick]) -> BTreeMap<(Tick, String, String), u64> {
+    let (run, memory) = log(LogLevel::Full, ticks);
+    let log = RunLog::from_tables(Path::new(""), run, memory.tables);
+    let rows: Vec<TickRow> = log.rows().unwrap();
+    rows.into_iter()
+        .filter(|row| row.section != RUN_SECTION && !row.section.contains('.'))
+        .map(|row| ((row.tick, row.robot, row.section), row.hash))
+        .collect()
+}
+
+/// Returns the (robot, section) pairs of tick 1 that `change` changes. Checks that the run's hash changes and other ticks do not.
+fn changed(change: impl FnOnce(&mut OwnedTick)) -> Vec<String> {
+    let before = sample();
+    let mut after = before.clone();
+    change(&mut after[1]);
+    let run = |ticks: &[OwnedTick]| log(LogLevel::Off, ticks).0.hash.unwrap();
+    assert_ne!(run(&before), run(&after));
+    let (before, after) = (hashes(&before), hashes(&after));
+    let keys = before
+        .keys()
+        .chain(after.keys())
+        .cloned()
+        .collect::<std::collections::BTreeSet<_>>();
+    let differ = keys
+        .into_iter()
+        .filter(|key| before.get(key) != after.get(key));
+    differ
+        .map(|(tick, robot, section)| {
+            assert_eq!(tick, 1);
+            format!("{robot} {section}")
+        })
+        .collect()
+}
+
+#[test]
+fn level_does_not_change_the_hash() {
+    let hash = |level| log(level, &sample()).0.hash.unwrap();
+    assert_eq!(hash(LogLevel::Full), hash(LogLevel::Summary));
+    assert_eq!(hash(LogLevel::Full), hash(LogLevel::Off));
+}
+
+#[test]
+fn flushes_do_not_change_the_log() {
+    let mut recorder =
+        Recorder::new(&default_setup(7), LogLevel::Summary, Memory::default()).unwrap();
+    for tick in sample() {
+        tick.record(&mut recorder).unwrap();
+        recorder.flush().unwrap();
+    }
+    let run = recorder
+        .finish(Outcome::TimeLimit, Ending::default())
+        .unwrap();
+    assert_eq!(
+        (run, recorder.into_sink()),
+        log(LogLevel::Summary, &sample())
+    );
+}
+
+#[test]
+fn the_hash_is_available_after_every_tick() {
+    let ticks = sample();
+    let mut recorder = Recorder::new(&default_setup(7), LogLevel::Off, Memory::default()).unwrap();
+    for (index, tick) in ticks.iter().enumerate() {
+        tick.record(&mut recorder).unwrap();
+        let (run, _) = log(LogLevel::Full, &ticks[..=index]);
+        assert_eq!(Some(recorder.hash()), run.hash);
+    }
+}
+
+#[test]
+fn every_bit_of_a_float_counts() {
+    for bit in 0..32 {
+        let flip = |value: &mut f32| *value = f32::from_bits(value.to_bits() ^ (1 << bit));
+        assert_eq!(
+            changed(|tick| flip(&mut tick.robots[2].0.pose.position.x)),
+            ["world state"]
+        );
+        assert_eq!(
+            changed(|tick| flip(&mut tick.blue().1.actuation.turn_rad_s)),
+            ["blue commands"]
+        );
+        let change_sensor = |tick: &mut OwnedTick| {
+            let mut at = Vec2::new(0.5, -0.25);
+            flip(&mut at.y);
+            tick.blue().0.mission = Sensed::Open(Box::new(Bytes::encode(&at).unwrap()));
+        };
+        assert_eq!(changed(change_sensor), ["blue readings"]);
+    }
+    for bit in 0..64 {
+        let flip = |value: &mut f64| *value = f64::from_bits(value.to_bits() ^ (1 << bit));
+        assert_eq!(
+            changed(|tick| flip(&mut tick.blue().1.motivations[1].impatience)),
+            ["blue motivations"]
+        );
+    }
+}
+
+#[test]
+fn every_part_counts_in_its_section() {
+    let readings = ["blue readings"];
+    assert_eq!(
+        changed(|tick| tick.blue().0.mission = Sensed::Nothing),
+        readings
+    );
+    assert_eq!(
+        changed(|tick| tick.blue().0.pose = Some(Pose::default())),
+        readings
+    );
+
+    let commands = ["blue commands"];
+    assert_eq!(
+        changed(|tick| tick.blue().1.actuation.deed = Deed::Open(Bytes::default())),
+        commands
+    );
+
+    let messages = ["blue messages"];
+    assert_eq!(changed(|tick| tick.blue().1.broadcasts ^= 1), messages);
+    assert_eq!(
+        changed(|tick| tick.blue().1.receptions[0].at.0 ^= 1),
+        messages
+    );
+    assert_eq!(
+        changed(|tick| tick.blue().1.receptions[0].delivery = Delivery::Lost),
+        messages
+    );
+    let said = |change: fn(&mut Said)| {
+        changed(move |tick| change(tick.blue().1.receptions[0].said.as_mut().unwrap()))
+    };
+    assert_eq!(said(|said| said.seq ^= 1), messages);
+    assert_eq!(said(|said| said.state = None), messages);
+    assert_eq!(said(|said| said.progress = Some(5)), messages);
+
+    let motivations = ["blue motivations"];
+    assert_eq!(
+        changed(|tick| tick.blue().1.motivations[0].acquiescence ^= true),
+        motivations
+    );
+    assert_eq!(
+        changed(|tick| tick.blue().1.changes[0].reason = Reason::WaitOver),
+        motivations
+    );
+    assert_eq!(
+        changed(|tick| tick.blue().1.notes[0].detail.push('.')),
+        motivations
+    );
+
+    let events = ["world events"];
+    assert_eq!(
+        changed(|tick| tick.events[0].kind = EventKind::Mission("dropped")),
+        events
+    );
+    assert_eq!(changed(|tick| tick.events[0].robot = None), events);
+    assert_eq!(changed(|tick| tick.events[0].subject.push('1')), events);
+    assert_eq!(changed(|tick| tick.events[0].reason.push('1')), events);
+    assert_eq!(changed(|tick| tick.events[0].detail.push('1')), events);
+    assert_eq!(changed(|tick| tick.events.clear()), events);
+
+    let state = ["world state"];
+    assert_eq!(changed(|tick| tick.robots[0].0.carrying ^= true), state);
+    assert_eq!(changed(|tick| tick.robots[0].0.active = None), state);
+    assert_eq!(changed(|tick| tick.robots[0].0.energy_j = None), state);
+    assert_eq!(changed(|tick| tick.mission_state ^= 1), state);
+
+    assert_eq!(changed(|tick| tick.inputs.clear()), ["world inputs"]);
+    let stall = || Input::StallBegin {
+        robot: "gold".to_owned(),
+        scripted: false,
+    };
+    assert_eq!(changed(|tick| tick.inputs.push(stall())), ["world inputs"]);
+
+    let gold = [
+        "gold commands",
+        "gold messages",
+        "gold motivations",
+        "gold readings",
+    ];
+    assert_eq!(changed(|tick| tick.robots[1].1 = None), gold);
+}

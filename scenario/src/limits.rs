@@ -1,0 +1,115 @@
+//! Ranges of numbers and rules for names, for checks of scenarios.
+
+use std::collections::BTreeMap;
+use std::fmt::Display;
+
+use super::error::Problem;
+use super::path::Path;
+use crate::names::is_name;
+
+/// The range of numbers that a key accepts.
+pub struct Limits {
+    from: f64,
+    /// True if the range excludes `from` itself.
+    open: bool,
+    to: f64,
+    unit: &'static str,
+}
+
+/// Returns the range above 0 and up to `to`.
+#[must_use]
+pub const fn above_zero(to: f64, unit: &'static str) -> Limits {
+    Limits {
+        from: 0.0,
+        open: true,
+        to,
+        unit,
+    }
+}
+
+/// Returns the range from `from` to `to`, both included.
+#[must_use]
+pub const fn closed(from: f64, to: f64, unit: &'static str) -> Limits {
+    Limits {
+        from,
+        open: false,
+        to,
+        unit,
+    }
+}
+
+/// The range of lengths, m.
+pub const LENGTH: Limits = above_zero(1e3, "m");
+/// The range of fractions of a whole.
+pub const FRACTION: Limits = closed(0.0, 1.0, "");
+/// The range of penetrabilities of components.
+pub const PENETRABILITY: Limits = closed(0.0, 100.0, "");
+/// The range of times, s.
+pub const TIME: Limits = above_zero(1e9, "s");
+/// The range of speeds, m/s.
+pub const SPEED: Limits = above_zero(1e3, "m/s");
+/// The range of turn rates, degrees per second.
+pub const TURN_RATE: Limits = above_zero(3600.0, "deg/s");
+/// The range of power, W.
+pub const POWER: Limits = closed(0.0, 1e9, "W");
+
+impl Limits {
+    /// Rejects a number at `path` outside the range, and NaN.
+    pub fn check<T: Copy + Display + Into<f64>>(
+        &self,
+        path: Path,
+        number: T,
+    ) -> Result<(), Problem> {
+        let value: f64 = number.into();
+        let high_enough = if self.open {
+            value > self.from
+        } else {
+            value >= self.from
+        };
+        if high_enough && value <= self.to {
+            return Ok(());
+        }
+        let low = match (self.open, self.from) {
+            (true, from) => format!("above {from}"),
+            (false, from) => format!("at least {from}"),
+        };
+        let remedy = format!("it must be {low} and at most {} {}", self.to, self.unit);
+        Err(Problem::at(
+            path,
+            format!("{number} is out of range"),
+            remedy.trim_end(),
+        ))
+    }
+}
+
+/// Rejects a text that is not a name.
+pub fn name(path: Path, name: &str) -> Result<(), Problem> {
+    if is_name(name) {
+        return Ok(());
+    }
+    let remedy =
+        "use at most 32 letters, digits, '-' and '_', with a letter or a digit first".to_owned();
+    Err(Problem::at(path, format!("'{name}' is not a name"), remedy))
+}
+
+/// Checks the length of a list. Each name must be valid and occur once.
+pub fn named<'a>(
+    list: &Path,
+    names: impl ExactSizeIterator<Item = &'a str>,
+    most: usize,
+) -> Result<(), Problem> {
+    if !(1..=most).contains(&names.len()) {
+        let what = format!("{} entries", names.len());
+        return Err(Problem::at(list.clone(), what, format!("give 1 to {most}")));
+    }
+    let mut first = BTreeMap::new();
+    for (index, each) in names.enumerate() {
+        let path = list.index(index).key("name");
+        name(path.clone(), each)?;
+        if let Some(first) = first.insert(each, index) {
+            let what = format!("'{each}' is already the name of {list}[{first}]");
+            return Err(Problem::at(path, what, "give each its own name"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,322 @@
+//! The definition of a mission in files: its section of a scenario, its tasks, behaviors and names. Its world and its robots'
+//! controllers are defined elsewhere.
+
+use std::fmt::Debug;
+
+use glam::Vec2;
+use rand_chacha::ChaCha8Rng;
+
+use super::columns::Column;
+use super::promises::Promises;
+use super::section::{MissionSection, Section};
+use crate::fault::{FaultSpec, MissionFault, Order, OrderError};
+use crate::ids::TaskId;
+use crate::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread};
+
+/// The data of a mission. A scenario file with the section `[NAME]` belongs to this mission.
+///
+/// ```
+/// use proto::mission::prelude::*;
+/// use proto::scenario::Vocabulary;
+/// use serde::{Deserialize, Serialize};
+///
+/// /// A mission in which robots knock at doors.
+/// #[derive(Debug)]
+/// struct Knock;
+///
+/// #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// #[serde(deny_unknown_fields)]
+/// struct KnockSection {
+///     doors: i64,
+/// }
+///
+/// impl MissionData for Knock {
+///     fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
+///         section::<KnockSection>(text)
+///     }
+///
+///     fn parameters(&self) -> Vec<ParameterSpec> {
+///         let (default, range) = (ParameterDefault::Required, ParameterRange::Whole(1, 9));
+///         vec![ParameterSpec::new("doors", "", default, "number of doors", range)]
+///     }
+///
+///     fn terms(&self) -> Terms {
+///         Terms {
+///             columns: const { &[Column::done("knocked", "knocked"), Column::left("left")] },
+///             events: &["knocked"],
+///             ..Terms::NONE
+///         }
+///     }
+///
+///     fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
+///         let doors = 0..scenario.section::<KnockSection>().doors;
+///         one_behavior_each(doors.map(|door| format!("knock(door-{door})")))
+///     }
+/// }
+///
+/// let missions = vec![Mission::new("knock", "knock at every door", &Knock)];
+/// let vocabulary = Vocabulary { missions, allocators: Vec::new() };
+/// let read = |text| Scenario::parse("knock.toml", text, &vocabulary).map_err(|error| error.to_string());
+/// assert_eq!(read("[knock]\ndoors = 3").unwrap().section::<KnockSection>().doors, 3);
+/// assert_eq!(
+///     read("[knock]\ndoors = 0").unwrap_err(),
+///     "knock.toml:2: knock.doors: 0 is out of range; it must be a whole number from 1 to 9"
+/// );
+/// ```
+pub trait MissionData: Debug + Send + Sync + 'static {
+    /// Reads the mission's section into its own type, with [`section`](super::known::section). Missing top-level keys
+    /// have the defaults that [`parameters`](MissionData::parameters) declare.
+    ///
+    /// # Errors
+    /// Returns the first key or value that does not fit.
+    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem>;
+
+    /// Removes values from the section that robots do not receive in advance.
+    fn brief(&self, _section: &mut MissionSection) {}
+
+    /// Returns the scenarios that come with the mission.
+    fn scenarios(&self) -> &'static [BuiltinScenario] {
+        &[]
+    }
+
+    /// Returns the name of a scenario that states none; `None` means the mission's name.
+    fn scenario_name(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// Returns the team of a scenario that states none.
+    fn team(&self) -> Vec<Robot> {
+        let robot = |name: &str| Robot {
+            name: name.to_owned(),
+            ..Robot::default()
+        };
+        ["blue", "gold", "green"].map(robot).to_vec()
+    }
+
+    /// Returns a scenario with this number of robots and amount of work, 1 to 10,000 each; `None` if the mission has
+    /// only one size.
+    fn family(&self, _robots: usize, _size: usize) -> Option<Scenario> {
+        None
+    }
+
+    /// Returns the unit of a [`family`](Self::family)'s size. The command line accepts `--WORD` instead of `--size`.
+    fn size_word(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// Returns the keys of the mission's section in display order. The values of a scenario are checked against them.
+    fn parameters(&self) -> Vec<ParameterSpec> {
+        Vec::new()
+    }
+
+    /// Returns the names that the mission adds to those of every run.
+    fn terms(&self) -> Terms;
+
+    /// Returns the names of the tasks, and the behaviors in the order of their tasks. Both lists are complete and the
+    /// same for the whole run. See [`one_behavior_each`].
+    fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>);
+
+    /// Returns the number of robots that may execute a behavior's task at once, unless the scenario states it; 1 is
+    /// exclusive.
+    fn max_robots(&self, _scenario: &Scenario, _behavior: &BehaviorSpec) -> u32 {
+        1
+    }
+
+    /// Returns true if a robot's devices allow a behavior whose task and skill the robot has. By default every robot
+    /// has every behavior.
+    fn has_behavior(&self, robot: &Robot, behavior: &BehaviorSpec) -> bool {
+        let _ = (robot, behavior);
+        true
+    }
+
+    /// Returns the names of the skills that robots may have.
+    fn skills(&self, _scenario: &Scenario) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Returns the default ALLIANCE values of a robot's behavior.
+    fn built_in(&self, scenario: &Scenario, robot: &Robot, behavior: &BehaviorSpec) -> BuiltIn {
+        let _ = (scenario, robot, behavior);
+        BuiltIn::COMMON
+    }
+
+    /// Estimates the longest time between two signs of progress in a behavior, s, for a robot with this body and skill.
+    /// The default is a trip across the room and half a turn.
+    fn unit_s(&self, scenario: &Scenario, body: &Body, skill: f64, behavior: &BehaviorSpec) -> f64 {
+        let _ = (skill, behavior);
+        let (width, height) = (scenario.room.width_m, scenario.room.height_m);
+        let way_m = (width * width + height * height).sqrt();
+        f64::from(way_m / body.speed_m_s + 180.0 / body.turn_deg_s)
+    }
+
+    /// Returns the faults that the mission defines.
+    fn faults(&self) -> &'static [FaultSpec] {
+        &[]
+    }
+
+    /// Checks an order beyond the declarations of the mission's [`faults`](MissionData::faults).
+    ///
+    /// # Errors
+    /// Returns the first mistake.
+    fn check_order(&self, _scenario: &Scenario, _order: &Order) -> Result<(), OrderError> {
+        Ok(())
+    }
+
+    /// Returns the longest interval between two events of a [time](super::columns::ColumnKind::Time) column of
+    /// mission.csv before the next is late, s.
+    fn period_s(&self, _scenario: &Scenario, _column: &str) -> Option<f64> {
+        None
+    }
+
+    /// Returns the properties that every run of the scenario must have.
+    fn promises(&self, _scenario: &Scenario) -> Promises {
+        Promises::default()
+    }
+
+    /// Returns the maximum number of items that a fault of the mission adds.
+    fn items_added(&self, _fault: &MissionFault) -> usize {
+        0
+    }
+
+    /// Returns true if robots search for items at a place, m, that they have not visited before.
+    fn is_looked_for(&self, _scenario: &Scenario, _place: Vec2) -> bool {
+        true
+    }
+
+    /// Estimates the time that a robot with this body needs to search everywhere for items, s, after no known item is
+    /// left. Returns `None` if robots do not search.
+    fn search_s(&self, _scenario: &Scenario, _body: &Body) -> Option<f64> {
+        None
+    }
+
+    /// Returns the interval after which the work of a behavior is due again, s, if it recurs.
+    fn due_every_s(&self, _scenario: &Scenario, _behavior: &BehaviorSpec) -> Option<f64> {
+        None
+    }
+
+    /// Returns true if a behavior's task has many units of work, so that a robot keeps the task.
+    fn goes_on(&self, _behavior: &BehaviorSpec) -> bool {
+        false
+    }
+
+    /// Returns a function that adds a random section, and the equipment for it, to a scenario with random room and
+    /// robots. With `None`, random missions of this kind need the section in their scenario.
+    fn random(&self) -> Option<Draw> {
+        None
+    }
+
+    /// Returns rectangles that random missions keep free of obstacles: lower left and upper right corners, m.
+    fn kept_free(&self, _scenario: &Scenario) -> Vec<[Vec2; 2]> {
+        Vec::new()
+    }
+
+    /// Checks the mission's values beyond the declarations of its [`parameters`](MissionData::parameters). This check
+    /// runs first: names and ranges of all other values are unchecked.
+    ///
+    /// # Errors
+    /// Returns the first mistake.
+    fn check(&self, _scenario: &Scenario) -> Result<(), Problem> {
+        Ok(())
+    }
+}
+
+/// Creates a [catalog](MissionData::catalog) with one behavior per task. The behavior has the task's name, and its kind
+/// is the task's number.
+pub fn one_behavior_each(tasks: impl Iterator<Item = String>) -> (Vec<String>, Vec<BehaviorSpec>) {
+    let tasks: Vec<String> = tasks.collect();
+    let behaviors = (0..=u16::MAX).zip(&tasks).map(|(task, name)| BehaviorSpec {
+        name: name.clone(),
+        task: TaskId(task),
+        kind: task.into(),
+        skill: None,
+    });
+    let behaviors = behaviors.collect();
+    (tasks, behaviors)
+}
+
+/// A function that writes a random section of a mission ([`MissionData::random`]). The result must be valid with any
+/// room and robots.
+pub type Draw = fn(&mut Scenario, &mut ChaCha8Rng);
+
+/// A scenario that comes with a mission and can be run by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BuiltinScenario {
+    /// The name on the command line.
+    pub name: &'static str,
+    /// The text of the file, comments included.
+    pub text: &'static str,
+}
+
+/// The ALLIANCE parameters of one behavior (ALLIANCE.md §1). They must satisfy the rules between parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BuiltIn {
+    /// ρ: the number of heartbeats per second.
+    pub broadcast_rate_hz: f64,
+    /// τ: the silence after which a teammate counts as inactive, s.
+    pub ceased_after_s: f64,
+    /// δ_fast: the growth of motivation while no teammate executes the task, motivation/s.
+    pub fast_impatience: f64,
+    /// δ_slow: the growth of motivation while a teammate executes the task, motivation/s.
+    pub slow_impatience: f64,
+    /// φ: the time for which a teammate's activity slows the growth, s.
+    pub willing_to_affect_s: f64,
+    /// ψ: the time on a task before a robot yields it to a teammate, s.
+    pub before_yielding_s: f64,
+    /// λ: the time on a task before a robot gives it up, s.
+    pub before_giving_up_s: f64,
+}
+
+impl BuiltIn {
+    /// Values for work of about half a minute.
+    pub const COMMON: Self = Self {
+        broadcast_rate_hz: 1.0,
+        ceased_after_s: 5.0,
+        fast_impatience: 10.0,
+        slow_impatience: 0.5,
+        willing_to_affect_s: 60.0,
+        before_yielding_s: 120.0,
+        before_giving_up_s: 240.0,
+    };
+}
+
+/// The names that a mission defines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Terms {
+    /// The sensing devices of this mission alone, which faults can break.
+    pub devices: &'static [&'static str],
+    /// The devices among them that measure lengths, so that faults can make them noisy or biased.
+    pub measuring_devices: &'static [&'static str],
+    /// The kinds of notes in events.csv that the mission's robots write.
+    pub notes: &'static [&'static str],
+    /// The devices that a robot may have or lack (`[[robots]] devices`).
+    pub optional_devices: &'static [&'static str],
+    /// The kinds of events in events.csv that only this mission has.
+    pub events: &'static [&'static str],
+    /// The kinds in `events` that are an effect of a robot's work, although no column of mission.csv counts them. The
+    /// report takes a robot as productive up to its last effect.
+    pub effects: &'static [&'static str],
+    /// True if the work itself is the effect: a robot is productive while a behavior set is active.
+    pub continuous: bool,
+    /// The verbs that can trigger faults, each with the kind of its event.
+    pub verbs: &'static [(&'static str, &'static str)],
+    /// The names of the two kinds of bulletins: the last chunk of their keys, and `kind` in messages.csv.
+    pub bulletins: [&'static str; 2],
+    /// The columns of mission.csv after the time.
+    pub columns: &'static [Column],
+}
+
+impl Terms {
+    /// A mission without any names, as a base for others.
+    pub const NONE: Self = Self {
+        devices: &[],
+        measuring_devices: &[],
+        notes: &[],
+        optional_devices: &[],
+        events: &[],
+        effects: &[],
+        continuous: false,
+        verbs: &[],
+        bulletins: ["first", "second"],
+        columns: &[],
+    };
+}

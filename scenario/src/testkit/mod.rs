@@ -1,0 +1,17 @@
+//! Shared test data of several crates: a mission without dependencies, and a fault of each kind.
+
+mod drill;
+mod faults;
+
+pub use drill::{DRILL, default_scenario, default_setup, unlike_robots, vocabulary};
+pub use faults::one_of_each;
+
+/// Returns `value` after encoding it as the bus does and decoding it again.
+#[cfg(test)]
+pub(crate) fn bincode_round_trip<T: serde::Serialize + serde::de::DeserializeOwned>(
+    value: &T,
+) -> T {
+    let format = bincode::config::standard();
+    let bytes = bincode::serde::encode_to_vec(value, format).unwrap();
+    bincode::serde::decode_from_slice(&bytes, format).unwrap().0
+}

@@ -1,0 +1,414 @@
+//! Checks of ranges and names of a scenario, independent of its geometry and parameters.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::alliance::BehaviorSection;
+use super::catalog::Catalog;
+use super::error::{Problem, instead};
+use super::limits::{
+    LENGTH, Limits, PENETRABILITY, POWER, SPEED, TIME, TURN_RATE, above_zero, closed, name, named,
+};
+use super::path::Path;
+use super::{Robot, Scenario};
+use crate::fault::{Campaign, Role};
+use crate::ids::TaskId;
+
+/// The maximum number of robots of a scenario. Ranks, which are 16-bit numbers, would allow more.
+pub const MAX_ROBOTS: usize = 10_000;
+/// The maximum expected number of random faults in a mission.
+const MAX_RANDOM_FAULTS: f64 = 1e5;
+
+/// Rejects the first mistake of a scenario, in the order of its fields.
+pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
+    name(Path::of(["name"]), &scenario.name)?;
+    let step_ms = scenario.step_ms;
+    if !(1..=500).contains(&step_ms) {
+        let what = format!("{step_ms} is out of range");
+        let remedy = "it must be at least 1 and at most 500 ms";
+        return Err(Problem::at(Path::of(["step_ms"]), what, remedy));
+    }
+    TIME.check(Path::of(["limit_s"]), scenario.limit_s)?;
+    if scenario.step_order.is_some() && scenario.alliance.switches.step_order.is_some() {
+        let at = Path::of(["alliance", "switches", "step_order"]);
+        let what = "step_order at the top of the scenario already states it";
+        return Err(Problem::at(at, what, "state it once"));
+    }
+
+    LENGTH.check(Path::of(["room", "width_m"]), scenario.room.width_m)?;
+    LENGTH.check(Path::of(["room", "height_m"]), scenario.room.height_m)?;
+
+    let body = &scenario.body;
+    LENGTH.check(Path::of(["body", "radius_m"]), body.radius_m)?;
+    SPEED.check(Path::of(["body", "speed_m_s"]), body.speed_m_s)?;
+    SPEED.check(Path::of(["body", "push_m_s"]), body.push_m_s)?;
+    TURN_RATE.check(Path::of(["body", "turn_deg_s"]), body.turn_deg_s)?;
+    LENGTH.check(Path::of(["body", "reach_m"]), body.reach_m)?;
+    PENETRABILITY.check(
+        Path::of(["body", "robot_penetrability"]),
+        body.robot_penetrability,
+    )?;
+
+    let sensors = &scenario.sensors;
+    LENGTH.check(
+        Path::of(["sensors", "border_range_m"]),
+        sensors.border_range_m,
+    )?;
+    LENGTH.check(
+        Path::of(["sensors", "avoidance_range_m"]),
+        sensors.avoidance_range_m,
+    )?;
+    LENGTH.check(Path::of(["sensors", "waste_range_m"]), sensors.item_range_m)?;
+
+    if let Some(energy) = &scenario.energy {
+        above_zero(1e12, "J").check(Path::of(["energy", "capacity_j"]), energy.capacity_j)?;
+        POWER.check(Path::of(["energy", "idle_w"]), energy.idle_w)?;
+        POWER.check(Path::of(["energy", "drive_w"]), energy.drive_w)?;
+    }
+    if let Some(range_m) = scenario.radio.range_m {
+        above_zero(1e4, "m").check(Path::of(["radio", "range_m"]), range_m)?;
+    }
+    mission(scenario, catalog)?;
+    robots(scenario, catalog)?;
+    obstacles(scenario)?;
+    tasks(scenario, catalog)?;
+    faults(scenario, catalog)?;
+    alliance(scenario, catalog)
+}
+
+/// Checks the mission's section: first by the mission itself, then against the declared parameters.
+fn mission(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
+    let mission = catalog.mission;
+    mission.check(scenario)?;
+    let declared = mission.parameters();
+    if declared.is_empty() {
+        return Ok(());
+    }
+    let at = Path::of([mission.name()]);
+    let section = serde_json::to_value(&scenario.mission).map_err(|error| {
+        let remedy = "make the section serializable";
+        Problem::at(at.clone(), error.to_string(), remedy)
+    })?;
+    let section = section.get(mission.name()).unwrap_or(&section);
+    let mut declared = declared.iter();
+    declared.try_for_each(|parameter| parameter.check_in(section, &at, &scenario.room))
+}
+
+fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
+    let robots = Path::of(["robots"]);
+    named(&robots, names(scenario), MAX_ROBOTS)?;
+    for (index, name) in names(scenario).enumerate() {
+        // These names have a meaning in faults.
+        let means = match name {
+            "all" | "any" => Some("every robot"),
+            Role::IDLE => Some("an idle robot"),
+            _ => None,
+        };
+        if let Some(means) = means {
+            let what = format!("'{name}' means {means}");
+            return Err(Problem::at(
+                robots.index(index).key("name"),
+                what,
+                "choose another name",
+            ));
+        }
+    }
+    if scenario.robots.iter().all(|robot| robot.absent) {
+        let what = "all robots are absent";
+        let remedy = "make at least one present from the start";
+        return Err(Problem::at(robots, what, remedy));
+    }
+    let equipment = Equipment::of(scenario, catalog);
+    equipment.check(&scenario.devices, &scenario.skills, &Path::default())?;
+    for (index, robot) in scenario.robots.iter().enumerate() {
+        for (number, task) in robot.tasks.iter().enumerate() {
+            if catalog.task_named(task).is_none() {
+                let at = robots.index(index).key("tasks").index(number);
+                let tasks = catalog.tasks.iter().map(|task| task.name.as_str());
+                known("task", task, tasks, &at)?;
+            }
+        }
+        let at = robots.index(index);
+        if let Some(mind) = &robot.mind {
+            name(at.key("mind"), mind)?;
+        }
+        if let Some(speed_m_s) = robot.speed_m_s {
+            SPEED.check(at.key("speed_m_s"), speed_m_s)?;
+        }
+        if let Some(push_m_s) = robot.push_m_s {
+            SPEED.check(at.key("push_m_s"), push_m_s)?;
+        }
+        if let Some(turn_deg_s) = robot.turn_deg_s {
+            TURN_RATE.check(at.key("turn_deg_s"), turn_deg_s)?;
+        }
+        let devices = robot.devices.iter().flatten();
+        equipment.check(devices, robot.skills.iter().flatten(), &at)?;
+        has_a_behavior(robot, catalog, &at)?;
+        let Some(start) = &robot.start else { continue };
+        let at = at.key("start");
+        let inside = |size: f32| closed(0.0, size.into(), "m");
+        inside(scenario.room.width_m).check(at.key("x_m"), start.x_m)?;
+        inside(scenario.room.height_m).check(at.key("y_m"), start.y_m)?;
+        closed(-360.0, 360.0, "deg").check(at.key("heading_deg"), start.heading_deg)?;
+    }
+    Ok(())
+}
+
+/// The devices and skills that a robot of a scenario may have.
+struct Equipment {
+    devices: BTreeSet<&'static str>,
+    skills: Vec<String>,
+}
+
+impl Equipment {
+    fn of(scenario: &Scenario, catalog: &Catalog) -> Self {
+        let of_mission = catalog.mission.terms().optional_devices;
+        Self {
+            devices: of_mission
+                .iter()
+                .copied()
+                .chain([Robot::SIDE_BORDER])
+                .collect(),
+            skills: catalog.mission.skills(scenario),
+        }
+    }
+
+    /// Rejects devices and skills that no robot can have, below `at`.
+    fn check<'a>(
+        &self,
+        devices: impl IntoIterator<Item = &'a String>,
+        skills: impl IntoIterator<Item = (&'a String, &'a f64)>,
+        at: &Path,
+    ) -> Result<(), Problem> {
+        for (number, device) in devices.into_iter().enumerate() {
+            let at = at.key("devices").index(number);
+            known("optional device", device, self.devices.iter().copied(), &at)?;
+        }
+        for (skill, level) in skills {
+            let at = at.key("skills").key(skill);
+            known("skill", skill, self.skills.iter().map(String::as_str), &at)?;
+            closed(0.0, 1e3, "").check(at, *level)?;
+        }
+        Ok(())
+    }
+}
+
+/// Rejects a robot without any behavior.
+fn has_a_behavior(robot: &Robot, catalog: &Catalog, at: &Path) -> Result<(), Problem> {
+    if catalog.behaviors_of(robot).next().is_some() {
+        return Ok(());
+    }
+    let of_any_task = Robot {
+        tasks: Vec::new(),
+        ..robot.clone()
+    };
+    let tasks: BTreeSet<TaskId> = catalog
+        .behaviors_of(&of_any_task)
+        .map(|behavior| catalog.sets[behavior.index()].task)
+        .collect();
+    let tasks: Vec<&str> = tasks.iter().map(|task| catalog.task_name(*task)).collect();
+    let remedy = if tasks.is_empty() {
+        "give it devices or skills that a task needs, or remove it".to_owned()
+    } else {
+        format!("of all tasks it can do {}", tasks.join(", "))
+    };
+    let what = format!("{} has no behavior for any of its tasks", robot.name);
+    let stated = if robot.tasks.is_empty() {
+        at.clone()
+    } else {
+        at.key("tasks")
+    };
+    Err(Problem::at(stated, what, remedy))
+}
+
+fn obstacles(scenario: &Scenario) -> Result<(), Problem> {
+    const PLACE: Limits = closed(-1e4, 1e4, "m");
+    const SIZE: Limits = above_zero(1e4, "m");
+    for (index, obstacle) in scenario.obstacles.iter().enumerate() {
+        let at = Path::of(["obstacles"]).index(index);
+        PLACE.check(at.key("x_m"), obstacle.x_m)?;
+        PLACE.check(at.key("y_m"), obstacle.y_m)?;
+        SIZE.check(at.key("width_m"), obstacle.width_m)?;
+        SIZE.check(at.key("height_m"), obstacle.height_m)?;
+        PENETRABILITY.check(at.key("penetrability"), obstacle.penetrability)?;
+    }
+    Ok(())
+}
+
+fn faults(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
+    let at = Path::of(["faults", "timeline"]);
+    let mut first = BTreeMap::new();
+    for (index, order) in scenario.faults.timeline.iter().enumerate() {
+        let at = at.index(index);
+        order.check(scenario, catalog).map_err(|error| {
+            let path = error
+                .field
+                .iter()
+                .fold(at.clone(), |path, key| path.key(key));
+            Problem::at(path, error.what, error.remedy)
+        })?;
+        if let Some(id) = &order.id
+            && let Some(first) = first.insert(id, index)
+        {
+            let what = format!("'{id}' is already the id of faults.timeline[{first}]");
+            return Err(Problem::at(at.key("id"), what, "give each its own id"));
+        }
+        if let Some(id) = &order.id
+            && id.starts_with(Campaign::ID_PREFIX)
+            && scenario.faults.random.is_some()
+        {
+            let prefix = Campaign::ID_PREFIX;
+            let what = format!("'{id}' may become the id of a random fault");
+            let remedy = format!("choose an id that does not begin with '{prefix}'");
+            return Err(Problem::at(at.key("id"), what, remedy));
+        }
+    }
+    match &scenario.faults.random {
+        Some(campaign) => random_faults(scenario, campaign),
+        None => Ok(()),
+    }
+}
+
+fn random_faults(scenario: &Scenario, campaign: &Campaign) -> Result<(), Problem> {
+    let at = Path::of(["faults", "random"]);
+    TIME.check(at.key("mtbf_s"), campaign.mtbf_s)?;
+    TIME.check(at.key("mttr_s"), campaign.mttr_s)?;
+    let mix = &campaign.mix;
+    let weights = [
+        ("kill", mix.kill),
+        ("pause", mix.pause),
+        ("link", mix.link),
+        ("sensor", mix.sensor),
+        ("actuator", mix.actuator),
+        ("power", mix.power),
+        ("babble", mix.babble),
+    ];
+    for (kind, weight) in weights {
+        closed(0.0, 1e6, "").check(at.key("mix").key(kind), weight)?;
+    }
+    if weights.iter().all(|(_, weight)| *weight == 0.0) {
+        let what = "every weight is 0";
+        return Err(Problem::at(at.key("mix"), what, "set one above 0"));
+    }
+    let rate = scenario.robots.len() as f64 / (campaign.mtbf_s + campaign.mttr_s);
+    let expected = rate * scenario.limit_s;
+    if expected > MAX_RANDOM_FAULTS {
+        let what = format!("about {expected:.0} faults are expected until limit_s");
+        let remedy = format!("increase it or reduce limit_s, for at most {MAX_RANDOM_FAULTS}");
+        return Err(Problem::at(at.key("mtbf_s"), what, remedy));
+    }
+    Ok(())
+}
+
+fn tasks(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
+    let tasks = || catalog.tasks.iter().map(|task| task.name.as_str());
+    for (name, section) in &scenario.tasks {
+        let at = Path::of(["tasks"]).key(name);
+        known("task", name, tasks(), &at)?;
+        if let Some(max_robots) = section.max_robots {
+            closed(1.0, f64::from(u32::MAX), "").check(at.key("max_robots"), max_robots)?;
+        }
+    }
+    Ok(())
+}
+
+fn alliance(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
+    let at = Path::of(["alliance"]);
+    let section = &scenario.alliance;
+    teammates(scenario, &section.defaults, None, &at.key("defaults"))?;
+    for (set, values) in &section.sets {
+        let at = at.key("sets").key(set);
+        known(
+            "behavior set",
+            set,
+            catalog.sets.iter().map(|set| set.name.as_str()),
+            &at,
+        )?;
+        teammates(scenario, values, None, &at)?;
+    }
+    for (name, of_robot) in &section.robots {
+        let at = at.key("robots").key(name);
+        known("robot", name, names(scenario), &at)?;
+        teammates(
+            scenario,
+            &of_robot.defaults,
+            Some(name),
+            &at.key("defaults"),
+        )?;
+        for (set, values) in &of_robot.sets {
+            let at = at.key("sets").key(set);
+            let robot = scenario.robots.iter().find(|robot| robot.name == *name);
+            let sets = robot
+                .into_iter()
+                .flat_map(|robot| catalog.behaviors_of(robot));
+            let what = format!("behavior set of {name}");
+            known(&what, set, sets.map(|set| catalog.behavior_name(set)), &at)?;
+            teammates(scenario, values, Some(name), &at)?;
+        }
+    }
+    Ok(())
+}
+
+/// Rejects a section that names an unknown teammate. The section's own robot is not a teammate.
+fn teammates(
+    scenario: &Scenario,
+    section: &BehaviorSection,
+    owner: Option<&str>,
+    at: &Path,
+) -> Result<(), Problem> {
+    let toward = [
+        ("slow_impatience_toward", &section.slow_impatience_toward),
+        (
+            "willing_to_affect_toward_s",
+            &section.willing_to_affect_toward_s,
+        ),
+    ];
+    for (key, by_teammate) in toward {
+        for teammate in by_teammate.keys() {
+            let others = names(scenario).filter(|name| Some(*name) != owner);
+            known("teammate", teammate, others, &at.key(key).key(teammate))?;
+        }
+    }
+    Ok(())
+}
+
+fn names(scenario: &Scenario) -> impl ExactSizeIterator<Item = &str> {
+    scenario.robots.iter().map(|robot| robot.name.as_str())
+}
+
+/// Rejects a name that is not among the known ones.
+fn known<'a>(
+    what: &str,
+    name: &str,
+    known: impl Iterator<Item = &'a str>,
+    at: &Path,
+) -> Result<(), Problem> {
+    let known: Vec<&str> = known.collect();
+    if known.contains(&name) {
+        return Ok(());
+    }
+    let what = format!("there is no {what} '{name}'");
+    Err(Problem::at(at.clone(), what, instead(name, known)))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Scenario;
+    use crate::testkit::vocabulary;
+
+    #[test]
+    fn a_robot_without_a_behavior_is_refused_at_its_tasks() {
+        let refusal = |robot: &str| {
+            let text = format!("[drill]\n[[robots]]\nname = 'a'\n{robot}");
+            Scenario::parse("s.toml", &text, &vocabulary()).map_err(|error| error.to_string())
+        };
+        let none = "s.toml:5: robots[0].tasks: a has no behavior for any of its tasks; of all tasks it can do find, report";
+        let moves = "tasks = ['move(top)', 'move(bottom)']\n";
+        let cannot = "skills = { lift = 0 }\n";
+        assert_eq!(refusal(&format!("{cannot}{moves}")), Err(none.to_owned()));
+        let none = "s.toml:4: robots[0].tasks: an empty list means no task, and a missing key means all tasks; see the reference scenario";
+        assert_eq!(refusal("tasks = []"), Err(none.to_owned()));
+        for robot in [cannot, moves] {
+            assert!(refusal(robot).is_ok(), "{robot}");
+        }
+    }
+}
