@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use analysis::retrace::retrace;
+use analysis::replay_views::retrace;
 use glam::Vec2;
 use missions::Registry;
 use proto::control::AgentState;

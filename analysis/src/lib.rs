@@ -1,7 +1,7 @@
 //! Analysis of recorded runs: replay, invariant checks, comparison, reports and export.
 //!
 //! - [`replay`]: the repetition of a run from its log. [`learned`]: the values that its robots have learned. [`diff`]:
-//!   the first difference of two runs. [`retrace`]: a finished run with a view of each tick.
+//!   the first difference of two runs. [`replay_views`]: a finished run with a view of each tick.
 //! - [`report`]: figures and metrics of a run. [`export`]: a run for other tools.
 //! - [`sweep`]: many runs and their statistics. [`compare`]: allocators under faults. [`random_mission`]: random
 //!   missions for sweeps. [`invariants`]: conditions that every run must satisfy.
@@ -25,7 +25,7 @@ mod palette;
 pub mod random_mission;
 pub mod replay;
 pub mod report;
-pub mod retrace;
+pub mod replay_views;
 pub mod strategies;
 pub mod sweep;
 pub mod table;

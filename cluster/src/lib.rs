@@ -16,9 +16,9 @@ pub mod keyring;
 pub mod locator;
 pub mod member;
 pub mod network;
-mod once;
+mod single_attempt;
 pub mod os_process;
-pub mod relay;
+pub mod host_router;
 pub mod remote;
 pub mod rendezvous;
 pub mod router;
@@ -35,7 +35,7 @@ use std::pin::Pin;
 use zenoh::{Config, Session};
 
 pub use handshake::ConnectError;
-pub use once::open_once;
+pub use single_attempt::open_once;
 
 /// Opens a session with a configuration in JSON5.
 pub fn open(config: &str) -> Pin<Box<dyn Future<Output = zenoh::Result<Session>> + Send>> {

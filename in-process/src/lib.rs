@@ -4,9 +4,9 @@
 //! [`Team`] steps world and agents and has a recorder. [`Foreign`] supplies the answers of external controllers. [`Command`] drives a
 //! body instead of its agent. [`Traffic`] counts broadcasts.
 
-mod air;
-mod driven;
-mod foreign;
+mod broadcast_store;
+mod external_command;
+mod external_controllers;
 mod run;
 mod traffic;
 
@@ -23,8 +23,8 @@ use world_server::barrier::Presence;
 use world_server::mission::UnknownMission;
 use world_server::simulation::Simulation;
 
-pub use driven::Command;
-pub use foreign::{Foreign, ForeignError, Kept, TickError};
+pub use external_command::Command;
+pub use external_controllers::{Foreign, ForeignError, Kept, TickError};
 use run::Run;
 pub use run::Spaces;
 pub use traffic::{Said, Traffic};

@@ -14,9 +14,9 @@ use world_server::barrier::Presence;
 use world_server::simulation::Simulation;
 
 use crate::StartError;
-use crate::air::Air;
-use crate::driven::Command;
-use crate::foreign::{Foreign, ForeignError, TickError};
+use crate::broadcast_store::Air;
+use crate::external_command::Command;
+use crate::external_controllers::{Foreign, ForeignError, TickError};
 use crate::traffic::Traffic;
 
 type Outside = BTreeMap<Tick, Vec<Input>>;

@@ -33,7 +33,7 @@ mod missions_command;
 pub mod observer;
 pub mod page;
 mod parameters;
-mod replay_minds;
+mod replay_controllers;
 pub mod run;
 mod runtime;
 mod scenarios_command;
@@ -132,7 +132,7 @@ pub fn main(registry: Registry) -> ExitCode {
     registry.install();
     cluster::session::prepare_process();
     // First, so that a child of a dead launcher does not start.
-    let ready = run::children::die_with_launcher().and_then(|()| limits::allow_a_process());
+    let ready = run::child_processes::die_with_launcher().and_then(|()| limits::allow_a_process());
     if let Err(error) = ready {
         tell!("alliance: {error:#}");
         return ExitCode::from(3);
@@ -151,7 +151,7 @@ pub fn main(registry: Registry) -> ExitCode {
         Command::Cluster(cluster) => cluster.run(),
         Command::Shell(command) => command.run(),
         Command::Keys(command) => command.run(),
-        Command::Replay(command) => command.run(replay_minds::ask),
+        Command::Replay(command) => command.run(replay_controllers::ask),
         Command::Diff(command) => command.run(),
         Command::Fault(command) => command.run(),
         Command::Clock(command) => command.run(),

@@ -6,7 +6,7 @@ use analysis::table;
 use clap::Args;
 use missions::Registry;
 use scenario::instead;
-use scenario::mission::known::Mission;
+use scenario::mission::registry::Mission;
 use terminal::tell;
 
 use crate::parameters::blocks;

@@ -6,7 +6,7 @@ use robot_agent::allocator::{Allocator, Kind};
 use robot_agent::mission::{MissionMind, TypedMind};
 use robot_agent::registry::AgentRegistry;
 use scenario::Vocabulary;
-use scenario::mission::known::Mission;
+use scenario::mission::registry::Mission;
 use serde::de::DeserializeOwned;
 use world_server::mission::{MissionWorld, TypedMission, Worlds};
 

@@ -42,7 +42,7 @@ impl Keys {
         self.join("**")
     }
 
-    /// Returns the key of a host's [request](crate::enlist) for its robots.
+    /// Returns the key of a host's [request](crate::membership) for its robots.
     #[must_use]
     pub fn enlist(&self, host: &str) -> String {
         format!("{}/enlist/{host}", self.prefix)

@@ -24,7 +24,7 @@
 pub mod allocation;
 pub mod codec;
 pub mod control;
-pub mod enlist;
+pub mod membership;
 pub mod event;
 pub mod identity;
 pub mod ignored;
@@ -41,4 +41,4 @@ pub mod telemetry;
 pub mod tick;
 pub mod view;
 #[cfg(test)]
-mod view_types;
+mod page_types;

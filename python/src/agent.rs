@@ -27,7 +27,7 @@ use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
-use crate::mind::{Common, Object};
+use crate::controller::{Common, Object};
 use crate::readings;
 use crate::rows::rows;
 

@@ -12,7 +12,7 @@ use scenario::Setup;
 use scenario::ids::BehaviorId;
 use scenario::time::SimTime;
 
-use crate::mind::{Common, Object};
+use crate::controller::{Common, Object};
 use crate::rows::rows;
 use crate::values::Set;
 

@@ -1,7 +1,7 @@
 //! The engine of the Python package `alliance-sim`, imported as `alliance_sim._engine`.
 //!
-//! - [`asked`]: the description of a run, with the arguments of the command line.
-//! - [`mind`]: controllers written in Python, which replace an [`allocator`] or the whole controller ([`agent`]).
+//! - [`request`]: the description of a run, with the arguments of the command line.
+//! - [`controller`]: controllers written in Python, which replace an [`allocator`] or the whole controller ([`agent`]).
 //! - [`values`], [`readings`]: the arguments of a controller's step.
 //! - [`math`]: numerical functions for such controllers.
 //! - [`run`]: a whole run in this process. [`env`]: runs that are stepped from outside. [`process`]: one robot as a
@@ -14,11 +14,11 @@ use pyo3::prelude::*;
 
 mod agent;
 mod allocator;
-mod asked;
+mod request;
 mod env;
 mod errors;
 mod math;
-mod mind;
+mod controller;
 mod process;
 mod readings;
 mod rows;

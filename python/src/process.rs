@@ -11,7 +11,7 @@ use pyo3::types::PyType;
 use robot_agent::args::{AgentArgs, log_to_stderr};
 
 use crate::errors::mistake;
-use crate::mind::{Class, Failure};
+use crate::controller::{Class, Failure};
 
 #[derive(Parser)]
 struct Arguments {

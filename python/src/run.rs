@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use run_log::recorder::{Folder, Sink};
 use run_log::{LogLevel, Memory, RunFile};
 
-use crate::asked::{Asked, Ready};
+use crate::request::{Asked, Ready};
 use crate::errors::{failed, mistake};
 
 /// The number of ticks between two checks for Ctrl-C.

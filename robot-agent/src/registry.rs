@@ -10,7 +10,7 @@ use crate::allocators::alliance::Alliance;
 use crate::allocators::ble::Ble;
 use crate::allocators::cbba::{Acbba, Cbaa, Cbba};
 use crate::allocators::first_come::FirstCome;
-use crate::allocators::fixed::Fixed;
+use crate::allocators::static_assignment::Fixed;
 use crate::allocators::grape::Grape;
 use crate::allocators::lalliance::LAlliance;
 use crate::allocators::murdoch::Murdoch;

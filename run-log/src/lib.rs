@@ -2,11 +2,11 @@
 //!
 //! - [`Table`]: the files that grow, with their header lines. [`LogLevel`] selects the tables of a run. Each table has
 //!   a row type; [`InputLine`] is a line of inputs.jsonl. [`Section`]: the sections of ticks.csv.
-//! - [`foreign`]: the answers of robots with external controllers, in foreign.bin.
+//! - [`external`]: the answers of robots with external controllers, in foreign.bin.
 //! - [`Document`]: the files that are written as a whole; [`RunFile`]: run.json.
 //! - [`RunLog`]: reads a run folder, or a log in [`Memory`], up to the last complete tick.
 
-pub mod foreign;
+pub mod external;
 mod input;
 mod level;
 mod memory;
@@ -17,7 +17,7 @@ mod run_file;
 mod section;
 mod table;
 
-pub use foreign::ForeignAnswer;
+pub use external::ForeignAnswer;
 pub use input::{Input, InputLine};
 pub use level::LogLevel;
 pub use memory::{Document, Memory};

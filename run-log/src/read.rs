@@ -10,7 +10,7 @@ use scenario::ids::Tick;
 use scenario::time::SimTime;
 use xxhash_rust::xxh3::Xxh3;
 
-use super::foreign::{self, ForeignAnswer};
+use super::external::{self, ForeignAnswer};
 use super::input::InputLine;
 use super::level::LogLevel;
 use super::memory::{Document, Memory};
@@ -161,7 +161,7 @@ impl RunLog {
                 ),
             });
         }
-        foreign::read(&self.tables[&Table::Foreign])
+        external::read(&self.tables[&Table::Foreign])
             .map_err(|error| self.malformed(Table::Foreign, &error))
     }
 
@@ -284,7 +284,7 @@ fn whole_rows(table: Table, bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
         Table::Foreign => (&[][..], bytes),
         _ => (bytes, &[][..]),
     };
-    whole_lines(lines).chain(foreign::whole_frames(frames))
+    whole_lines(lines).chain(external::whole_frames(frames))
 }
 
 /// Returns the complete lines of a file with their line ends.

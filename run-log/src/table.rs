@@ -17,7 +17,7 @@ pub enum Table {
     Targets,
     /// The external inputs, as JSON lines.
     Inputs,
-    /// The answers of external controllers ([`super::foreign`]). Optional.
+    /// The answers of external controllers ([`super::external`]). Optional.
     Foreign,
     /// Hashes. This table is written last: data without a seal in it does not count.
     Ticks,
@@ -81,7 +81,7 @@ impl Table {
             Self::Mission => return None,
             Self::Targets => "t_ms,target,x_m,y_m,observers\n",
             Self::Inputs => "",
-            Self::Foreign => super::foreign::HEADER,
+            Self::Foreign => super::external::HEADER,
             Self::Ticks => "t_ms,tick,robot,section,hash\n",
         })
     }
@@ -89,7 +89,7 @@ impl Table {
 
 #[cfg(test)]
 mod tests {
-    use super::super::foreign::HEADER;
+    use super::super::external::HEADER;
     use super::*;
 
     #[test]

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::{Robot, Scenario};
 use crate::ids::{BehaviorId, TaskId};
-use crate::mission::known::Mission;
+use crate::mission::registry::Mission;
 
 /// A task of the mission (thesis §3.3.1).
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -5,14 +5,14 @@
 
 mod alliance;
 mod allocators;
-mod briefing;
+mod agent_setup;
 mod catalog;
 mod document;
 mod error;
 pub mod fault;
 mod geometry;
 pub mod ids;
-mod in_force;
+mod check_setup;
 pub mod limits;
 mod load;
 pub mod mission;

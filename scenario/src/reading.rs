@@ -8,7 +8,7 @@ use super::path::Path;
 use super::toml_value::Without;
 use super::unread::Unread;
 use super::{Scenario, Vocabulary};
-use crate::mission::known::{Mission, NO_MISSION};
+use crate::mission::registry::{Mission, NO_MISSION};
 use crate::mission::section::MissionSection;
 
 impl Scenario {

@@ -3,7 +3,7 @@
 use super::{AllocatorSpec, Scenario, ScenarioError};
 use crate::ids::RobotId;
 use crate::mission::data::BuiltinScenario;
-use crate::mission::known::{Mission, NO_MISSION};
+use crate::mission::registry::{Mission, NO_MISSION};
 
 /// The known missions and allocators. They come from other crates, so the reader of a scenario supplies them.
 #[derive(Clone, Debug, PartialEq)]

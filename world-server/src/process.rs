@@ -24,7 +24,7 @@ use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
 use crate::error::WorldError;
-use crate::gateway::keeper::{Gateway, Waiting};
+use crate::gateway::supervisor::{Gateway, Waiting};
 use crate::interruption::InterruptionHandler;
 use crate::invocation;
 use crate::latest::link_latest;

@@ -25,7 +25,7 @@ use crate::sweep::parquet::parquet;
 use crate::sweep::plan::{Plan, setup};
 use crate::sweep::results::{csv, figures as figures_of, table};
 use crate::sweep::run::{Row, attempt};
-use crate::sweep::task::{Arguments, Study, counted, quoted};
+use crate::sweep::execution::{Arguments, Study, counted, quoted};
 use crate::sweep::workers::work;
 
 const PAGE: &str = "comparison.html";

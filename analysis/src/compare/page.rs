@@ -12,7 +12,7 @@ use super::hypotheses::{Outcome, Verdict};
 use super::metrics::Metric;
 use super::tables::Table;
 use crate::page_head::head;
-use crate::sweep::task::{counted, quoted};
+use crate::sweep::execution::{counted, quoted};
 
 /// The style sheet of the pages. Wide tables scroll; dark mode inverts drawings and keeps their hues; print shows all details.
 pub const LOOKS: &str = "

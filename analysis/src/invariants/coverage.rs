@@ -4,7 +4,7 @@ use glam::Vec2;
 use proto::control::Phase;
 use scenario::Scenario;
 use scenario::fault::{ActuatorMode, Fault};
-use scenario::mission::promises::Promises;
+use scenario::mission::expected_properties::Promises;
 
 use super::solids::distance;
 use super::{RobotState, WorldState, is_delivered};

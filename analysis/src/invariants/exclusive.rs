@@ -16,7 +16,7 @@ use scenario::time::SimTime;
 use scenario::{BehaviorParams, Scenario, Setup};
 
 use super::WorldState;
-use super::hearing::hear_each_other;
+use super::reception::hear_each_other;
 
 /// Steps for noticing, sending and receiving.
 const STEPS: u64 = 4;

@@ -3,7 +3,7 @@
 use scenario::Scenario;
 use scenario::fault::Fault;
 use scenario::ids::{ItemId, RobotId};
-use scenario::mission::promises::Promises;
+use scenario::mission::expected_properties::Promises;
 
 use super::{Item, WorldState, is_delivered};
 

@@ -3,13 +3,13 @@
 //! - [`WorldState`]: the checked state. The checks use only the output of the world and the agents, not their code.
 //! - [`items`]: every item is in one place. [`solids`]: bodies overlap nothing solid. [`numbers`]: numbers are finite
 //!   and in range. [`activity`]: a robot has at most one active set. [`exclusive`]: two robots that receive each other
-//!   ([`hearing`]) do not both continue an exclusive task. [`termination`]: a covered mission ends ([`coverage`],
+//!   ([`reception`]) do not both continue an exclusive task. [`termination`]: a covered mission ends ([`coverage`],
 //!   [`strewn`]). [`replayed`]: a replay gives the same run.
 
 pub mod activity;
 pub mod coverage;
 pub mod exclusive;
-pub mod hearing;
+pub mod reception;
 pub mod items;
 pub mod numbers;
 pub mod replayed;

@@ -4,7 +4,7 @@
 //! a search.
 
 use scenario::Scenario;
-use scenario::mission::promises::Promises;
+use scenario::mission::expected_properties::Promises;
 
 use super::{Item, WorldState, is_delivered};
 

@@ -8,7 +8,7 @@
 
 use missions::Registry;
 use proto::control::{FaultStatus, Phase};
-use scenario::mission::promises::Promises;
+use scenario::mission::expected_properties::Promises;
 use scenario::time::SimTime;
 use scenario::{BehaviorParams, Body, Robot, Scenario, Setup};
 

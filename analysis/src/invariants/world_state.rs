@@ -6,7 +6,7 @@ use proto::readings::Pose;
 use proto::telemetry::Motivation;
 use proto::view::View;
 use scenario::ids::{ItemId, RobotId, Tick};
-use scenario::mission::promises::Promises;
+use scenario::mission::expected_properties::Promises;
 use scenario::time::SimTime;
 use world_server::barrier::Presence;
 use world_server::simulation::Simulation;

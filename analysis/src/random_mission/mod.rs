@@ -14,7 +14,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use scenario::mission::data::Draw;
-use scenario::mission::known::Mission;
+use scenario::mission::registry::Mission;
 use scenario::{Scenario, instead};
 use serde::{Deserialize, Serialize};
 

@@ -17,10 +17,10 @@ use super::history::History;
 use super::made::Made;
 use super::metrics::Metrics;
 use super::page::{Part, page};
-use super::page_of_two::{SIDES, page_of_two};
+use super::comparison_page::{SIDES, page_of_two};
 use super::pdf;
 use crate::diff::compare;
-use crate::retrace::retrace;
+use crate::replay_views::retrace;
 
 /// The minimum ratio of figure width to font size. A narrower figure has no room beside names and axes.
 const LEAST_LETTERS: f64 = 33.0;

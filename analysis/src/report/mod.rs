@@ -17,10 +17,10 @@ pub(crate) mod history;
 mod made;
 pub(crate) mod metrics;
 pub(crate) mod page;
-mod page_of_two;
+mod comparison_page;
 mod pdf;
 mod spans;
 mod stints;
 #[cfg(test)]
 mod tests;
-mod thin;
+mod simplify;

@@ -17,7 +17,7 @@ use super::results::{csv, table};
 use super::run::{End, FaultCount, Row};
 use super::statistics::Estimate;
 use super::summary::{Summary, by_column, by_condition, failed_by_reason, faults_by_kind, overall};
-use super::task::{Arguments, Study, counted, quoted, repeat};
+use super::execution::{Arguments, Study, counted, quoted, repeat};
 use crate::table;
 
 const FAULTS: &str = "faults.csv";

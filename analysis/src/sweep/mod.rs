@@ -25,7 +25,7 @@ mod sampling;
 mod shard;
 pub(crate) mod statistics;
 mod summary;
-pub(crate) mod task;
+pub(crate) mod execution;
 pub(crate) mod workers;
 
 pub use journal::parse as parse_journal;

@@ -6,7 +6,7 @@ use super::design::{Cell, Design};
 use super::run::{End, FaultCount, Row};
 use super::statistics::Estimate;
 use super::summary::{Summary, failed_by_reason, faults_by_kind};
-use super::task::counted;
+use super::execution::counted;
 use crate::page_head::head;
 
 /// The largest number of rows in a table of the page; the files contain the rest.

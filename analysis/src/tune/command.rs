@@ -24,7 +24,7 @@ use crate::sweep::folder::{PLAN, put};
 use crate::sweep::progress::Progress;
 use crate::sweep::results::Values::{Flags, Integers, Numbers, Texts};
 use crate::sweep::results::{Column, Values, csv};
-use crate::sweep::task::{jobs, quoted, read_plan};
+use crate::sweep::execution::{jobs, quoted, read_plan};
 
 /// The file name of the scenario with the best parameters.
 pub const TUNED: &str = "tuned.toml";

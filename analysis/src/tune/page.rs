@@ -10,7 +10,7 @@ use super::verdict::Verdict;
 use crate::compare::page::LOOKS;
 use crate::page_head::head;
 use crate::report::figures::Figure;
-use crate::sweep::task::counted;
+use crate::sweep::execution::counted;
 
 pub struct Page<'p> {
     pub name: &'p str,

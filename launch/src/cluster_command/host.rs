@@ -25,7 +25,7 @@ use crate::run::bus::{Bus, Call};
 use crate::run::crew::Crew;
 use crate::run::supervise::{GRACE, end};
 use crate::runtime;
-use cluster::relay::Relay;
+use cluster::host_router::Relay;
 
 /// The interval between checks of processes and the world if no order arrives.
 const INTERVAL: Duration = Duration::from_millis(200);

@@ -13,7 +13,7 @@ use scenario::fault::{
 use scenario::time::seconds;
 
 use super::modes::{ACTUATOR_MODES, SENSOR_MODES, actuator_mode, sensor_mode};
-use super::own::OwnFault;
+use super::mission_fault::OwnFault;
 use super::timing::Timing;
 
 #[derive(Subcommand, Clone, Debug)]

@@ -2,7 +2,7 @@
 
 mod args;
 mod modes;
-mod own;
+mod mission_fault;
 #[cfg(test)]
 mod tests;
 mod timing;

@@ -1,7 +1,7 @@
 //! The constant description of a run for the page.
 
 use scenario::fault::{Device, Fault, FaultSpec};
-use scenario::mission::known::Mission;
+use scenario::mission::registry::Mission;
 use scenario::{Room, Setup};
 use serde_json::{Value, json};
 

@@ -5,7 +5,7 @@ use std::future::Future;
 use std::path::Path;
 use std::time::Duration;
 
-use analysis::retrace::retrace;
+use analysis::replay_views::retrace;
 use axum::extract::ws::WebSocket;
 use proto::control::AgentState;
 use proto::event::EventLine;

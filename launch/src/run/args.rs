@@ -13,7 +13,7 @@ use terminal::tell;
 use world_server::args::{RunArgs, drawn_run_id, run_id_for};
 use world_server::mission_args::MissionArgs;
 
-use super::minds::{self, MindCommand};
+use super::controllers::{self, MindCommand};
 use super::one_process;
 use super::plan::Plan;
 use super::supervise::supervise;
@@ -78,7 +78,7 @@ impl RunCommand {
             if !self.in_process {
                 limits::allow_a_run(setup.scenario.robots.len())?;
             }
-            let minds = minds::commands(&setup.scenario, &self.minds)?;
+            let minds = controllers::commands(&setup.scenario, &self.minds)?;
             if self.in_process && let Some((robot, _)) = minds.first_key_value() {
                 bail!(
                     "--in-process: the controller of {robot} is an external program; leave --in-process out"

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use proto::process::ProcessState;
 
 use super::bus::Bus;
-use super::children::{Change, Ending, Process};
+use super::child_processes::{Change, Ending, Process};
 
 /// The agent processes of a launcher or a host daemon.
 pub struct Crew {

@@ -2,9 +2,9 @@
 
 pub mod args;
 pub mod bus;
-pub mod children;
+pub mod child_processes;
 pub mod crew;
-pub mod minds;
+pub mod controllers;
 mod one_process;
 mod orders;
 pub mod plan;

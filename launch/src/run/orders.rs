@@ -8,7 +8,7 @@ use nix::unistd::Pid;
 use proto::process::{ProcessAct, ProcessOrder};
 use tokio::time::{Instant, sleep};
 
-use super::children::Process;
+use super::child_processes::Process;
 use super::crew::Crew;
 
 /// The maximum time until a signal takes effect.

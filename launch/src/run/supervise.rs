@@ -22,7 +22,7 @@ use tokio::time::{Instant, sleep, timeout};
 use world_server::invocation;
 
 use super::bus::{Bus, Call};
-use super::children::{Change, Ending, Process};
+use super::child_processes::{Change, Ending, Process};
 use super::crew::Crew;
 use super::plan::Plan;
 use super::progress::Progress;

@@ -1,16 +1,16 @@
 //! Observe: robots keep moving targets in sight (CMOMMT, docs/missions/observe.md).
 //!
 //! - [`data`]: the scenario section, tasks, behaviors and terms. [`bus`]: readings, actions and shared knowledge.
-//! - [`world`]: the targets and their observation. [`mind`]: the controller of a robot.
+//! - [`world`]: the targets and their observation. [`controller`]: the controller of a robot.
 
 pub mod bus;
 pub mod data;
-pub mod mind;
+pub mod controller;
 pub mod world;
 
 use crate::MissionParts;
 
-pub const PARTS: MissionParts = MissionParts::of::<world::Observe, mind::Observer>(data::OBSERVE);
+pub const PARTS: MissionParts = MissionParts::of::<world::Observe, controller::Observer>(data::OBSERVE);
 
 #[cfg(test)]
 mod tests;

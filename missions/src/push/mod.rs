@@ -2,17 +2,17 @@
 //!
 //! - [`data`]: the scenario section, tasks and terms. [`bus`]: readings and shared knowledge. [`bar`]: the geometry
 //!   of a bar.
-//! - [`world`]: the motion of bars. [`mind`]: the controller of a robot.
+//! - [`world`]: the motion of bars. [`controller`]: the controller of a robot.
 
 pub mod bar;
 pub mod bus;
 pub mod data;
-pub mod mind;
+pub mod controller;
 pub mod world;
 
 use crate::MissionParts;
 
-pub const PARTS: MissionParts = MissionParts::of::<world::Pushed, mind::Pusher>(data::PUSH);
+pub const PARTS: MissionParts = MissionParts::of::<world::Pushed, controller::Pusher>(data::PUSH);
 
 #[cfg(test)]
 mod tests;

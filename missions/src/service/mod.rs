@@ -1,11 +1,11 @@
 //! Service: points of work that arrive, take time and skills, and may expire or come back (docs/missions/service.md).
 //!
 //! - [`data`]: scenario section, tasks, behaviors and terms. [`bus`]: sensor readings, actions and messages.
-//! - [`world`]: the points, and the board that announces them. [`mind`]: the robot controller.
+//! - [`world`]: the points, and the board that announces them. [`controller`]: the robot controller.
 
 pub mod bus;
 pub mod data;
-pub mod mind;
+pub mod controller;
 pub mod world;
 
 use world_server::mission::MissionWorld;
@@ -14,7 +14,7 @@ use crate::MissionParts;
 
 pub const PARTS: MissionParts = MissionParts {
     world: MissionWorld::of::<world::Service>(data::SERVICE),
-    mind: mind::MIND,
+    mind: controller::MIND,
 };
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! The hazardous waste clean-up (thesis §4.1): robots find the spills, carry their items to a deposit and report.
 //!
 //! - [`data`]: scenario section, tasks, behaviors and terms.
-//! - [`world`]: spills, items, deposits and the report site. [`mind`]: the robot controller.
+//! - [`world`]: spills, items, deposits and the report site. [`controller`]: the robot controller.
 
 pub mod data;
-pub mod mind;
+pub mod controller;
 pub mod world;
 
 #[cfg(test)]
@@ -14,7 +14,7 @@ use crate::MissionParts;
 
 pub const PARTS: MissionParts = MissionParts {
     world: world::WASTE,
-    mind: mind::MIND,
+    mind: controller::MIND,
 };
 
 #[cfg(test)]

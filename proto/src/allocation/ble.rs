@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
-use super::few;
+use super::short_list;
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
@@ -15,7 +15,7 @@ pub const ELIGIBLE_MAX: usize = 64;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Eligibility {
     /// The entries in descending order of utility, at most [`ELIGIBLE_MAX`].
-    #[serde(with = "few")]
+    #[serde(with = "short_list")]
     pub entries: SmallVec<[Eligible; 6]>,
 }
 

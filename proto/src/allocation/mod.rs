@@ -5,7 +5,7 @@
 
 pub mod ble;
 pub mod consensus;
-mod few;
+mod short_list;
 pub mod grape;
 pub mod murdoch;
 

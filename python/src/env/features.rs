@@ -9,7 +9,7 @@ use proto::mission::items::{ITEMS_MOST, ItemsSensed, Zone};
 use proto::readings::{Hit, Readings};
 use scenario::Setup;
 
-use super::puppet::{Hand, Mate};
+use super::external_agent::{Hand, Mate};
 
 /// The number of teammates in an observation: the nearest with a received heartbeat.
 const MATES: usize = 8;

@@ -22,10 +22,10 @@ use scenario::mission::columns::ColumnKind;
 use scenario::time::SimTime;
 
 use super::features::{self, Row};
-use super::puppet::{Hand, Hands, NAME, Puppets};
-use crate::asked::Ready;
+use super::external_agent::{Hand, Hands, NAME, Puppets};
+use crate::request::Ready;
 use crate::errors::{failed, mistake};
-use crate::mind::Failure;
+use crate::controller::Failure;
 
 /// The level of the external decisions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

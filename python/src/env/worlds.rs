@@ -12,10 +12,10 @@ use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 
 use super::part::{Actions, Part, Place, actions, width};
-use super::puppet::{Hands, Puppets};
+use super::external_agent::{Hands, Puppets};
 use super::threads::{Threads, Work, lock};
 use super::world::{Common, DRIVE, Level};
-use crate::asked::Asked;
+use crate::request::Asked;
 use crate::errors::mistake;
 
 /// A batch of environments of one scenario.

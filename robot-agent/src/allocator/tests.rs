@@ -19,7 +19,7 @@ use super::{
 };
 use crate::agent::TeamConfig;
 use crate::allocators::first_come::FirstCome;
-use crate::allocators::fixed::Fixed;
+use crate::allocators::static_assignment::Fixed;
 use crate::allocators::nearest::{Nearest, NearestSilent};
 use crate::allocators::random::{self, Random};
 use crate::registry::AgentRegistry;

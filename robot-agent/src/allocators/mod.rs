@@ -8,14 +8,14 @@
 //! - [`cbba`]: consensus-based auctions: CBAA, CBBA and the asynchronous ACBBA (Choi, Brunet, How 2009; Johnson 2010).
 //! - [`grape`]: Nash-stable coalitions (Jang, Shin, Tsourdos 2018).
 //! - [`threshold`]: stimuli and response thresholds (Theraulaz, Bonabeau, Deneubourg 1998).
-//! - [`nearest`], [`first_come`], [`random`], [`fixed`]: simple baselines.
+//! - [`nearest`], [`first_come`], [`random`], [`static_assignment`]: simple baselines.
 //! - [`oracle`]: the best assignment in each step, computed from the ground truth.
 
 pub mod alliance;
 pub mod ble;
 pub mod cbba;
 pub mod first_come;
-pub mod fixed;
+pub mod static_assignment;
 pub mod grape;
 pub mod lalliance;
 pub mod murdoch;

@@ -30,7 +30,7 @@ use proto::team::{Broadcast, Bulletin};
 use proto::telemetry::Note;
 use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
-use scenario::mission::known::Mission;
+use scenario::mission::registry::Mission;
 use scenario::time::SimTime;
 
 use crate::allocator::{Choice, RouteCost};

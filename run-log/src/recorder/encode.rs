@@ -8,7 +8,7 @@ use scenario::time::SimTime;
 
 use super::answers::motivation_bits;
 use super::names::Names;
-use super::on_their_way::OnTheirWay;
+use super::in_flight::OnTheirWay;
 use super::record::{EventKind, TickRecord};
 use super::repeated::{Repeated, body_bits};
 use super::row::{Row, Tail};

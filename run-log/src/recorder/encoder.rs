@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::foreign::ForeignWriter;
+use crate::external::ForeignWriter;
 use crate::{LogLevel, MindFile, RunFile, RunOutcome, Section, Table};
 use proto::event::EventLine;
 use scenario::Setup;
@@ -14,7 +14,7 @@ use scenario::time::SimTime;
 use super::encode;
 use super::hash::{RunHash, SectionHash};
 use super::names::Names;
-use super::on_their_way::OnTheirWay;
+use super::in_flight::OnTheirWay;
 use super::pages::Pages;
 use super::record::TickRecord;
 use super::repeated::Repeated;

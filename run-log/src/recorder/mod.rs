@@ -18,7 +18,7 @@ mod encode;
 mod encoder;
 mod hash;
 mod names;
-mod on_their_way;
+mod in_flight;
 mod pages;
 mod record;
 mod repeated;

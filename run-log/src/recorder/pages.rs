@@ -2,7 +2,7 @@
 
 use crate::{LogLevel, RUN_SECTION, Table};
 use scenario::mission::columns::Column;
-use scenario::mission::known::Mission;
+use scenario::mission::registry::Mission;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::RecordError;

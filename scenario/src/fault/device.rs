@@ -6,7 +6,7 @@ use arrayvec::ArrayString;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::mission::known::Mission;
+use crate::mission::registry::Mission;
 
 /// The name of a sensing device: one of [`Device::COMMON`] or one of the mission's own.
 #[derive(

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::mission::known::Mission;
+use crate::mission::registry::Mission;
 
 /// A trigger by the next event that matches `ROBOT|any VERB [SUBJECT]`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

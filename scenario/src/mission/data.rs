@@ -7,7 +7,7 @@ use glam::Vec2;
 use rand_chacha::ChaCha8Rng;
 
 use super::columns::Column;
-use super::promises::Promises;
+use super::expected_properties::Promises;
 use super::section::{MissionSection, Section};
 use crate::fault::{FaultSpec, MissionFault, Order, OrderError};
 use crate::ids::TaskId;
@@ -64,7 +64,7 @@ use crate::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread}
 /// );
 /// ```
 pub trait MissionData: Debug + Send + Sync + 'static {
-    /// Reads the mission's section into its own type, with [`section`](super::known::section). Missing top-level keys
+    /// Reads the mission's section into its own type, with [`section`](super::registry::section). Missing top-level keys
     /// have the defaults that [`parameters`](MissionData::parameters) declare.
     ///
     /// # Errors

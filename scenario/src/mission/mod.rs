@@ -3,9 +3,9 @@
 pub mod columns;
 pub mod data;
 mod figures;
-pub mod known;
+pub mod registry;
 pub mod prelude;
-pub mod promises;
+pub mod expected_properties;
 pub mod section;
 
 pub use figures::{MissionFigures, Target, TeamFigures, Value};

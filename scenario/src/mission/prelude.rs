@@ -4,7 +4,7 @@ pub use glam::Vec2;
 
 pub use super::columns::Column;
 pub use super::data::{BuiltIn, BuiltinScenario, Draw, MissionData, Terms, one_behavior_each};
-pub use super::known::{Mission, section};
+pub use super::registry::{Mission, section};
 pub use super::section::Section;
 pub use crate::fault::{FaultArgument, FaultRange, FaultSpec};
 pub use crate::{

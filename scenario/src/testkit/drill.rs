@@ -5,8 +5,8 @@ use crate::fault::{FaultArgument, FaultRange, FaultSpec};
 use crate::ids::TaskId;
 use crate::mission::columns::Column;
 use crate::mission::data::{BuiltIn, MissionData, Terms};
-use crate::mission::known::Mission;
-use crate::mission::known::section;
+use crate::mission::registry::Mission;
+use crate::mission::registry::section;
 use crate::mission::section::Section;
 use crate::{BehaviorSpec, Body, Problem, Robot, Scenario, Setup, Unread, Vocabulary};
 

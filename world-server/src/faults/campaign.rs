@@ -9,7 +9,7 @@ use scenario::fault::{
     SensorFault, SensorMode, Side, Who,
 };
 use scenario::ids::RobotId;
-use scenario::mission::known::Mission;
+use scenario::mission::registry::Mission;
 use scenario::rng::{Purpose, robot_stream};
 use scenario::time::SimTime;
 use scenario::{Robot, Scenario};

@@ -12,7 +12,7 @@ use proto::tick::TickMessage;
 use rand_chacha::ChaCha8Rng;
 use scenario::fault::{Device, Fault, SensorError, SensorMode};
 use scenario::ids::{RobotId, Tick};
-use scenario::mission::known::Mission;
+use scenario::mission::registry::Mission;
 use scenario::rng::{Purpose, robot_stream};
 use scenario::{Roster, Setup};
 

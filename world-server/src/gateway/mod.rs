@@ -3,9 +3,9 @@
 //! Operators connect to the gateway's own router. Their messages, declarations and slow readers therefore use queues, tables and
 //! time of this process, not of the world. Requests on the control topic with the run's seal are forwarded to the world, and its
 //! answers are sent back. Messages of the team are forwarded while an operator subscribes to them. The world uses the gateway's
-//! standard input and output; the gateway ends when its input is closed ([`keeper`]).
+//! standard input and output; the gateway ends when its input is closed ([`supervisor`]).
 
-pub mod keeper;
+pub mod supervisor;
 
 use std::fs;
 use std::sync::atomic::{AtomicU64, Ordering};

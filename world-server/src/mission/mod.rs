@@ -25,7 +25,7 @@ use proto::tick::Outcome;
 use proto::view::View;
 use scenario::fault::Fault;
 use scenario::ids::{ItemId, RobotId, TaskId};
-use scenario::mission::known::Mission;
+use scenario::mission::registry::Mission;
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
 
@@ -34,7 +34,7 @@ use crate::world::floor::Floor;
 use crate::world::start::{StartError, start_poses};
 use crate::world::{Bar, Push};
 
-pub use crate::world::happened::Happened;
+pub use crate::world::step_events::Happened;
 pub use scenario::mission::{MissionFigures, Target, TeamFigures, Value};
 pub use typed::{Typed, TypedMission};
 

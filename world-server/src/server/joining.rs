@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use proto::codec::{CodecError, decode_first};
-use proto::enlist::{EnlistReply, EnlistRequest, Enlisted};
+use proto::membership::{EnlistReply, EnlistRequest, Enlisted};
 use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
 use proto::keys::Keys;
 use tokio::time::Instant;

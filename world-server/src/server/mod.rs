@@ -7,12 +7,12 @@
 //! - `acts`: process faults. `again`, `standstill`, `clocks`: repeated messages, waiting and clock differences.
 //! - `seals`: keys of all members. `fates`: a check of the receptions that external controllers report.
 
-mod acts;
-mod again;
+mod process_orders;
+mod resend;
 mod clocks;
 mod control;
-mod fates;
-mod heard;
+mod delivery_check;
+mod messages;
 mod joining;
 mod seals;
 mod standstill;
@@ -35,9 +35,9 @@ use zenoh::{Session, Wait};
 use crate::barrier::Presence;
 use crate::pace::Pace;
 use crate::simulation::Simulation;
-use acts::UnderWay;
-use again::Question;
-use fates::Fates;
+use process_orders::UnderWay;
+use resend::Question;
+use delivery_check::Fates;
 use run_log::recorder::{Background, Folder, RecordError, Recorder};
 pub use seals::Seals;
 use standstill::Standstill;

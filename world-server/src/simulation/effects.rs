@@ -5,7 +5,7 @@ use scenario::fault::{Fault, Role};
 use scenario::ids::RobotId;
 
 use super::Simulation;
-use super::acts::Act;
+use super::process_actions::Act;
 use crate::barrier::Presence;
 use crate::faults::schedule::{FaultIndex, Turn};
 use crate::interruption::Interruption;

@@ -10,8 +10,8 @@
 //! - `truth`: ground truth for allocators that request it.
 //! - `view`: views for observers. `levels`, `bends`: their curves.
 
-mod acts;
-mod bends;
+mod process_actions;
+mod corners;
 mod commands;
 mod effects;
 mod figures;
@@ -21,7 +21,7 @@ mod reports;
 #[cfg(test)]
 mod tests;
 mod triggers;
-mod truth;
+mod ground_truth;
 mod view;
 
 use std::collections::{BTreeMap, VecDeque};
@@ -47,9 +47,9 @@ use crate::mission::{MissionWorld, Target, TeamFigures, Value};
 use crate::world::{Impairment, World};
 use run_log::recorder::{Answers, BodyRecord, Event, FaultEvent, Record, RecordError, TickRecord};
 
-use acts::{Act, Acts};
+use process_actions::{Act, Acts};
 use commands::QueuedCommand;
-use truth::Truth;
+use ground_truth::Truth;
 use view::Memories;
 
 pub struct Simulation {

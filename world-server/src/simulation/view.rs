@@ -13,7 +13,7 @@ use scenario::time::SimTime;
 use scenario::{Obstacle, Setup};
 
 use super::Simulation;
-use super::bends::Bends;
+use super::corners::Bends;
 use super::levels::levels;
 use crate::barrier::Presence;
 use crate::world::{Component, Shape};

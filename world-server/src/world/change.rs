@@ -10,7 +10,7 @@ use scenario::ids::RobotId;
 use super::motion::wrapped;
 use super::space::nearest_place;
 use super::start::ROUNDING_M;
-use super::vicinity::Vicinity;
+use super::neighbor_cache::Vicinity;
 use super::{Floor, ObstacleId};
 
 /// The reason why a change of the world is impossible.

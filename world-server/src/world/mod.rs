@@ -31,15 +31,15 @@ mod component;
 pub(crate) mod floor;
 mod grid;
 mod ground;
-pub(crate) mod happened;
+pub(crate) mod step_events;
 mod motion;
 mod outline;
 mod radio;
 mod sensing;
 mod space;
 pub(crate) mod start;
-mod unchanged;
-mod vicinity;
+mod readings_cache;
+mod neighbor_cache;
 
 use std::ops::{Deref, DerefMut};
 
@@ -58,12 +58,12 @@ pub use change::ChangeError;
 pub use component::{Component, ComponentId, ObstacleId, Penetrability, Shape};
 pub use floor::{Floor, Impairment};
 pub use grid::Grid;
-use happened::Happened;
+use step_events::Happened;
 pub use motion::{limited, wrapped};
 pub use outline::{Outline, SKIN_M};
 pub use space::around;
 pub use start::{ROUNDING_M, StartError, start_poses};
-pub use vicinity::Circle;
+pub use neighbor_cache::Circle;
 
 /// The state of the simulated world: the mission and its floor. It dereferences to the floor.
 pub struct World {

@@ -8,7 +8,7 @@ use crate::compare::analysis::{Analysis, Ranking};
 use crate::compare::answer::p_value;
 use crate::compare::data::Data;
 use crate::report::figures::canvas::{Area, Drawn, INK, WIDTH_PX, line, px, svg};
-use crate::sweep::task::counted;
+use crate::sweep::execution::counted;
 
 const SIDE_PX: f64 = 190.0;
 const AXIS_PX: f64 = 64.0;

@@ -30,7 +30,7 @@ use anyhow::Context;
 use run_log::{LogLevel, RunLog};
 
 use super::facts;
-use crate::retrace::retrace;
+use crate::replay_views::retrace;
 use frames::Frames;
 use merge::merge;
 use recording::Recording;

@@ -18,7 +18,7 @@ use super::{RunFigures, WHITE};
 use crate::palette;
 use crate::report::failures::Loss;
 use crate::report::history::Place;
-use crate::report::thin::thin_way;
+use crate::report::simplify::thin_way;
 
 const LEFT_PX: f64 = 58.0;
 const RIGHT_PX: f64 = 22.0;

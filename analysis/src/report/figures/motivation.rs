@@ -11,7 +11,7 @@ use super::motivation_rows;
 use super::timeline::{Sample, Timeline, y_title};
 use super::{ABSENT, RunFigures, WHITE, task_measures, what};
 use crate::report::history::{Reset, SetHistory};
-use crate::report::thin::thin;
+use crate::report::simplify::thin;
 use proto::view::Measure;
 use scenario::ids::TaskId;
 use scenario::time::SimTime;

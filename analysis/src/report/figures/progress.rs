@@ -15,7 +15,7 @@ use super::canvas::{
 };
 use super::timeline::{Sample, Timeline};
 use crate::report::metrics::{Moment, Recurring};
-use crate::report::thin::within;
+use crate::report::simplify::within;
 
 const LEFT_PX: f64 = 58.0;
 const PLOT_PX: f64 = 240.0;

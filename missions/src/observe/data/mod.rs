@@ -13,8 +13,8 @@ pub use section::{Duty, ObserveSection, Policy, Region};
 
 use scenario::mission::columns::Column;
 use scenario::mission::data::{BuiltIn, BuiltinScenario, MissionData, Terms, one_behavior_each};
-use scenario::mission::known::{Mission, section};
-use scenario::mission::promises::Promises;
+use scenario::mission::registry::{Mission, section};
+use scenario::mission::expected_properties::Promises;
 use scenario::mission::section::Section;
 use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread};
 

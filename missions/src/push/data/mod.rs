@@ -14,7 +14,7 @@ pub use section::{BarSection, PushSection};
 
 use scenario::ids::TaskId;
 use scenario::mission::prelude::*;
-use scenario::mission::promises::Promises;
+use scenario::mission::expected_properties::Promises;
 
 use crate::push::bar::{End, end};
 

@@ -18,8 +18,8 @@ use scenario::fault::FaultSpec;
 use scenario::ids::TaskId;
 use scenario::mission::columns::Column;
 use scenario::mission::data::{BuiltIn, BuiltinScenario, Draw, MissionData, Terms};
-use scenario::mission::known::{Mission, section};
-use scenario::mission::promises::Promises;
+use scenario::mission::registry::{Mission, section};
+use scenario::mission::expected_properties::Promises;
 use scenario::mission::section::Section;
 use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread};
 

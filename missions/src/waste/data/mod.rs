@@ -30,9 +30,9 @@ use glam::Vec2;
 use scenario::fault::{FaultSpec, MissionFault, Order, OrderError};
 use scenario::mission::columns::Column;
 use scenario::mission::data::{BuiltIn, BuiltinScenario, MissionData, Terms};
-use scenario::mission::known::Mission;
-use scenario::mission::known::section;
-use scenario::mission::promises::Promises;
+use scenario::mission::registry::Mission;
+use scenario::mission::registry::section;
+use scenario::mission::expected_properties::Promises;
 use scenario::mission::section::{MissionSection, Section};
 use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Setup, Unread};
 

@@ -2,7 +2,7 @@
 
 use glam::Vec2;
 use scenario::Scenario;
-use scenario::mission::promises::{Place, Promises};
+use scenario::mission::expected_properties::{Place, Promises};
 
 use super::WasteSection;
 

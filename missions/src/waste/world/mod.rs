@@ -11,7 +11,7 @@
 mod gripper;
 mod items;
 mod log;
-mod placing;
+mod item_faults;
 mod sensing;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -32,7 +32,7 @@ use world_server::mission::{Happened, MissionWorld, TeamFigures, Validity, Value
 use world_server::world::{ChangeError, Circle, Floor};
 
 pub use items::Item;
-pub use placing::PlaceError;
+pub use item_faults::PlaceError;
 
 use items::WasteFloor;
 use log::Reports;

@@ -4,7 +4,7 @@
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use smallvec::SmallVec;
 
-use super::beliefs::Beliefs;
+use super::winners::Beliefs;
 use crate::allocator::utility::{DISCOUNT_PER_S, UnderWay};
 use crate::allocator::{Choice, Input};
 

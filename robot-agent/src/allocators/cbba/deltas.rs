@@ -7,7 +7,7 @@ use proto::team::{Broadcast, Content};
 use scenario::ids::{Incarnation, RobotId};
 use scenario::time::SimTime;
 
-use super::beliefs::Beliefs;
+use super::winners::Beliefs;
 use super::bundle::Bundle;
 use super::records::Records;
 use super::{Consensus, Rules};

@@ -9,12 +9,12 @@
 //! - `tables`: messages, and the removal of silent robots (FORGET).
 //! - `deltas`, `records`: the same for ACBBA, without a table.
 
-mod beliefs;
+mod winners;
 mod bundle;
 mod deltas;
 mod records;
-mod table;
-mod tables;
+mod rules;
+mod messages;
 #[cfg(test)]
 pub(crate) mod tests;
 
@@ -26,10 +26,10 @@ use serde::Deserialize;
 
 use crate::allocator::unit::Unit;
 use crate::allocator::{Allocator, Decision, Input, Me};
-use beliefs::Beliefs;
+use winners::Beliefs;
 use bundle::{Bundle, Worths};
 use deltas::Deltas;
-use tables::Tables;
+use messages::Tables;
 
 /// The parameters in `[allocators.cbba]`.
 #[derive(Clone, Copy, Debug, Deserialize)]

@@ -10,7 +10,7 @@ use scenario::time::SimTime;
 use super::reference::{Assignment, greedy, optimum};
 use super::team::{STEP_MS, Team, Work};
 use crate::allocator::Allocator;
-use crate::allocators::cbba::beliefs::{Beliefs, Entry};
+use crate::allocators::cbba::winners::{Beliefs, Entry};
 use crate::allocators::cbba::bundle::Bundle;
 use crate::allocators::cbba::{Acbba, BundleConfig, Cbaa, Cbba, DeltaConfig, SingleConfig};
 use crate::testkit;

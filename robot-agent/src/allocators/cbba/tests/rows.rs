@@ -4,7 +4,7 @@ use proto::allocation::consensus::Claim;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
-use crate::allocators::cbba::table::{Action, Stamps, consensus};
+use crate::allocators::cbba::rules::{Action, Stamps, consensus};
 
 /// The robots of the paper: the receiver i, the sender k, and two others, m and n.
 const I: RobotId = RobotId(1);

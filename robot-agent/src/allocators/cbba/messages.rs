@@ -8,9 +8,9 @@ use proto::team::{Broadcast, Content};
 use scenario::ids::{Incarnation, RobotId};
 use scenario::time::SimTime;
 
-use super::beliefs::{Beliefs, Entry};
+use super::winners::{Beliefs, Entry};
 use super::bundle::Bundle;
-use super::table::{Action, Stamps, consensus};
+use super::rules::{Action, Stamps, consensus};
 use super::{Consensus, Rules};
 use crate::allocator::{Input, Me};
 

@@ -23,7 +23,7 @@ use zenoh::qos::Priority;
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
-use crate::run::children::Process;
+use crate::run::child_processes::Process;
 
 /// The time for a controller to join or to answer a tick.
 const PATIENCE: Duration = Duration::from_secs(60);

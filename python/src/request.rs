@@ -11,7 +11,7 @@ use scenario::{Robot, Scenario, Setup};
 use world_server::mission_args::{Known, MissionArgs};
 
 use crate::errors::mistake;
-use crate::mind::{Class, Failure};
+use crate::controller::{Class, Failure};
 
 /// The key for all robots without their own entry.
 const ALL: &str = "*";

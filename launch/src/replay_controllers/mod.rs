@@ -26,8 +26,8 @@ use serde_json::Value;
 use tokio::runtime::Runtime;
 use tokio::time::timeout;
 
-use crate::run::children::Process;
-use crate::run::minds::MindCommand;
+use crate::run::child_processes::Process;
+use crate::run::controllers::MindCommand;
 use crate::runtime;
 use stage::{Stage, State};
 

@@ -12,7 +12,7 @@ use crate::rendezvous::{Announcement, Entrance, Far, Rendezvous, User};
 use crate::router::Plan;
 use crate::session;
 use anyhow::{Context, bail};
-use proto::enlist::{EnlistReply, EnlistRequest, Enlisted};
+use proto::membership::{EnlistReply, EnlistRequest, Enlisted};
 use proto::identity;
 use proto::join::PROTOCOL_VERSION;
 use proto::keys::Keys;

@@ -10,7 +10,7 @@ use glam::Vec2;
 use scenario::ids::RobotId;
 
 use super::Floor;
-use super::vicinity::ROUNDING_M;
+use super::neighbor_cache::ROUNDING_M;
 
 /// True if the latest readings of a robot still hold; false before the first reading.
 #[derive(Clone, Debug, Default)]

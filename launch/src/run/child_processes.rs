@@ -14,7 +14,7 @@ use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
 use nix::unistd::{Pid, getppid};
 use terminal::panics::PANICKED;
 
-use super::{minds, shell};
+use super::{controllers, shell};
 use cluster::start::{Hold, HostStart};
 
 /// The number of log lines that are shown when a process fails.
@@ -56,7 +56,7 @@ impl Process {
     /// Starts the external controller of a robot. See [`Process::start`].
     pub fn start_mind(robot: &str, log: &Path, command: &str, run: &str) -> anyhow::Result<Self> {
         let arguments = shell::invocation(command, &[]);
-        let variables = minds::variables(robot, run);
+        let variables = controllers::variables(robot, run);
         Self::start_with(robot, log, &arguments, Stdio::null(), &variables, true)
     }
 
