@@ -11,7 +11,7 @@ use analysis::sweep::{Plan, parse_journal};
 use in_process::Team;
 use missions::Registry;
 use run_log::{
-    AllocationRow, EventRow, LogLevel, Memory, MessageRow, MissionRow, MotivationRow, PoseRow,
+    AllocationRow, EventRow, LogLevel, MemoryLog, MessageRow, MissionRow, MotivationRow, PoseRow,
     RunFile, RunLog, Table, TableRow, TargetRow, TickRow,
 };
 use scenario::{ParameterFile, Profile, Scenario, Setup, Vocabulary};
@@ -23,7 +23,7 @@ static RUN: LazyLock<RunFile> = LazyLock::new(|| {
     let scenario = Scenario::parse("a.toml", "limit_s = 1.0", &VOCABULARY);
     let setup = Setup::resolve(scenario.expect("a scenario"), 1, None);
     let setup = setup.expect("a setup").setup;
-    let team = Team::new(setup, LogLevel::Off, Memory::default()).expect("a team");
+    let team = Team::new(setup, LogLevel::Off, MemoryLog::default()).expect("a team");
     let (_, recorder) = team.run().expect("memory takes everything");
     let log = RunLog::from_memory(&recorder.into_sink(), &VOCABULARY);
     log.expect("a log").run
@@ -51,7 +51,7 @@ pub fn log_of(text: &[u8]) -> Option<&'static str> {
             replay(&inputs, LogLevel::Off, |_| {}).map_err(|error| one_line(format!("{error:#}")));
         return Some("inputs");
     }
-    let foreign = log(Table::Foreign);
+    let foreign = log(Table::External);
     if foreign
         .foreign()
         .map_err(one_line)
@@ -111,7 +111,7 @@ pub fn is_profile(text: &[u8]) -> bool {
         profile,
         ..LEARNERS.clone()
     };
-    let team = Team::new(setup, LogLevel::Off, Memory::default()).expect("a team");
+    let team = Team::new(setup, LogLevel::Off, MemoryLog::default()).expect("a team");
     assert!(team.run().is_ok());
     true
 }

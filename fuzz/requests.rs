@@ -2,8 +2,8 @@
 
 use missions::waste::data::default_scenario;
 use proto::control::ControlCommand;
-use proto::control::wire::{Form, Wire};
-use proto::keys::Keys;
+use proto::control::wire::{ControlTopic, Format};
+use proto::keys::KeyExpressions;
 use proto::secret::Secret;
 use scenario::Catalog;
 
@@ -16,8 +16,8 @@ use scenario::Catalog;
 /// Panics if one of these properties does not hold.
 #[must_use]
 pub fn command_of(text: &[u8]) -> Option<&'static str> {
-    let secret = Secret::of("token");
-    let wire = Wire::new(&Keys::new("run"), secret.clone());
+    let secret = Secret::from_token("token");
+    let wire = ControlTopic::new(&KeyExpressions::new("run"), secret.clone());
     let read = |form, payload: &[u8], attachment: Option<&[u8]>| {
         let read = wire.read_request(form, payload, attachment);
         if let Err(error) = &read {
@@ -26,20 +26,20 @@ pub fn command_of(text: &[u8]) -> Option<&'static str> {
         }
         read
     };
-    for form in [Form::Json, Form::Bincode] {
+    for form in [Format::Json, Format::Bincode] {
         assert!(read(form, text, None).is_err());
         assert!(read(form, text, Some(text)).is_err());
     }
     // The same bytes as bincode are another request or none.
     let mut sealed = text.to_vec();
-    sealed.extend(secret.mark(wire.key(), text));
-    if let Ok(request) = read(Form::Bincode, &sealed, None) {
-        assert!(wire.write_request(Form::Bincode, &request).is_ok());
+    sealed.extend(secret.seal_of(wire.key(), text));
+    if let Ok(request) = read(Format::Bincode, &sealed, None) {
+        assert!(wire.write_request(Format::Bincode, &request).is_ok());
     }
 
     let mark = secret.mark_text(wire.key(), text);
-    let request = read(Form::Json, text, Some(mark.as_bytes())).ok()?;
-    for form in [Form::Json, Form::Bincode] {
+    let request = read(Format::Json, text, Some(mark.as_bytes())).ok()?;
+    for form in [Format::Json, Format::Bincode] {
         let written = wire
             .write_request(form, &request)
             .expect("what was read can be written");
@@ -52,7 +52,7 @@ pub fn command_of(text: &[u8]) -> Option<&'static str> {
             // The check and the printing must not panic.
             let scenario = default_scenario();
             let _ = order
-                .check(&scenario, &Catalog::of(&scenario))
+                .check(&scenario, &Catalog::new(&scenario))
                 .map_err(|error| error.to_string());
             let _ = order.to_string();
             "fault"

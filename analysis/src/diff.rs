@@ -9,7 +9,7 @@ use std::process::ExitCode;
 use clap::Args;
 use csv::StringRecord;
 use run_log::{
-    Input, InputLine, LogLevel, ReadError, RunFile, RunLog, Section, Table, TickRow, WORLD,
+    Input, InputLine, LogLevel, ReadError, RunFile, RunLog, Section, Table, TickRow, WORLD_ROBOT,
 };
 use scenario::ids::Tick;
 use scenario::time::SimTime;
@@ -95,7 +95,7 @@ impl Comparison {
         if json {
             // Plain data with string keys: serialization cannot fail.
             let text = serde_json::to_string(self).unwrap_or_default();
-            return terminal::answer("alliance", format_args!("{text}\n"), status);
+            return terminal::print_result("alliance", format_args!("{text}\n"), status);
         }
         tell!("{self}");
         status
@@ -147,7 +147,7 @@ pub fn compare(a: &RunLog, b: &RunLog) -> Result<Comparison, ReadError> {
             cause: given.clone(),
             tick: None,
             t_ms: None,
-            robot: WORLD.to_owned(),
+            robot: WORLD_ROBOT.to_owned(),
             section: "end".to_owned(),
             field: Some(field.to_owned()),
             a,
@@ -382,7 +382,7 @@ fn first_field(
             .into_records()
             .filter_map(Result::ok)
             .filter(|row| {
-                let of_robot = place.robot == WORLD
+                let of_robot = place.robot == WORLD_ROBOT
                     || robot_column
                         .is_none_or(|column| row.get(column) == Some(place.robot.as_str()));
                 row.get(0) == Some(time.as_str()) && of_robot
@@ -415,7 +415,7 @@ fn first_field(
 #[cfg(test)]
 mod tests {
     use missions::waste::data::{WasteSection, default_scenario};
-    use run_log::Memory;
+    use run_log::MemoryLog;
     use scenario::fault::{Fault, Order};
     use scenario::{Scenario, Setup};
 
@@ -431,15 +431,15 @@ mod tests {
         };
         change(&mut scenario);
         let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
-        let log = |team: Team<Memory>| {
+        let log = |team: Team<MemoryLog>| {
             let (_, recorder) = team.run().unwrap();
             RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap()
         };
-        let calm = log(Team::new(setup.clone(), LogLevel::Full, Memory::default()).unwrap());
+        let calm = log(Team::new(setup.clone(), LogLevel::Full, MemoryLog::default()).unwrap());
         let Some(order) = order else { return calm };
         let mut inputs = calm.inputs().unwrap();
         inputs.push(order);
-        log(Team::with_inputs(setup, inputs, LogLevel::Full, Memory::default()).unwrap())
+        log(Team::with_inputs(setup, inputs, LogLevel::Full, MemoryLog::default()).unwrap())
     }
 
     #[track_caller]

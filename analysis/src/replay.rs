@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use anyhow::{Context, bail};
 use clap::Args;
 use proto::tick::Outcome;
-use run_log::{LogLevel, Memory, RunLog, RunOutcome};
+use run_log::{LogLevel, MemoryLog, RunLog, RunOutcome};
 use terminal::tell;
 use world_server::simulation::Simulation;
 
@@ -100,12 +100,12 @@ pub fn replay(
     logged: &RunLog,
     level: LogLevel,
     see: impl FnMut(&mut Simulation),
-) -> anyhow::Result<(Memory, RunLog)> {
+) -> anyhow::Result<(MemoryLog, RunLog)> {
     let (team, outcome) = team_at_end(logged, level, see)?;
     log_of(team, outcome)
 }
 
-fn log_of(team: Team<Memory>, outcome: Outcome) -> anyhow::Result<(Memory, RunLog)> {
+fn log_of(team: Team<MemoryLog>, outcome: Outcome) -> anyhow::Result<(MemoryLog, RunLog)> {
     let (_, recorder) = team.end(outcome)?;
     let memory = recorder.into_sink();
     let vocabulary = Registry::of_this_program().vocabulary();
@@ -118,7 +118,7 @@ pub(crate) fn team_at_end(
     logged: &RunLog,
     level: LogLevel,
     see: impl FnMut(&mut Simulation),
-) -> anyhow::Result<(Team<Memory>, Outcome)> {
+) -> anyhow::Result<(Team<MemoryLog>, Outcome)> {
     let kept = Kept::of(logged)?.map(|kept| Box::new(kept) as Box<dyn Foreign>);
     team_to_end(logged, level, kept, see)
 }
@@ -128,7 +128,7 @@ fn team_to_end(
     level: LogLevel,
     foreign: Option<Box<dyn Foreign>>,
     see: impl FnMut(&mut Simulation),
-) -> anyhow::Result<(Team<Memory>, Outcome)> {
+) -> anyhow::Result<(Team<MemoryLog>, Outcome)> {
     let (ticks, outcome) = match (logged.run.outcome, logged.last) {
         (RunOutcome::Ended(outcome), _) => (logged.run.result.ticks, outcome),
         (RunOutcome::Running, Some(last)) => (last.tick + 1, Outcome::Interrupted),
@@ -144,12 +144,12 @@ fn team_to_end(
         bail!("run.json: scenario.{}", error.of(scenario));
     }
     let inputs = logged.inputs()?;
-    let mut team = Team::with_foreign(setup, inputs, level, Memory::default(), foreign)?;
+    let mut team = Team::with_foreign(setup, inputs, level, MemoryLog::default(), foreign)?;
     let outcome = team.go_on_for(ticks, outcome, see)?;
     Ok((team, outcome))
 }
 
-fn write(memory: &Memory, out: &Path) -> anyhow::Result<()> {
+fn write(memory: &MemoryLog, out: &Path) -> anyhow::Result<()> {
     let at = || out.display().to_string();
     std::fs::create_dir_all(out).with_context(at)?;
     for (table, bytes) in &memory.tables {

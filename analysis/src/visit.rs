@@ -6,12 +6,12 @@ use glam::Vec2;
 use proto::view::{Mark, MarkOutline, MarkRole};
 use run_log::{LogLevel, RunFile};
 use scenario::mission::columns::Column;
-use scenario::mission::data::{MissionData, Terms};
+use scenario::mission::data::{MissionData, MissionVocabulary};
 use scenario::mission::registry::Mission;
-use scenario::mission::registry::section;
+use scenario::mission::registry::read_section;
 use scenario::mission::section::Section;
 use scenario::testkit::default_setup;
-use scenario::{BehaviorSpec, ParameterSpec, Problem, Scenario, Unread};
+use scenario::{BehaviorSpec, ParameterSpec, Problem, Scenario, UntypedTable};
 
 pub const VISIT: Mission = Mission::new("visit", "places to be visited", &Visit);
 
@@ -27,16 +27,16 @@ t_ms,places_left,places_visited,last_visit_ms,way_m
 struct Visit;
 
 impl MissionData for Visit {
-    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
-        section::<std::collections::BTreeMap<String, u32>>(text)
+    fn section(&self, text: UntypedTable<'_>) -> Result<Box<dyn Section>, Problem> {
+        read_section::<std::collections::BTreeMap<String, u32>>(text)
     }
 
     fn parameters(&self) -> Vec<ParameterSpec> {
         Vec::new()
     }
 
-    fn terms(&self) -> Terms {
-        Terms {
+    fn vocabulary(&self) -> MissionVocabulary {
+        MissionVocabulary {
             devices: &[],
             optional_devices: &[],
             measuring_devices: &[],
@@ -52,7 +52,7 @@ impl MissionData for Visit {
                     Column::real("way_m"),
                 ]
             },
-            ..Terms::NONE
+            ..MissionVocabulary::NONE
         }
     }
 
@@ -60,7 +60,7 @@ impl MissionData for Visit {
         (Vec::new(), Vec::new())
     }
 
-    fn period_s(&self, _: &Scenario, column: &str) -> Option<f64> {
+    fn max_event_interval_s(&self, _: &Scenario, column: &str) -> Option<f64> {
         (column == "last_visit_ms").then_some(15.0)
     }
 

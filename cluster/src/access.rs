@@ -7,11 +7,11 @@
 use serde_json::{Value, json};
 
 use proto::identity;
-use proto::keys::{ALIVE_WORLDS, Keys};
+use proto::keys::{ALIVE_WORLDS, KeyExpressions};
 
 /// The robots behind one link.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Speaker {
+pub struct LinkMembers {
     /// The [identity](proto::identity) of the link.
     pub identity: String,
     /// The name of the host, if the link belongs to one.
@@ -19,7 +19,7 @@ pub struct Speaker {
     pub robots: Vec<String>,
 }
 
-impl Speaker {
+impl LinkMembers {
     #[must_use]
     pub fn robot(name: &str) -> Self {
         Self {
@@ -47,7 +47,7 @@ const UNCERTIFIED: [&str; 2] = ["unixsock-stream", "tcp"];
 
 /// Returns the access control of the gateway. Its clients receive everything and send queries on the control topic.
 #[must_use]
-pub fn of_operators(keys: &Keys) -> String {
+pub fn gateway_rules(keys: &KeyExpressions) -> String {
     let receive = [
         "declare_subscriber",
         "declare_liveliness_subscriber",
@@ -76,7 +76,12 @@ pub fn of_operators(keys: &Keys) -> String {
 /// Returns the access control of the router of a network run. The user `trusted`, a process on the router's machine,
 /// may do everything. So may the peer of an outgoing connection by the protocol `uplink`.
 #[must_use]
-pub fn of_team(keys: &Keys, speakers: &[Speaker], trusted: &str, uplink: Option<&str>) -> String {
+pub fn team_rules(
+    keys: &KeyExpressions,
+    speakers: &[LinkMembers],
+    trusted: &str,
+    uplink: Option<&str>,
+) -> String {
     let all = [
         "put",
         "delete",
@@ -148,7 +153,7 @@ impl Rules {
             .push(json!({ "rules": rules, "subjects": [id] }));
     }
 
-    fn speaker(&mut self, keys: &Keys, speaker: &Speaker) {
+    fn speaker(&mut self, keys: &KeyExpressions, speaker: &LinkMembers) {
         let id = speaker.identity.as_str();
         let of_each = |key: &dyn Fn(&str) -> String| -> Vec<String> {
             speaker.robots.iter().map(|robot| key(robot)).collect()

@@ -7,7 +7,7 @@ use crate::locator::{Locator, Transport, is_address};
 use anyhow::Context;
 use proto::keys::LAUNCHER_HOST;
 use scenario::names::is_name;
-use scenario::{Scenario, ScenarioError, Step, TomlFile, instead, text_of};
+use scenario::{PathStep, Scenario, ScenarioError, TomlFile, decode_text, name_remedy};
 use serde::Deserialize;
 
 /// The contents of a cluster file after all checks.
@@ -66,7 +66,7 @@ impl Cluster {
     ) -> anyhow::Result<(Self, Scenario)> {
         let name = path.display().to_string();
         let bytes = std::fs::read(path).with_context(|| name.clone())?;
-        let text = text_of(&name, bytes)?;
+        let text = decode_text(&name, bytes)?;
         let beside = path.parent().unwrap_or(Path::new(""));
         Self::parse(&name, &text, beside, scenario)
     }
@@ -80,7 +80,7 @@ impl Cluster {
         scenario: impl Fn(&str) -> anyhow::Result<Scenario>,
     ) -> anyhow::Result<(Self, Scenario)> {
         let file = TomlFile::parse(name, text)?;
-        let contents: Contents = file.to()?;
+        let contents: Contents = file.deserialize()?;
         let source = path_beside(beside, &contents.scenario);
         let place = || format!("{name}:{}", file.line_of(&[key("scenario")]));
         let scenario = scenario(&source).with_context(place)?;
@@ -126,7 +126,7 @@ impl Cluster {
     #[must_use]
     pub fn world_at(&self) -> Vec<String> {
         let mut at = self.home().at.clone();
-        if !self.listen.is_everywhere() && !at.contains(&self.listen.host) {
+        if !self.listen.is_unspecified() && !at.contains(&self.listen.host) {
             at.insert(0, self.listen.host.clone());
         }
         at
@@ -146,7 +146,7 @@ fn path_beside(beside: &Path, source: &str) -> String {
 fn check_hosts(file: &TomlFile<'_>, hosts: &[Host]) -> Result<(), ScenarioError> {
     if hosts.is_empty() {
         let remedy = "write [[hosts]] for each machine, with its name and robots";
-        return Err(file.mistake(&[key("hosts")], "there is no host", remedy));
+        return Err(file.error_at(&[key("hosts")], "there is no host", remedy));
     }
     let mut seen = BTreeMap::new();
     for (index, host) in hosts.iter().enumerate() {
@@ -155,26 +155,26 @@ fn check_hosts(file: &TomlFile<'_>, hosts: &[Host]) -> Result<(), ScenarioError>
         if !is_name(name) {
             let remedy =
                 "write at most 32 letters, digits, - and _, starting with a letter or digit";
-            return Err(file.mistake(&at, format!("'{name}' is not a valid name"), remedy));
+            return Err(file.error_at(&at, format!("'{name}' is not a valid name"), remedy));
         }
         if name == LAUNCHER_HOST {
             let what = format!("the name '{LAUNCHER_HOST}' is reserved");
-            return Err(file.mistake(&at, what, "give it another name"));
+            return Err(file.error_at(&at, what, "give it another name"));
         }
         if let Some(first) = seen.insert(name, index) {
             let line = file.line_of(&of_host(first, "name"));
             let what = format!("host '{name}' is already defined on line {line}");
             let remedy = "name each host once, with all of its robots";
-            return Err(file.mistake(&at, what, remedy));
+            return Err(file.error_at(&at, what, remedy));
         }
         for (place, address) in host.at.iter().enumerate() {
             if !is_address(address) {
                 let mut at = of_host(index, "at").to_vec();
-                at.push(Step::Index(place));
+                at.push(PathStep::Index(place));
                 let what =
                     format!("'{address}' is neither an IP address nor the name of a machine");
                 let remedy = "write it without port, such as 10.0.0.2 or robots.example.org";
-                return Err(file.mistake(&at, what, remedy));
+                return Err(file.error_at(&at, what, remedy));
             }
         }
     }
@@ -187,7 +187,7 @@ fn world_of(file: &TomlFile<'_>, contents: &Contents) -> Result<usize, ScenarioE
     found.ok_or_else(|| {
         let what = format!("there is no host '{}'", contents.world);
         let names = contents.hosts.iter().map(|host| host.name.as_str());
-        file.mistake(&[key("world")], what, instead(&contents.world, names))
+        file.error_at(&[key("world")], what, name_remedy(&contents.world, names))
     })
 }
 
@@ -198,11 +198,11 @@ fn listen(file: &TomlFile<'_>, contents: &Contents) -> Result<Locator, ScenarioE
     let locator = locator.map_err(|error| {
         let text = error.to_string();
         let (what, remedy) = text.split_once("; ").unwrap_or((&text, ""));
-        file.mistake(&[key("listen")], what, remedy)
+        file.error_at(&[key("listen")], what, remedy)
     })?;
     if contents.unencrypted && locator.transport == Transport::Tls {
         let what = format!("listen is {locator}, which is encrypted");
-        return Err(file.mistake(&[key("unencrypted")], what, "leave one of the two out"));
+        return Err(file.error_at(&[key("unencrypted")], what, "leave one of the two out"));
     }
     Ok(locator)
 }
@@ -214,14 +214,14 @@ fn check_place(
     home: &Host,
     world: usize,
 ) -> Result<(), ScenarioError> {
-    if listen.is_everywhere() && home.at.is_empty() {
+    if listen.is_unspecified() && home.at.is_empty() {
         let what = format!("no host can connect to {}", listen.host);
         let line = file.line_of(&of_host(world, "name"));
         let remedy = format!(
             "state how others reach it in `at` of host '{}' on line {line}",
             home.name
         );
-        return Err(file.mistake(&[key("listen")], what, remedy));
+        return Err(file.error_at(&[key("listen")], what, remedy));
     }
     Ok(())
 }
@@ -237,14 +237,14 @@ fn check_robots(
     for (index, host) in hosts.iter().enumerate() {
         for (place, robot) in host.robots.iter().enumerate() {
             let mut at = of_host(index, "robots").to_vec();
-            at.push(Step::Index(place));
+            at.push(PathStep::Index(place));
             if !team().any(|name| name == robot) {
                 let what = format!("the scenario has no robot '{robot}'");
-                return Err(file.mistake(&at, what, instead(robot, team())));
+                return Err(file.error_at(&at, what, name_remedy(robot, team())));
             }
             if let Some(first) = placed.insert(robot.as_str(), &host.name) {
                 let what = format!("robot '{robot}' is already on host '{first}'");
-                return Err(file.mistake(&at, what, "place each robot once"));
+                return Err(file.error_at(&at, what, "place each robot once"));
             }
         }
     }
@@ -252,7 +252,7 @@ fn check_robots(
     if !unplaced.is_empty() {
         let what = format!("robots without a host: {}", unplaced.join(", "));
         let remedy = "place each robot of the scenario";
-        return Err(file.mistake(&[key("hosts")], what, remedy));
+        return Err(file.error_at(&[key("hosts")], what, remedy));
     }
     Ok(())
 }
@@ -269,24 +269,24 @@ fn check_minds(
             let robot = scenario.robots.iter().find(|robot| robot.name == *name);
             if let Some(mind) = robot.and_then(|robot| robot.mind.as_ref()) {
                 let mut at = of_host(index, "robots").to_vec();
-                at.push(Step::Index(place));
+                at.push(PathStep::Index(place));
                 let what = format!(
                     "the controller '{mind}' of '{name}' is an external program, which runs only on the world's host"
                 );
                 let remedy = format!("place it on host '{}'", hosts[world].name);
-                return Err(file.mistake(&at, what, remedy));
+                return Err(file.error_at(&at, what, remedy));
             }
         }
     }
     Ok(())
 }
 
-fn key(name: &str) -> Step {
-    Step::Key(name.to_owned())
+fn key(name: &str) -> PathStep {
+    PathStep::Key(name.to_owned())
 }
 
-fn of_host(index: usize, name: &str) -> [Step; 3] {
-    [key("hosts"), Step::Index(index), key(name)]
+fn of_host(index: usize, name: &str) -> [PathStep; 3] {
+    [key("hosts"), PathStep::Index(index), key(name)]
 }
 
 #[cfg(test)]

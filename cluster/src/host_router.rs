@@ -3,19 +3,19 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use crate::access::{self, Speaker};
+use crate::access::{self, LinkMembers};
 use crate::key_files::KeyFiles;
 use crate::keyring::Keyring;
 use crate::member::Login;
 use crate::remote;
-use crate::rendezvous::{Announcement, Entrance, Far, Rendezvous, User};
+use crate::rendezvous::{Announcement, ConnectionRole, JoinEndpoint, RemoteWorld, Rendezvous};
 use crate::router::Plan;
 use crate::session;
 use anyhow::{Context, bail};
-use proto::membership::{EnlistReply, EnlistRequest, Enlisted};
 use proto::identity;
 use proto::join::PROTOCOL_VERSION;
-use proto::keys::Keys;
+use proto::keys::KeyExpressions;
+use proto::membership::{EnlistReply, EnlistRequest, HostRobots};
 use proto::secret::{Secret, random};
 use tokio::time::timeout;
 use zenoh::Session;
@@ -28,12 +28,12 @@ const CLOSE_DEADLINE: Duration = Duration::from_secs(1);
 
 pub struct Relay {
     pub session: Session,
-    pub keys: Keys,
+    pub keys: KeyExpressions,
     pub run: String,
     /// The secret that seals messages between host and world.
     pub secret: Secret,
     /// The robots that the world assigns to this host.
-    pub enlisted: Enlisted,
+    pub enlisted: HostRobots,
     _announcement: Announcement,
 }
 
@@ -50,15 +50,18 @@ impl Relay {
         listen: &[String],
     ) -> anyhow::Result<Self> {
         let run = remote::find_run(login).await?;
-        let keys = Keys::new(&run);
-        let secret = Secret::of(&login.password);
+        let keys = KeyExpressions::new(&run);
+        let secret = Secret::from_token(&login.password);
         let enlisted = enlist(host, login, &keys, &secret).await?;
         let mut robots = BTreeMap::new();
         for robot in &enlisted.robots {
             let secret = Keyring::secret(key_files, &identity::robot(robot)).context("--keys")?;
             robots.insert(robot.clone(), secret);
         }
-        let speakers: Vec<Speaker> = robots.keys().map(|robot| Speaker::robot(robot)).collect();
+        let speakers: Vec<LinkMembers> = robots
+            .keys()
+            .map(|robot| LinkMembers::robot(robot))
+            .collect();
         let (protocol, _) = login.endpoint.split_once('/').unwrap_or_default();
         let users = robots.iter();
         let users = users.map(|(robot, secret)| (identity::robot(robot), secret.clone()));
@@ -67,10 +70,15 @@ impl Relay {
             uplink: Some(login.clone()),
             users: users.collect(),
             keyring: login.keyring.clone(),
-            access: access::of_team(&keys, &speakers, User::Team.name(), Some(protocol)),
+            access: access::team_rules(
+                &keys,
+                &speakers,
+                ConnectionRole::Team.name(),
+                Some(protocol),
+            ),
         };
         let pid = std::process::id();
-        let (session, endpoint) = plan.open(&run, pid, User::Team).await?;
+        let (session, endpoint) = plan.open(&run, pid, ConnectionRole::Team).await?;
         if !remote::wait_for_world(&session, &keys).await {
             bail!(
                 "the world at {} cannot be reached through this host's router",
@@ -80,11 +88,11 @@ impl Relay {
         let mut rendezvous = Rendezvous::new(run.clone())?;
         rendezvous.endpoint.clone_from(&endpoint);
         rendezvous.token = String::new();
-        rendezvous.team = Entrance {
+        rendezvous.team = JoinEndpoint {
             endpoint,
             password: String::new(),
         };
-        rendezvous.far = Some(Far {
+        rendezvous.far = Some(RemoteWorld {
             host: host.to_owned(),
             world: login.endpoint.clone(),
             robots,
@@ -109,9 +117,9 @@ impl Relay {
 async fn enlist(
     host: &str,
     login: &Login,
-    keys: &Keys,
+    keys: &KeyExpressions,
     secret: &Secret,
-) -> anyhow::Result<Enlisted> {
+) -> anyhow::Result<HostRobots> {
     let bus_error = anyhow::Error::from_boxed;
     let session = crate::open(&session::client(login, false))
         .await

@@ -15,29 +15,29 @@ pub const STANDARD_INPUT: &str = "-";
 #[derive(Clone, Debug)]
 pub enum KeyFiles {
     Folder(PathBuf),
-    Memory(KeysInMemory),
+    Memory(MemoryKeyFiles),
 }
 
 /// The contents of each file by its name.
 #[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct KeysInMemory(BTreeMap<String, String>);
+pub struct MemoryKeyFiles(BTreeMap<String, String>);
 
 /// Omits the secret contents.
-impl fmt::Debug for KeysInMemory {
+impl fmt::Debug for MemoryKeyFiles {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.debug_set().entries(self.0.keys()).finish()
     }
 }
 
-impl FromIterator<(String, String)> for KeysInMemory {
+impl FromIterator<(String, String)> for MemoryKeyFiles {
     fn from_iter<T: IntoIterator<Item = (String, String)>>(files: T) -> Self {
         Self(files.into_iter().collect())
     }
 }
 
-impl KeysInMemory {
+impl MemoryKeyFiles {
     /// Parses the output of [`to_line`](Self::to_line).
-    pub fn of_line(line: &str) -> Result<Self, KeyFilesError> {
+    pub fn from_line(line: &str) -> Result<Self, KeyFilesError> {
         serde_json::from_str(line).map_err(KeyFilesError::Line)
     }
 
@@ -58,7 +58,7 @@ pub enum KeyFilesError {
     Io { place: String, error: io::Error },
     /// Other users can access a secret file.
     #[error("{0}: other users can read or change it; run `chmod 600` on it")]
-    Open(String),
+    NotPrivate(String),
     /// The line is not an output of [`KeysInMemory::to_line`].
     #[error(
         "standard input: {0}; write one line of JSON: an object that maps file names to file contents"
@@ -68,12 +68,12 @@ pub enum KeyFilesError {
 
 impl KeyFiles {
     /// Returns the key files that a command-line option selects. For [`STANDARD_INPUT`] it reads one line.
-    pub fn of_option(place: &Path) -> Result<Self, KeyFilesError> {
+    pub fn from_option(place: &Path) -> Result<Self, KeyFilesError> {
         if place == Path::new(STANDARD_INPUT) {
             let mut line = String::new();
             let result = io::stdin().read_line(&mut line);
             result.map_err(|error| at("standard input".to_owned(), error))?;
-            return KeysInMemory::of_line(&line).map(Self::Memory);
+            return MemoryKeyFiles::from_line(&line).map(Self::Memory);
         }
         let folder = std::path::absolute(place);
         let folder = folder.map_err(|error| at(place.display().to_string(), error))?;
@@ -83,12 +83,11 @@ impl KeyFiles {
     /// Reads a public file, such as a certificate.
     pub fn public(&self, name: &str) -> Result<String, KeyFilesError> {
         match self {
-            Self::Folder(folder) => {
-                fs::read_to_string(folder.join(name)).map_err(|error| at(self.place(name), error))
-            }
+            Self::Folder(folder) => fs::read_to_string(folder.join(name))
+                .map_err(|error| at(self.location(name), error)),
             Self::Memory(files) => {
                 let file = files.0.get(name).cloned();
-                file.ok_or_else(|| KeyFilesError::Missing(self.place(name)))
+                file.ok_or_else(|| KeyFilesError::Missing(self.location(name)))
             }
         }
     }
@@ -97,9 +96,9 @@ impl KeyFiles {
     pub fn private(&self, name: &str) -> Result<String, KeyFilesError> {
         if let Self::Folder(folder) = self {
             let metadata = fs::metadata(folder.join(name));
-            let metadata = metadata.map_err(|error| at(self.place(name), error))?;
+            let metadata = metadata.map_err(|error| at(self.location(name), error))?;
             if metadata.permissions().mode() & 0o077 != 0 {
-                return Err(KeyFilesError::Open(self.place(name)));
+                return Err(KeyFilesError::NotPrivate(self.location(name)));
             }
         }
         self.public(name)
@@ -107,7 +106,7 @@ impl KeyFiles {
 
     /// Returns the location of a file for messages.
     #[must_use]
-    pub fn place(&self, name: &str) -> String {
+    pub fn location(&self, name: &str) -> String {
         match self {
             Self::Folder(folder) => folder.join(name).display().to_string(),
             Self::Memory(_) => format!("standard input, {name}"),
@@ -130,17 +129,17 @@ mod tests {
     fn files_survive_a_round_trip_through_one_line() {
         let files = [("ca.pem", "a\nb\n"), ("world.key", "\"ö\"")];
         let files = files.map(|(name, text)| (name.to_owned(), text.to_owned()));
-        let files = KeysInMemory::from_iter(files);
+        let files = MemoryKeyFiles::from_iter(files);
         let line = files.to_line();
         assert_eq!(line.find('\n'), Some(line.len() - 1));
-        assert_eq!(KeysInMemory::of_line(&line).unwrap(), files);
+        assert_eq!(MemoryKeyFiles::from_line(&line).unwrap(), files);
         assert_eq!(format!("{files:?}"), r#"{"ca.pem", "world.key"}"#);
     }
 
     #[test]
     fn a_malformed_line_is_rejected() {
         for line in ["", "ca.pem\n", "[]", r#"{"ca.pem": 1}"#] {
-            let error = KeysInMemory::of_line(line).unwrap_err().to_string();
+            let error = MemoryKeyFiles::from_line(line).unwrap_err().to_string();
             assert_eq!(error.lines().count(), 1);
             let remedy =
                 "; write one line of JSON: an object that maps file names to file contents";

@@ -39,11 +39,11 @@ pub enum KeyringError {
     #[error("{0}: contains no certificate; copy it again")]
     Certificate(String),
     /// The certificate belongs to another member.
-    #[error("{file}: is the certificate of '{of}'; copy the certificate of '{identity}'")]
-    Another {
+    #[error("{file}: is the certificate of '{found}'; copy the certificate of '{identity}'")]
+    OtherMember {
         file: String,
         /// The member in the certificate.
-        of: String,
+        found: String,
         identity: String,
     },
     /// The certificate is not valid at the current time.
@@ -78,36 +78,36 @@ impl Keyring {
         let text = files.private(&name)?;
         let text = text.trim();
         if text.len() != 32 || !text.bytes().all(|byte| byte.is_ascii_hexdigit()) {
-            return Err(KeyringError::Secret(files.place(&name)));
+            return Err(KeyringError::Secret(files.location(&name)));
         }
         Ok(text.to_owned())
     }
 }
 
-/// Reads a certificate and checks that it is valid now. If `of` is given, the certificate must belong to that member.
+/// Reads a certificate and checks that it is valid now. If `member` is given, the certificate must belong to that member.
 fn read_certificate(
     files: &KeyFiles,
     name: &str,
-    of: Option<&str>,
+    member: Option<&str>,
     now: ASN1Time,
 ) -> Result<String, KeyringError> {
     let text = files.public(name)?;
-    let malformed = || KeyringError::Certificate(files.place(name));
+    let malformed = || KeyringError::Certificate(files.location(name));
     let (_, pem) = parse_x509_pem(text.as_bytes()).map_err(|_| malformed())?;
     let certificate = pem.parse_x509().map_err(|_| malformed())?;
     let mut names = certificate.subject().iter_common_name();
     let found = names.next().and_then(|name| name.as_str().ok());
-    if let Some(identity) = of.filter(|identity| found != Some(identity)) {
-        return Err(KeyringError::Another {
-            file: files.place(name),
-            of: found.unwrap_or_default().escape_default().to_string(),
+    if let Some(identity) = member.filter(|identity| found != Some(identity)) {
+        return Err(KeyringError::OtherMember {
+            file: files.location(name),
+            found: found.unwrap_or_default().escape_default().to_string(),
             identity: identity.to_owned(),
         });
     }
     let dates = certificate.validity();
     if !dates.is_valid_at(now) {
         return Err(KeyringError::Date {
-            file: files.place(name),
+            file: files.location(name),
             from: dates.not_before.to_string(),
             to: dates.not_after.to_string(),
             now: now.to_string(),

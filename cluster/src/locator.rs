@@ -27,15 +27,15 @@ pub struct Locator {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LocatorError {
     #[error("'{0}' is not a network address; write tls/HOST:PORT, for example tls/10.0.0.1:7447")]
-    Shape(String),
+    Malformed(String),
     /// An unencrypted connection to another machine is not permitted.
     #[error("'{0}' is not encrypted; use tls/…, or allow it with {1}")]
-    Plain(String, &'static str),
+    Unencrypted(String, &'static str),
 }
 
 impl Locator {
     /// Parses a command-line option; `unencrypted` is the state of the option `--unencrypted`.
-    pub fn of_option(text: &str, unencrypted: bool) -> Result<Self, LocatorError> {
+    pub fn from_option(text: &str, unencrypted: bool) -> Result<Self, LocatorError> {
         text.parse::<Self>()?.allowed(unencrypted, "--unencrypted")
     }
 
@@ -45,7 +45,7 @@ impl Locator {
         let is_safe = self.transport == Transport::Tls || self.is_loopback() || unencrypted;
         match is_safe {
             true => Ok(self),
-            false => Err(LocatorError::Plain(self.to_string(), word)),
+            false => Err(LocatorError::Unencrypted(self.to_string(), word)),
         }
     }
 
@@ -58,7 +58,7 @@ impl Locator {
 
     /// Returns whether the locator means all addresses of a machine. It is then valid for listening only.
     #[must_use]
-    pub fn is_everywhere(&self) -> bool {
+    pub fn is_unspecified(&self) -> bool {
         let is_unspecified = |address: IpAddr| address.is_unspecified();
         self.host.parse().is_ok_and(is_unspecified)
     }
@@ -83,7 +83,7 @@ impl FromStr for Locator {
     type Err = LocatorError;
 
     fn from_str(text: &str) -> Result<Self, LocatorError> {
-        read(text).ok_or_else(|| LocatorError::Shape(text.escape_default().to_string()))
+        read(text).ok_or_else(|| LocatorError::Malformed(text.escape_default().to_string()))
     }
 }
 
@@ -176,7 +176,7 @@ mod tests {
             "tls/10.0.0.1:7447\n",
         ] {
             let error = text.parse::<Locator>().unwrap_err();
-            assert!(matches!(error, LocatorError::Shape(_)), "{text}");
+            assert!(matches!(error, LocatorError::Malformed(_)), "{text}");
             assert_eq!(error.to_string().lines().count(), 1);
         }
     }

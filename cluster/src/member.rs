@@ -25,31 +25,31 @@ pub struct Member {
     /// The run's secret, if this machine has it.
     pub token: Option<String>,
     /// `true` if the connection to the world can be interrupted, so that the agent must reconnect.
-    pub is_far: bool,
+    pub is_remote: bool,
 }
 
 impl Member {
     /// Creates the data of a robot on another host, which connects with its own identity.
     #[must_use]
-    pub fn far(run: String, login: Login) -> Self {
+    pub fn remote(run: String, login: Login) -> Self {
         Self {
             run,
             secret: login.password.clone(),
             login,
             token: None,
-            is_far: true,
+            is_remote: true,
         }
     }
 
     /// Creates the data of a robot on the world's machine. The run's token is enough.
     #[must_use]
-    pub fn near(run: String, robot: &str, login: Login, token: String) -> Self {
+    pub fn local(run: String, robot: &str, login: Login, token: String) -> Self {
         Self {
             run,
             login,
             secret: derived(&token, &identity::robot(robot)),
             token: Some(token),
-            is_far: false,
+            is_remote: false,
         }
     }
 }

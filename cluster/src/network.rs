@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use crate::access::Speaker;
+use crate::access::LinkMembers;
 use crate::key_files::KeyFiles;
 use crate::keyring::Keyring;
 use crate::locator::Locator;
@@ -12,7 +12,7 @@ use clap::Args;
 use proto::identity::WORLD;
 use proto::keys::LAUNCHER_HOST;
 use scenario::names::is_name;
-use scenario::{Scenario, instead};
+use scenario::{Scenario, name_remedy};
 
 #[derive(Args, Clone, Debug, Default)]
 pub struct NetworkArgs {
@@ -38,7 +38,7 @@ impl NetworkArgs {
         };
         let mut listen = Vec::new();
         for at in &self.listen {
-            let locator = Locator::of_option(at, self.unencrypted).context("--listen")?;
+            let locator = Locator::from_option(at, self.unencrypted).context("--listen")?;
             listen.push(locator.to_string());
         }
         let mut hosts: BTreeMap<String, Vec<String>> = BTreeMap::new();
@@ -49,7 +49,7 @@ impl NetworkArgs {
                 if !known().any(|name| name == robot) {
                     bail!(
                         "--place {host}: no robot '{robot}'; {}",
-                        instead(robot, known())
+                        name_remedy(robot, known())
                     );
                 }
                 if !placed.insert(robot) {
@@ -61,7 +61,7 @@ impl NetworkArgs {
                 .or_default()
                 .extend(robots.iter().cloned());
         }
-        let files = KeyFiles::of_option(keys).context("--keys")?;
+        let files = KeyFiles::from_option(keys).context("--keys")?;
         Ok(Some(Network {
             listen,
             keyring: Keyring::read(&files, WORLD).context("--keys")?,
@@ -96,11 +96,11 @@ pub struct Network {
 impl Network {
     /// Returns all identities that may send messages from outside: each robot for itself, each host for its robots.
     #[must_use]
-    pub fn speakers(&self, scenario: &Scenario) -> Vec<Speaker> {
+    pub fn speakers(&self, scenario: &Scenario) -> Vec<LinkMembers> {
         let robots = scenario.robots.iter();
-        let robots = robots.map(|robot| Speaker::robot(&robot.name));
+        let robots = robots.map(|robot| LinkMembers::robot(&robot.name));
         let hosts = self.hosts.iter();
-        let hosts = hosts.map(|(host, robots)| Speaker::host(host, robots.clone()));
+        let hosts = hosts.map(|(host, robots)| LinkMembers::host(host, robots.clone()));
         robots.chain(hosts).collect()
     }
 

@@ -17,7 +17,7 @@ pub struct OsProcess {
 impl OsProcess {
     /// Returns the process with this id, unless it has ended.
     #[must_use]
-    pub fn of(pid: u32) -> Option<Self> {
+    pub fn find(pid: u32) -> Option<Self> {
         let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
         // The name is in parentheses and can contain any character. The state is the next field, and the start time the
         // 19th after that.
@@ -39,13 +39,13 @@ mod tests {
 
     #[test]
     fn a_process_is_found_until_it_ends() {
-        let this = OsProcess::of(id()).unwrap();
+        let this = OsProcess::find(id()).unwrap();
         assert!(!this.is_stopped);
         let mut child = Command::new("sleep").arg("60").spawn().unwrap();
-        let other = OsProcess::of(child.id()).unwrap();
+        let other = OsProcess::find(child.id()).unwrap();
         assert!(other.started >= this.started);
         child.kill().unwrap();
         child.wait().unwrap();
-        assert_eq!(OsProcess::of(child.id()), None);
+        assert_eq!(OsProcess::find(child.id()), None);
     }
 }

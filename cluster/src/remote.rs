@@ -10,7 +10,7 @@ use crate::member::Login;
 use crate::session;
 use anyhow::Context;
 use clap::Args;
-use proto::keys::{ALIVE_WORLDS, Keys, run_of_world};
+use proto::keys::{ALIVE_WORLDS, KeyExpressions, run_of_world};
 use tokio::time::{Instant, sleep};
 use zenoh::Session;
 
@@ -44,8 +44,8 @@ impl FarArgs {
         let (Some(endpoint), Some(keys)) = (&self.connect, &self.keys) else {
             return Ok(None);
         };
-        let locator = Locator::of_option(endpoint, self.unencrypted).context("--connect")?;
-        let files = KeyFiles::of_option(keys).context("--keys")?;
+        let locator = Locator::from_option(endpoint, self.unencrypted).context("--connect")?;
+        let files = KeyFiles::from_option(keys).context("--keys")?;
         let keyring = Keyring::read(&files, identity).context("--keys")?;
         let login = Login {
             endpoint: locator.to_string(),
@@ -86,7 +86,7 @@ pub async fn find_run(login: &Login) -> anyhow::Result<String> {
 }
 
 /// Returns whether the liveliness token of the run's world is present.
-pub async fn is_world_there(session: &Session, keys: &Keys) -> bool {
+pub async fn is_world_there(session: &Session, keys: &KeyExpressions) -> bool {
     let Ok(tokens) = session.liveliness().get(keys.alive_world()).await else {
         return false;
     };
@@ -96,7 +96,7 @@ pub async fn is_world_there(session: &Session, keys: &Keys) -> bool {
 
 /// Waits for the world's token, because a router may start before it reaches the world. Returns whether the token
 /// appeared.
-pub async fn wait_for_world(session: &Session, keys: &Keys) -> bool {
+pub async fn wait_for_world(session: &Session, keys: &KeyExpressions) -> bool {
     let until = Instant::now() + WORLD_PATIENCE;
     while Instant::now() < until {
         if is_world_there(session, keys).await {

@@ -28,17 +28,17 @@ pub struct Rendezvous {
     /// The secret of the run, which is the password at the gateway. A user with access to this file can change the run.
     pub token: String,
     /// The endpoint for robots and the launcher.
-    pub team: Entrance,
+    pub team: JoinEndpoint,
     /// The start time of the world's process, see [`OsProcess::started`]; 0 if unknown.
     #[serde(default)]
     pub started: u64,
     /// Data of a run whose world is on another host. All other data is then that of this host's router.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub far: Option<Far>,
+    pub far: Option<RemoteWorld>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Far {
+pub struct RemoteWorld {
     pub host: String,
     /// The zenoh locator of the world.
     pub world: String,
@@ -47,7 +47,7 @@ pub struct Far {
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Entrance {
+pub struct JoinEndpoint {
     /// The zenoh locator of the world.
     pub endpoint: String,
     pub password: String,
@@ -55,7 +55,7 @@ pub struct Entrance {
 
 /// The role of a connection to a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum User {
+pub enum ConnectionRole {
     /// A robot's agent, the launcher or the gateway: connects to the world directly, and publishes and receives
     /// everything.
     Team,
@@ -64,7 +64,7 @@ pub enum User {
     Operator,
 }
 
-impl User {
+impl ConnectionRole {
     /// Returns the user name in zenoh, which is also part of the socket's name.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -105,7 +105,7 @@ pub enum RendezvousError {
     None,
     /// The world is on another host, and the robot does not belong to this host.
     #[error("run '{run}' has no robot '{robot}' on host {host}; its robots here are {}", here.join(", "))]
-    NotHere {
+    OtherHost {
         run: String,
         robot: String,
         host: String,
@@ -114,7 +114,7 @@ pub enum RendezvousError {
     },
     /// The world is on another host.
     #[error("the world of run '{run}' is at {world}: control and observe the run from that host")]
-    Elsewhere { run: String, world: String },
+    RemoteWorld { run: String, world: String },
     #[error("{0} is not a private folder of this user: remove it")]
     Unsafe(PathBuf),
     #[error("{path}: {error}")]
@@ -136,7 +136,11 @@ impl Drop for Announcement {
 
 /// Returns the zenoh locator of a run's socket in the private runtime folder. `None` if the path is not a valid locator
 /// or too long for a socket. `pid` is the process id of the world.
-pub fn socket(run: &str, pid: u32, user: User) -> Result<Option<String>, RendezvousError> {
+pub fn socket(
+    run: &str,
+    pid: u32,
+    user: ConnectionRole,
+) -> Result<Option<String>, RendezvousError> {
     // The process id in the name makes leftover sockets distinguishable from those of newer processes.
     let path = folder()?.join(format!("{run}.{pid}.{}.sock", user.name()));
     let path = path.to_str().filter(|path| path.len() <= LONGEST_SOCKET);
@@ -159,19 +163,19 @@ impl Rendezvous {
             endpoint: String::new(),
             pid,
             token: random()?,
-            team: Entrance {
+            team: JoinEndpoint {
                 endpoint: String::new(),
                 password: random()?,
             },
-            started: OsProcess::of(pid).map_or(0, |process| process.started),
+            started: OsProcess::find(pid).map_or(0, |process| process.started),
             far: None,
         })
     }
 
     /// Returns the login of a process on this machine. Fails for operators if the world is on another host.
-    pub fn login(&self, user: User) -> Result<Login, RendezvousError> {
-        if let (Some(remote), User::Operator) = (&self.far, user) {
-            return Err(RendezvousError::Elsewhere {
+    pub fn login(&self, user: ConnectionRole) -> Result<Login, RendezvousError> {
+        if let (Some(remote), ConnectionRole::Operator) = (&self.far, user) {
+            return Err(RendezvousError::RemoteWorld {
                 run: self.run.clone(),
                 world: remote.world.clone(),
             });
@@ -188,14 +192,14 @@ impl Rendezvous {
     /// does not belong to this host.
     pub fn member(&self, robot: &str) -> Result<Member, RendezvousError> {
         let Some(remote) = &self.far else {
-            let login = self.login(User::Team)?;
+            let login = self.login(ConnectionRole::Team)?;
             let (run, token) = (self.run.clone(), self.token.clone());
-            return Ok(Member::near(run, robot, login, token));
+            return Ok(Member::local(run, robot, login, token));
         };
         let secret = remote
             .robots
             .get(robot)
-            .ok_or_else(|| RendezvousError::NotHere {
+            .ok_or_else(|| RendezvousError::OtherHost {
                 run: self.run.clone(),
                 robot: robot.to_owned(),
                 host: remote.host.clone(),
@@ -211,7 +215,7 @@ impl Rendezvous {
             },
             secret: secret.clone(),
             token: None,
-            is_far: true,
+            is_remote: true,
         })
     }
 
@@ -251,7 +255,7 @@ impl Rendezvous {
 
     /// Returns whether the world is live. The start time detects another process that reuses the id.
     fn is_live(&self) -> bool {
-        let world = OsProcess::of(self.pid);
+        let world = OsProcess::find(self.pid);
         world.is_some_and(|world| self.started == 0 || world.started == self.started)
     }
 

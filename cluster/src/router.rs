@@ -7,9 +7,9 @@ use crate::access;
 use crate::keyring::Keyring;
 use crate::locator::Locator;
 use crate::member::Login;
-use crate::rendezvous::{Rendezvous, RendezvousError, User, socket};
+use crate::rendezvous::{ConnectionRole, Rendezvous, RendezvousError, socket};
 use crate::session::{self, Members, Router};
-use proto::keys::Keys;
+use proto::keys::KeyExpressions;
 use proto::secret::derived;
 use scenario::Scenario;
 use zenoh::Session;
@@ -39,12 +39,15 @@ pub async fn open_for_team(
     run: &mut Rendezvous,
     network: Option<(&Network, &Scenario)>,
 ) -> Result<Session, RouterError> {
-    let mut users = vec![(User::Team.name().to_owned(), run.team.password.clone())];
+    let mut users = vec![(
+        ConnectionRole::Team.name().to_owned(),
+        run.team.password.clone(),
+    )];
     let mut router = Plan::default();
     if let Some((network, scenario)) = network {
         let speakers = network.speakers(scenario);
-        let keys = Keys::new(&run.run);
-        router.access = access::of_team(&keys, &speakers, User::Team.name(), None);
+        let keys = KeyExpressions::new(&run.run);
+        router.access = access::team_rules(&keys, &speakers, ConnectionRole::Team.name(), None);
         router.listen.clone_from(&network.listen);
         router.keyring = Some(network.keyring.clone());
         users.extend(speakers.into_iter().map(|speaker| {
@@ -53,7 +56,7 @@ pub async fn open_for_team(
         }));
     }
     router.users = users;
-    let (session, at) = router.open(&run.run, run.pid, User::Team).await?;
+    let (session, at) = router.open(&run.run, run.pid, ConnectionRole::Team).await?;
     run.team.endpoint = at;
     Ok(session)
 }
@@ -61,11 +64,16 @@ pub async fn open_for_team(
 /// Opens the gateway's router for operators and observers and writes its address to the rendezvous.
 pub async fn open_for_operators(run: &mut Rendezvous) -> Result<Session, RouterError> {
     let router = Plan {
-        users: vec![(User::Operator.name().to_owned(), run.token.clone())],
-        access: access::of_operators(&Keys::new(&run.run)),
+        users: vec![(
+            ConnectionRole::Operator.name().to_owned(),
+            run.token.clone(),
+        )],
+        access: access::gateway_rules(&KeyExpressions::new(&run.run)),
         ..Plan::default()
     };
-    let (session, at) = router.open(&run.run, run.pid, User::Operator).await?;
+    let (session, at) = router
+        .open(&run.run, run.pid, ConnectionRole::Operator)
+        .await?;
     run.endpoint = at;
     Ok(session)
 }
@@ -88,11 +96,11 @@ impl Plan {
         &self,
         run: &str,
         pid: u32,
-        user: User,
+        user: ConnectionRole,
     ) -> Result<(Session, String), RouterError> {
         let users = self.users.iter();
         let members =
-            Members::of(users.map(|(name, password)| (name.as_str(), password.as_str())))?;
+            Members::new(users.map(|(name, password)| (name.as_str(), password.as_str())))?;
         for at in &self.listen {
             check_address(at)?;
         }

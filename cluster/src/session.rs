@@ -29,7 +29,7 @@ pub fn prepare_process() {
     unsafe {
         std::env::set_var("ZENOH_RUNTIME", RUNTIME);
     }
-    panics::prepare();
+    panics::install_hook();
 }
 
 /// The users that may connect to a router of a run, with their passwords. Other users get no session, so they can
@@ -41,7 +41,7 @@ pub struct Members(OwnedFd);
 impl Members {
     /// Creates the list of users and passwords, which must live until the router's session is open. Zenoh reads it from
     /// a file; an anonymous file is private and leaves nothing behind.
-    pub fn of<'a>(users: impl IntoIterator<Item = (&'a str, &'a str)>) -> io::Result<Self> {
+    pub fn new<'a>(users: impl IntoIterator<Item = (&'a str, &'a str)>) -> io::Result<Self> {
         let list = memfd_create(c"alliance-members", MFdFlags::MFD_CLOEXEC)?;
         let mut file = File::from(list.try_clone()?);
         for (name, password) in users {

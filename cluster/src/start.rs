@@ -4,7 +4,7 @@ use std::io::{self, PipeReader, Write};
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread;
 
-use crate::key_files::{KeysInMemory, STANDARD_INPUT};
+use crate::key_files::{MemoryKeyFiles, STANDARD_INPUT};
 use crate::locator::{Locator, Transport};
 use proto::identity::{self, WORLD};
 use scenario::Scenario;
@@ -19,7 +19,7 @@ const DAYS: u32 = 30;
 
 #[derive(Clone, Debug)]
 pub struct Start {
-    pub world: KeysInMemory,
+    pub world: MemoryKeyFiles,
     pub hosts: Vec<HostStart>,
 }
 
@@ -30,7 +30,7 @@ pub struct HostStart {
     pub command: String,
     pub arguments: Vec<String>,
     /// The keys of the host and the secrets of its robots.
-    pub keys: KeysInMemory,
+    pub keys: MemoryKeyFiles,
 }
 
 impl Start {
@@ -73,7 +73,7 @@ fn arguments(host: &Host, world: &Locator) -> Vec<String> {
 }
 
 /// Returns the keys of a member and the secrets of `robots`.
-fn keys_of(identity: &str, robots: &[String], files: &[KeyFile]) -> KeysInMemory {
+fn keys_of(identity: &str, robots: &[String], files: &[KeyFile]) -> MemoryKeyFiles {
     let mut names = vec!["ca.pem".to_owned()];
     names.extend(["pem", "key", "secret"].map(|ending| format!("{identity}.{ending}")));
     let robots = robots.iter();

@@ -82,7 +82,7 @@ impl Air {
 #[cfg(test)]
 mod tests {
     use proto::mission::items::{ItemsBulletin, Withdrawal};
-    use proto::team::Content;
+    use proto::team::BroadcastContent;
     use scenario::time::SimTime;
 
     use super::*;
@@ -97,12 +97,12 @@ mod tests {
             index,
             seq: 10 * tick + u64::from(index),
             sent: SimTime(tick),
-            body: Content::Bulletin(
+            body: BroadcastContent::Bulletin(
                 ItemsBulletin::Withdrawal(Withdrawal {
                     finder: SENDER,
                     seen: SimTime::ZERO,
                 })
-                .about(None),
+                .into_bulletin(None),
             ),
         };
         (0..count).map(broadcast).collect()

@@ -1,6 +1,6 @@
 //! Commands of external agents for robots' bodies.
 
-use proto::mission::Deed;
+use proto::mission::Action;
 use proto::readings::Actuation;
 
 /// The motion command of an external agent for a robot's body. It replaces that of the robot's own agent.
@@ -11,7 +11,7 @@ pub struct Command {
     /// Turn rate as in [`Actuation::turn_rad_s`]; finite.
     pub turn_rad_s: f32,
     /// The action of the body; `None` keeps the action of the robot's own agent.
-    pub deed: Option<Deed>,
+    pub deed: Option<Action>,
 }
 
 impl Command {

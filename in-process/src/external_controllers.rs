@@ -7,7 +7,7 @@ use std::sync::Arc;
 use proto::team::Broadcast;
 use proto::tick::{Report, TickMessage};
 use run_log::recorder::RecordError;
-use run_log::{ForeignAnswer, ReadError, RunLog};
+use run_log::{ExternalAnswer, ReadError, RunLog};
 use scenario::Setup;
 use scenario::ids::{Incarnation, RobotId, Tick};
 
@@ -56,7 +56,7 @@ pub enum TickError {
 /// The logged answers of external controllers.
 pub struct Kept {
     /// The remaining answers of each robot, by rank and in order of ticks.
-    answers: Vec<VecDeque<ForeignAnswer>>,
+    answers: Vec<VecDeque<ExternalAnswer>>,
     names: Vec<String>,
 }
 
@@ -64,13 +64,13 @@ impl Kept {
     /// Reads the answers of a logged run. Returns `None` if the run has no external controllers.
     pub fn of(logged: &RunLog) -> Result<Option<Self>, ReadError> {
         let setup = &logged.run.setup;
-        if setup.scenario.minds().is_empty() {
+        if setup.scenario.external_controllers().is_empty() {
             return Ok(None);
         }
         Ok(Some(Self::new(setup, logged.foreign()?)))
     }
 
-    fn new(setup: &Setup, answers: Vec<ForeignAnswer>) -> Self {
+    fn new(setup: &Setup, answers: Vec<ExternalAnswer>) -> Self {
         let robots = &setup.scenario.robots;
         let mut source = Self {
             answers: robots.iter().map(|_| VecDeque::new()).collect(),
@@ -96,7 +96,7 @@ impl Foreign for Kept {
         broadcasts: &mut Vec<Broadcast>,
     ) -> Result<(), ForeignError> {
         let (wanted, answers) = (tick.tick, &mut self.answers[robot.index()]);
-        let matches_tick = |answer: &mut ForeignAnswer| {
+        let matches_tick = |answer: &mut ExternalAnswer| {
             (answer.report.tick, answer.report.incarnation) == (wanted, tick.incarnation)
         };
         let Some(answer) = answers.pop_front_if(matches_tick) else {

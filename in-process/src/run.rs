@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use missions::Registry;
-use proto::process::ProcessAct;
+use proto::process::ProcessAction;
 use proto::tick::Outcome;
 use robot_agent::agent::{Agent, TeamConfig, Workspace};
 use run_log::recorder::Record;
@@ -90,9 +90,9 @@ impl Run {
             }
         }
         let mission = registry.worlds().of(&setup.scenario)?;
-        let briefing = setup.briefing();
+        let briefing = setup.for_robots();
         let vocabulary = registry.vocabulary();
-        let informed = vocabulary.told_truth(&setup.scenario);
+        let informed = vocabulary.ground_truth_robots(&setup.scenario);
         let mut outside = Outside::new();
         let mut incarnations = BTreeMap::new();
         for line in inputs {
@@ -142,7 +142,7 @@ impl Run {
         let vocabulary = &self.vocabulary;
         let robots = setup.scenario.robots.iter().zip(&self.seats);
         let robots = robots
-            .filter(|(robot, _)| vocabulary.learns(setup.scenario.allocator_of(robot)))
+            .filter(|(robot, _)| vocabulary.learns(setup.scenario.decider_of(robot)))
             .filter_map(|(robot, seat)| {
                 let times = match seat {
                     Seat::Agent(agent) => agent.learned(setup),
@@ -313,7 +313,7 @@ impl Run {
     }
 
     /// Carries out a process act at once, as the launcher does, or fails like in the log.
-    fn act(&mut self, robot: RobotId, act: ProcessAct, outside: &[Input]) {
+    fn act(&mut self, robot: RobotId, act: ProcessAction, outside: &[Input]) {
         let name = self.name(robot).to_owned();
         let number = self.simulation.act_number();
         let failed = outside.iter().find_map(|input| match input {
@@ -331,7 +331,7 @@ impl Run {
             return self.simulation.act_done(robot, act, Err(why.clone()));
         }
         match act {
-            ProcessAct::Start => {
+            ProcessAction::Start => {
                 let key = (self.simulation.tick(), name);
                 let incarnations = self.incarnations.get_mut(&key);
                 if let Some(incarnation) = incarnations.and_then(VecDeque::pop_front) {
@@ -343,8 +343,8 @@ impl Run {
                     self.simulation.arrive(robot, incarnation);
                 }
             }
-            ProcessAct::Kill | ProcessAct::Terminate => self.end_agent(robot),
-            ProcessAct::Stop | ProcessAct::Continue => {
+            ProcessAction::Kill | ProcessAction::Terminate => self.end_agent(robot),
+            ProcessAction::Stop | ProcessAction::Continue => {
                 self.simulation.act_done(robot, act, Ok(()));
             }
         }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use analysis::table;
 use clap::Args;
 use missions::Registry;
-use scenario::{AllocatorSpec, instead};
+use scenario::{AllocatorSpec, name_remedy};
 use terminal::tell;
 
 use crate::parameters::blocks;
@@ -31,14 +31,14 @@ impl AllocatorsCommand {
         }
         tell!(
             "alliance allocators: there is no allocator '{name}'; {}",
-            instead(name, specs.iter().map(|spec| spec.name))
+            name_remedy(name, specs.iter().map(|spec| spec.name))
         );
         ExitCode::from(2)
     }
 }
 
 fn say(text: String) -> ExitCode {
-    terminal::answer("alliance allocators", text, ExitCode::SUCCESS)
+    terminal::print_result("alliance allocators", text, ExitCode::SUCCESS)
 }
 
 /// Returns the description of an allocator with a block for each parameter.

@@ -23,6 +23,6 @@ impl CompletionsCommand {
         let name = command.get_name().to_owned();
         generate(self.shell, &mut command, name, &mut script);
         let script = String::from_utf8_lossy(&script);
-        terminal::answer("alliance completions", script, ExitCode::SUCCESS)
+        terminal::print_result("alliance completions", script, ExitCode::SUCCESS)
     }
 }

@@ -6,8 +6,8 @@ use std::time::Duration;
 use anyhow::{anyhow, bail};
 use clap::Args;
 use cluster::os_process::OsProcess;
-use cluster::rendezvous::{self, Rendezvous, User};
-use proto::control::wire::{Form, Wire};
+use cluster::rendezvous::{self, ConnectionRole, Rendezvous};
+use proto::control::wire::{ControlTopic, Format};
 use proto::control::{ControlCommand, Reply, Request};
 use proto::secret::random;
 use serde::Serialize;
@@ -102,7 +102,7 @@ impl ControlArgs {
     fn reply_to(&self, command: ControlCommand) -> anyhow::Result<(String, Reply)> {
         let run = Rendezvous::find(self.run.as_deref())?;
         let id = run.run.clone();
-        if OsProcess::of(run.pid).is_some_and(|world| world.is_stopped) {
+        if OsProcess::find(run.pid).is_some_and(|world| world.is_stopped) {
             let pid = run.pid;
             bail!(
                 "run '{id}' stands still: its world (process {pid}) is stopped; `kill -CONT {pid}` resumes it"
@@ -118,7 +118,7 @@ impl ControlArgs {
 /// # Errors
 /// If the world cannot be reached, does not answer or cannot read the request.
 pub async fn ask(run: Rendezvous, command: ControlCommand) -> anyhow::Result<Reply> {
-    let observer = Observer::join(run, User::Operator).await?;
+    let observer = Observer::join(run, ConnectionRole::Operator).await?;
     let reply = query(&observer, command).await;
     // Closing may hang, so its time is limited.
     let _ = timeout(CLOSE_DEADLINE, observer.session.close()).await;
@@ -130,13 +130,13 @@ pub async fn ask(run: Rendezvous, command: ControlCommand) -> anyhow::Result<Rep
 /// # Errors
 /// If the world does not answer or cannot read the request.
 pub async fn query(observer: &Observer, command: ControlCommand) -> anyhow::Result<Reply> {
-    const FORM: Form = Form::Bincode;
+    const FORM: Format = Format::Bincode;
     let run = &observer.run;
     let request = Request {
         nonce: format!("{:032x}", random()?),
         command,
     };
-    let wire = Wire::new(&observer.keys, observer.secret.clone());
+    let wire = ControlTopic::new(&observer.keys, observer.secret.clone());
     let written = wire.write_request(FORM, &request)?;
     let replies = observer
         .session
@@ -189,11 +189,11 @@ pub fn unexpected(reply: &Reply) -> String {
 mod tests {
     use std::net::{Ipv4Addr, TcpListener};
 
-    use cluster::rendezvous::Entrance;
+    use cluster::rendezvous::JoinEndpoint;
     use cluster::session;
-    use proto::control::wire::Written;
+    use proto::control::wire::EncodedMessage;
     use proto::control::{ClockCommand, ClockStatus};
-    use proto::keys::Keys;
+    use proto::keys::KeyExpressions;
     use proto::secret::Secret;
     use zenoh::Wait;
     use zenoh::query::Query;
@@ -210,7 +210,7 @@ mod tests {
 
     /// Sends a request to a world that replies with `answers`, called with the query, the wire and the nonce of the request.
     fn ask_world(
-        answers: impl Fn(&Query, &Wire, &str) + Send + Sync + 'static,
+        answers: impl Fn(&Query, &ControlTopic, &str) + Send + Sync + 'static,
     ) -> anyhow::Result<Reply> {
         let free = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
         let port = free.local_addr().unwrap().port();
@@ -220,33 +220,37 @@ mod tests {
             endpoint: format!("tcp/127.0.0.1:{port}"),
             pid: std::process::id(),
             token: "abc".to_owned(),
-            team: Entrance {
+            team: JoinEndpoint {
                 endpoint: String::new(),
                 password: "def".to_owned(),
             },
             started: 0,
             far: None,
         };
-        let wire = Wire::new(&Keys::new(&run.run), Secret::of(&run.token));
+        let wire = ControlTopic::new(
+            &KeyExpressions::new(&run.run),
+            Secret::from_token(&run.token),
+        );
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .enable_all()
             .build()
             .unwrap();
         runtime.block_on(async {
             let members =
-                session::Members::of([(User::Operator.name(), run.token.as_str())]).unwrap();
+                session::Members::new([(ConnectionRole::Operator.name(), run.token.as_str())])
+                    .unwrap();
             let config = session::router(&session::Router {
                 listen: std::slice::from_ref(&run.endpoint),
                 uplink: None,
                 members: &members,
                 keyring: None,
-                access: cluster::access::of_operators(&Keys::new(&run.run)),
+                access: cluster::access::gateway_rules(&KeyExpressions::new(&run.run)),
             });
             let session = cluster::open(&config).await.unwrap();
             session
                 .declare_queryable(wire.key().to_owned())
                 .callback(move |query| {
-                    let form = Form::of(&query.encoding().unwrap().to_string());
+                    let form = Format::from_zenoh(&query.encoding().unwrap().to_string());
                     let payload = query.payload().unwrap().to_bytes();
                     let request = wire.read_request(form, &payload, None).unwrap();
                     assert_eq!(request.command, ControlCommand::Clock(ClockCommand::Pause));
@@ -261,7 +265,7 @@ mod tests {
         })
     }
 
-    fn send(query: &Query, wire: &Wire, written: Written) {
+    fn send(query: &Query, wire: &ControlTopic, written: EncodedMessage) {
         query.reply(wire.key(), written.payload).wait().unwrap();
     }
 
@@ -270,7 +274,7 @@ mod tests {
         let reply = ask_world(|query, wire, nonce| {
             let write = |nonce: &str, tick| {
                 let reply = Reply::Clock(ClockStatus { tick, ..STATUS });
-                wire.write_reply(Form::Bincode, nonce, &reply).unwrap()
+                wire.write_reply(Format::Bincode, nonce, &reply).unwrap()
             };
             let mut forged = write(nonce, 1);
             *forged.payload.last_mut().unwrap() ^= 1;

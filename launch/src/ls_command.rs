@@ -75,7 +75,7 @@ impl LsCommand {
             Ok(text)
         });
         match listed {
-            Ok(text) => terminal::answer("alliance ls", text, ExitCode::SUCCESS),
+            Ok(text) => terminal::print_result("alliance ls", text, ExitCode::SUCCESS),
             Err(error) => {
                 tell!("alliance ls: {error:#}");
                 ExitCode::from(3)
@@ -104,7 +104,7 @@ fn describe(run: &Rendezvous, runtime: &Runtime) -> Listed {
         sim_time_ms: None,
         hash: None,
     };
-    if OsProcess::of(run.pid).is_some_and(|world| world.is_stopped) {
+    if OsProcess::find(run.pid).is_some_and(|world| world.is_stopped) {
         return unknown("live, its world is stopped");
     }
     match runtime.block_on(ask(run.clone(), ControlCommand::Status)) {

@@ -5,8 +5,8 @@ use std::process::ExitCode;
 use analysis::table;
 use clap::Args;
 use missions::Registry;
-use scenario::instead;
 use scenario::mission::registry::Mission;
+use scenario::name_remedy;
 use terminal::tell;
 
 use crate::parameters::blocks;
@@ -34,14 +34,14 @@ impl MissionsCommand {
         let names = missions.iter().map(|mission| mission.name());
         tell!(
             "alliance missions: there is no mission '{name}'; {}",
-            instead(name, names)
+            name_remedy(name, names)
         );
         ExitCode::from(2)
     }
 }
 
 fn say(text: String) -> ExitCode {
-    terminal::answer("alliance missions", text, ExitCode::SUCCESS)
+    terminal::print_result("alliance missions", text, ExitCode::SUCCESS)
 }
 
 /// Returns the description of a mission with a block for each parameter.

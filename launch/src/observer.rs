@@ -1,10 +1,10 @@
 //! Subscription to the views and events of a live run.
 
 use anyhow::Context;
-use cluster::rendezvous::{Rendezvous, User};
+use cluster::rendezvous::{ConnectionRole, Rendezvous};
 use cluster::session;
-use proto::event::EventNews;
-use proto::keys::Keys;
+use proto::event::TickEvents;
+use proto::keys::KeyExpressions;
 use proto::secret::Secret;
 use proto::view::View;
 use serde::de::DeserializeOwned;
@@ -13,7 +13,7 @@ use zenoh::Session;
 /// An observer's session on the bus of a live run.
 pub struct Observer {
     pub run: Rendezvous,
-    pub keys: Keys,
+    pub keys: KeyExpressions,
     /// The secret that seals the messages of the run.
     pub secret: Secret,
     pub session: Session,
@@ -21,7 +21,7 @@ pub struct Observer {
 
 impl Observer {
     /// Joins the bus of a run as `user`.
-    pub async fn join(run: Rendezvous, user: User) -> anyhow::Result<Self> {
+    pub async fn join(run: Rendezvous, user: ConnectionRole) -> anyhow::Result<Self> {
         let config = session::client(&run.login(user)?, false);
         let session = cluster::open(&config)
             .await
@@ -34,8 +34,8 @@ impl Observer {
                 )
             })?;
         Ok(Self {
-            keys: Keys::new(&run.run),
-            secret: Secret::of(&run.token),
+            keys: KeyExpressions::new(&run.run),
+            secret: Secret::from_token(&run.token),
             run,
             session,
         })
@@ -49,7 +49,7 @@ impl Observer {
     /// Calls `listen` with the events of every tick that has any.
     pub async fn on_events(
         &self,
-        listen: impl Fn(EventNews) + Send + Sync + 'static,
+        listen: impl Fn(TickEvents) + Send + Sync + 'static,
     ) -> anyhow::Result<()> {
         self.subscribe(self.keys.event(), listen).await
     }

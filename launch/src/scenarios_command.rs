@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::process::ExitCode;
 
 use clap::Args;
-use scenario::{Scenario, Vocabulary, instead};
+use scenario::{Scenario, Vocabulary, name_remedy};
 use terminal::tell;
 
 use analysis::table;
@@ -53,12 +53,12 @@ impl ScenariosCommand {
         let known = vocabulary.builtins().map(|scenario| scenario.name);
         tell!(
             "alliance scenarios: no built-in scenario '{name}'; {}",
-            instead(name, known)
+            name_remedy(name, known)
         );
         ExitCode::from(2)
     }
 }
 
 fn say(text: impl Display) -> ExitCode {
-    terminal::answer("alliance scenarios", text, ExitCode::SUCCESS)
+    terminal::print_result("alliance scenarios", text, ExitCode::SUCCESS)
 }

@@ -10,7 +10,7 @@ use clap::{Args, value_parser};
 use cluster::rendezvous;
 use comfy_table::{CellAlignment, Table};
 use proto::control::{ControlCommand, Reply, RobotStatus, Status};
-use scenario::mission::columns::in_full;
+use scenario::mission::columns::details;
 use terminal::tell;
 
 use crate::clock::describe;
@@ -70,7 +70,7 @@ fn text(status: &Status) -> String {
         status.tick,
         status.t_ms,
         describe(&status.clock),
-        in_full(&status.mission),
+        details(&status.mission),
         robots(&status.robots).trim_fmt(),
         motivations(&status.robots).trim_fmt(),
     );

@@ -10,8 +10,8 @@ use missions::Registry;
 use proto::view::{Mark, MarkOutline, MarkRole, View};
 use run_log::{EventRow, PoseRow, RunLog};
 use scenario::Scenario;
-use scenario::mission::Value;
-use scenario::mission::columns::label as in_words;
+use scenario::mission::FigureValue;
+use scenario::mission::columns::display_name as in_words;
 use world_server::simulation::Simulation;
 
 const SCALE: f32 = 80.0;
@@ -73,7 +73,7 @@ fn draw(log: &RunLog) -> anyhow::Result<String> {
     let mission = Registry::of_this_program().worlds().of(scenario)?;
     let start = Simulation::new(log.run.setup.clone(), mission, false).view();
     room(&mut svg, scenario, &start)?;
-    let columns = log.run.setup.catalog.mission.terms().columns;
+    let columns = log.run.setup.catalog.mission.vocabulary().columns;
     let robots = scenario.robots.iter().zip(COLORS.iter().cycle());
     for (robot, color) in robots.clone() {
         let robot_poses: Vec<&PoseRow> = poses
@@ -280,7 +280,7 @@ fn legend(svg: &mut String, log: &RunLog, corner: Vec2) -> fmt::Result {
         let figures = log.run.result.robots.get(&robot.name);
         let first = figures.and_then(|figures| figures.mission.iter().next());
         let text = match first {
-            Some((name, Value::Count(count))) => {
+            Some((name, FigureValue::Count(count))) => {
                 format!("{}: {count} {}", robot.name, in_words(name))
             }
             _ => robot.name.clone(),

@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use glam::Vec2;
 use proto::codec::encode;
-use proto::mission::{Bytes, Deed, LORE_MAX, Lore, Payload, Sensed};
+use proto::mission::{Action, Bytes, MAX_KNOWLEDGE_BYTES, Payload, SensorReading, SharedKnowledge};
 use proto::readings::{Actuation, Readings};
-use proto::team::{Broadcast, Bulletin, BulletinKind, Content, Heartbeat};
+use proto::team::{Broadcast, BroadcastContent, Bulletin, BulletinKind, Heartbeat};
 use proto::tick::{ManifestEntry, TickMessage};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -19,7 +19,7 @@ use scenario::ids::{BehaviorId, RobotId, TaskId, Tick};
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
 use terminal::panics;
-use world_server::mission::Value;
+use world_server::mission::FigureValue;
 use world_server::world::World;
 
 use crate::{MissionParts, Registry};
@@ -92,7 +92,7 @@ fn check_catalog(setup: &Setup) {
     let (catalog, scenario) = (&setup.catalog, &setup.scenario);
     let mission = catalog.mission;
     for (index, task) in catalog.tasks.iter().enumerate() {
-        let named = catalog.task_named(&task.name).map(|task| task.index());
+        let named = catalog.find_task(&task.name).map(|task| task.index());
         assert_eq!(
             named,
             Some(index),
@@ -110,7 +110,7 @@ fn check_catalog(setup: &Setup) {
             "{} has a task",
             behavior.name
         );
-        let unit_s = mission.unit_s(scenario, &scenario.body, 1.0, behavior);
+        let unit_s = mission.work_unit_s(scenario, &scenario.body, 1.0, behavior);
         assert!(
             unit_s.is_finite() && unit_s > 0.0,
             "a unit of work of {} takes a positive, finite time",
@@ -128,7 +128,7 @@ struct Trial<'s> {
     /// The broadcasts of the previous step, by sender.
     sent: Vec<Vec<Broadcast>>,
     /// The row of mission.csv for each state hash seen so far.
-    rows: BTreeMap<u64, Vec<Value>>,
+    rows: BTreeMap<u64, Vec<FigureValue>>,
     trace: Vec<u8>,
 }
 
@@ -142,7 +142,7 @@ struct Member {
 
 impl<'s> Trial<'s> {
     fn new(registry: &Registry, parts: MissionParts, setup: &'s Setup, seed: Option<u64>) -> Self {
-        let briefing = setup.briefing();
+        let briefing = setup.for_robots();
         let team = || {
             let team = TeamConfig::of(&briefing, registry.agents());
             team.unwrap_or_else(|error| panic!("{error}"))
@@ -197,7 +197,7 @@ impl<'s> Trial<'s> {
         let state = self.world.mission().state();
         let mut row = Vec::new();
         self.world.mission().row(&mut row);
-        let columns = self.setup.catalog.mission.terms().columns;
+        let columns = self.setup.catalog.mission.vocabulary().columns;
         assert_eq!(
             row.len(),
             columns.len(),
@@ -302,7 +302,7 @@ impl<'s> Trial<'s> {
             }
             let mut command = space.report.actuation;
             for broadcast in &space.broadcasts {
-                if let Content::Heartbeat(heartbeat) = &broadcast.body {
+                if let BroadcastContent::Heartbeat(heartbeat) = &broadcast.body {
                     let place = heartbeat.position;
                     assert!(
                         place.is_none_or(Vec2::is_finite),
@@ -341,7 +341,7 @@ fn check_no_panic(tick: Tick, rule: &str, step: impl FnOnce()) {
 /// actions: equal states must give equal readings.
 fn check_state_covers_readings(tick: Tick, world: &World, commands: &[Option<Actuation>]) {
     let idle = |command: Actuation| Actuation {
-        deed: Deed::Nothing,
+        deed: Action::Nothing,
         ..command
     };
     let without: Vec<_> = commands.iter().map(|command| command.map(idle)).collect();
@@ -368,19 +368,21 @@ fn check_state_covers_readings(tick: Tick, world: &World, commands: &[Option<Act
 }
 
 /// Returns readings of another mission, or no readings.
-fn junk_sensed(chance: &mut ChaCha8Rng) -> Sensed {
+fn junk_sensed(chance: &mut ChaCha8Rng) -> SensorReading {
     let bytes: [u8; 24] = chance.random();
-    Bytes::encode(&bytes).map_or(Sensed::Nothing, |bytes| Sensed::Open(bytes.into()))
+    Bytes::encode(&bytes).map_or(SensorReading::Nothing, |bytes| {
+        SensorReading::Open(bytes.into())
+    })
 }
 
 /// Replaces an action with random bytes, or changes some of its bytes.
-fn junk_action(chance: &mut ChaCha8Rng, action: &mut Deed) {
+fn junk_action(chance: &mut ChaCha8Rng, action: &mut Action) {
     let original = match action {
-        Deed::Open(bytes) => bytes.as_slice(),
+        Action::Open(bytes) => bytes.as_slice(),
         _ => &[],
     };
     let junk = junk(chance, original, 8);
-    *action = Bytes::copied(&junk).map_or(Deed::Nothing, Deed::Open);
+    *action = Bytes::from_slice(&junk).map_or(Action::Nothing, Action::Open);
 }
 
 /// Returns fewer than `most` random bytes, or the original bytes with about half of them replaced.
@@ -399,28 +401,28 @@ fn junk(chance: &mut ChaCha8Rng, original: &[u8], most: usize) -> Vec<u8> {
 }
 
 /// Replaces the mission's content of a broadcast with random bytes, or changes some of its bytes.
-fn junk_broadcast(chance: &mut ChaCha8Rng, body: &mut Content) {
+fn junk_broadcast(chance: &mut ChaCha8Rng, body: &mut BroadcastContent) {
     let original = match body {
-        Content::Heartbeat(Heartbeat {
-            lore: Lore::Open(bytes),
+        BroadcastContent::Heartbeat(Heartbeat {
+            lore: SharedKnowledge::Open(bytes),
             ..
         })
-        | Content::Bulletin(Bulletin {
+        | BroadcastContent::Bulletin(Bulletin {
             payload: Payload::Open(bytes),
             ..
         }) => bytes.as_slice(),
         _ => &[],
     };
-    let bytes = junk(chance, original, LORE_MAX);
+    let bytes = junk(chance, original, MAX_KNOWLEDGE_BYTES);
     match body {
-        Content::Heartbeat(heartbeat) => {
-            heartbeat.lore = Lore::Open(bytes);
+        BroadcastContent::Heartbeat(heartbeat) => {
+            heartbeat.lore = SharedKnowledge::Open(bytes);
             heartbeat.task = Some(TaskId(chance.random()));
             heartbeat.set = Some(BehaviorId(chance.random()));
             heartbeat.position = Some(Vec2::splat(f32::NAN));
         }
         other => {
-            *other = Content::Bulletin(Bulletin {
+            *other = BroadcastContent::Bulletin(Bulletin {
                 kind: BulletinKind::First,
                 about: None,
                 payload: Payload::Open(bytes),

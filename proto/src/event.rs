@@ -6,7 +6,7 @@ use scenario::ids::Tick;
 use scenario::time::SimTime;
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct EventNews {
+pub struct TickEvents {
     pub tick: Tick,
     pub events: Vec<EventLine>,
 }

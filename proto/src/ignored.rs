@@ -8,7 +8,7 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 
 /// The number of ignored messages by kind.
 #[derive(Clone, Debug, Default)]
-pub struct Ignored {
+pub struct IgnoredMessages {
     kinds: BTreeMap<&'static str, Counter>,
 }
 
@@ -18,7 +18,7 @@ struct Counter {
     warned: Instant,
 }
 
-impl Ignored {
+impl IgnoredMessages {
     /// Counts one message. Returns the count so far if a warning is due.
     pub fn count(&mut self, kind: &'static str, now: Instant) -> Option<u64> {
         let Some(counter) = self.kinds.get_mut(kind) else {
@@ -65,7 +65,7 @@ mod tests {
     #[allow(clippy::disallowed_methods)] // The start instant is arbitrary.
     fn every_message_is_counted_and_few_cause_a_warning() {
         let start = Instant::now();
-        let mut ignored = Ignored::default();
+        let mut ignored = IgnoredMessages::default();
         let warnings: Vec<u64> = (0..2500)
             .filter_map(|ms| ignored.count("tick", start + Duration::from_millis(ms)))
             .collect();

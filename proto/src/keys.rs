@@ -4,11 +4,11 @@ use scenario::ids::Incarnation;
 
 /// A builder of the key expressions of one run. Different keys separate the runs on one machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Keys {
+pub struct KeyExpressions {
     prefix: String,
 }
 
-impl Keys {
+impl KeyExpressions {
     #[must_use]
     pub fn new(run: &str) -> Self {
         Self {
@@ -24,7 +24,7 @@ impl Keys {
 
     /// Matches all published data except that of operators.
     #[must_use]
-    pub fn news(&self) -> [String; 6] {
+    pub fn published(&self) -> [String; 6] {
         let ticks = format!("{}/robot/*/tick", self.prefix);
         let [view, event, process] = [self.view(), self.event(), self.processes()];
         [view, event, process, ticks, self.reports(), self.team_all()]
@@ -150,7 +150,7 @@ impl Keys {
     /// Returns the sender of a `join/…`, `enlist/…` or `process/…` key: its last chunk.
     #[inline]
     #[must_use]
-    pub fn parse_speaker(key: &str) -> &str {
+    pub fn parse_sender(key: &str) -> &str {
         key.rsplit_once('/').map_or(key, |(_, name)| name)
     }
 

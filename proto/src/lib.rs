@@ -24,7 +24,6 @@
 pub mod allocation;
 pub mod codec;
 pub mod control;
-pub mod membership;
 pub mod event;
 pub mod identity;
 pub mod ignored;
@@ -32,7 +31,10 @@ pub mod join;
 pub mod keys;
 pub mod link;
 pub mod links;
+pub mod membership;
 pub mod mission;
+#[cfg(test)]
+mod page_types;
 pub mod process;
 pub mod readings;
 pub mod secret;
@@ -40,5 +42,3 @@ pub mod team;
 pub mod telemetry;
 pub mod tick;
 pub mod view;
-#[cfg(test)]
-mod page_types;

@@ -17,13 +17,13 @@ impl Probability {
 
     /// Creates the nearest probability. Values outside 0 to 1 are clamped, and NaN counts as 0.
     #[must_use]
-    pub fn of(share: f64) -> Self {
+    pub fn from_share(share: f64) -> Self {
         Self((share.clamp(0.0, 1.0) * (1_u64 << 32) as f64).round() as u64)
     }
 
     /// Returns whether a draw of 32 random bits is a hit.
     #[must_use]
-    pub fn decides(self, draw: u32) -> bool {
+    pub fn hits(self, draw: u32) -> bool {
         u64::from(draw) < self.0
     }
 
@@ -90,14 +90,14 @@ mod tests {
 
     #[test]
     fn probabilities_decide_and_combine() {
-        assert!(!Probability::NEVER.decides(0));
-        assert!(Probability::ALWAYS.decides(u32::MAX));
-        assert!(Probability::of(0.5).decides((1 << 31) - 1));
-        assert!(!Probability::of(0.5).decides(1 << 31));
-        assert_eq!(Probability::of(f64::NAN), Probability::NEVER);
-        assert_eq!(Probability::of(7.0), Probability::ALWAYS);
-        let (half, third) = (Probability::of(0.5), Probability::of(0.25));
-        assert_eq!(half.or(third), Probability::of(0.625));
+        assert!(!Probability::NEVER.hits(0));
+        assert!(Probability::ALWAYS.hits(u32::MAX));
+        assert!(Probability::from_share(0.5).hits((1 << 31) - 1));
+        assert!(!Probability::from_share(0.5).hits(1 << 31));
+        assert_eq!(Probability::from_share(f64::NAN), Probability::NEVER);
+        assert_eq!(Probability::from_share(7.0), Probability::ALWAYS);
+        let (half, third) = (Probability::from_share(0.5), Probability::from_share(0.25));
+        assert_eq!(half.or(third), Probability::from_share(0.625));
         assert_eq!(half.or(Probability::NEVER), half);
         assert_eq!(half.or(Probability::ALWAYS), Probability::ALWAYS);
     }

@@ -24,8 +24,8 @@ mod tests;
 use std::sync::Arc;
 
 use crate::link::LinkState;
-use crate::team::{Broadcast, BroadcastKind, Bulletin, Content};
-use crate::telemetry::{Delivery, Reception, Said};
+use crate::team::{Broadcast, BroadcastContent, BroadcastKind, Bulletin};
+use crate::telemetry::{BroadcastSummary, Delivery, Reception};
 use crate::tick::TickMessage;
 use scenario::Setup;
 use scenario::ids::{RobotId, Tick};
@@ -57,7 +57,7 @@ impl Heard {
 
 /// The links to one incarnation of a robot.
 #[derive(Clone, Debug)]
-pub struct Links {
+pub struct IncomingLinks {
     seed: u64,
     robot: RobotId,
     step: SimTime,
@@ -93,7 +93,7 @@ enum Passage {
     Kept(Until),
 }
 
-impl Links {
+impl IncomingLinks {
     /// Creates the links of a new incarnation, without messages in flight.
     #[must_use]
     pub fn new(robot: RobotId, setup: &Setup) -> Self {
@@ -109,7 +109,7 @@ impl Links {
     /// Writes the messages of a tick to `heard`. `arrived` has an element per broadcast of the manifest, in the same
     /// order, and `None` for a missing one. It is emptied.
     #[inline]
-    pub fn hear(
+    pub fn receive(
         &mut self,
         tick: &TickMessage,
         arrived: &mut Vec<Option<Arc<Broadcast>>>,
@@ -120,13 +120,13 @@ impl Links {
             // Most ticks have no messages.
             arrived.clear();
         } else {
-            self.receive(tick, arrived, heard);
+            self.receive_messages(tick, arrived, heard);
         }
     }
 
     /// Handles a tick with messages.
     #[inline]
-    fn receive(
+    fn receive_messages(
         &mut self,
         tick: &TickMessage,
         arrived: &mut Vec<Option<Arc<Broadcast>>>,
@@ -246,16 +246,16 @@ impl Links {
         index: u16,
         now: SimTime,
     ) -> (Passage, bool) {
-        let draws = Draws::of(self.seed, self.robot, broadcast, index);
-        let twice = link.duplicate.decides(draws.duplicate);
-        let due = now + self.whole_steps(link.delay + draws.share_of(link.jitter));
+        let draws = Draws::new(self.seed, self.robot, broadcast, index);
+        let twice = link.duplicate.hits(draws.duplicate);
+        let due = now + self.whole_steps(link.delay + draws.jitter_within(link.jitter));
         let passage = if link.cut {
             Passage::Lost(Delivery::Cut)
-        } else if link.drop.decides(draws.drop) {
+        } else if link.drop.hits(draws.drop) {
             Passage::Lost(Delivery::Dropped)
         } else if link.hold {
             Passage::Kept(Until::Released)
-        } else if link.reorder.decides(draws.reorder) && !self.awaits_overtaking(broadcast.sender) {
+        } else if link.reorder.hits(draws.reorder) && !self.awaits_overtaking(broadcast.sender) {
             Passage::Kept(Until::Overtaken(due))
         } else if due > now {
             Passage::Kept(Until::Due(due))
@@ -324,22 +324,22 @@ fn order(broadcast: &Broadcast) -> (RobotId, u32, u64) {
 }
 
 /// Returns the logged part of a broadcast.
-fn summary(broadcast: &Broadcast) -> Said {
+fn summary(broadcast: &Broadcast) -> BroadcastSummary {
     let (state, since, set, task, progress) = match &broadcast.body {
-        Content::Heartbeat(heartbeat) => (
+        BroadcastContent::Heartbeat(heartbeat) => (
             Some(heartbeat.state),
             Some(heartbeat.since),
             heartbeat.set,
             heartbeat.task,
             Some(heartbeat.progress),
         ),
-        Content::Bulletin(Bulletin { about, .. }) => {
+        BroadcastContent::Bulletin(Bulletin { about, .. }) => {
             let (set, task) = (about.map(|about| about.set), about.map(|about| about.task));
             (None, None, set, task, about.map(|about| about.progress))
         }
-        Content::Allocation(_) => (None, None, None, None, None),
+        BroadcastContent::Allocation(_) => (None, None, None, None, None),
     };
-    Said {
+    BroadcastSummary {
         seq: broadcast.seq,
         kind: broadcast.body.kind(),
         state,

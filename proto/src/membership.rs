@@ -16,10 +16,10 @@ pub struct EnlistRequest {
 }
 
 /// World → host: the robots of the host, or the reason why it may not take part.
-pub type EnlistReply = Result<Enlisted, String>;
+pub type EnlistReply = Result<HostRobots, String>;
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Enlisted {
+pub struct HostRobots {
     pub robots: Vec<String>,
     /// The robots that the host starts immediately. The others join later.
     pub start: Vec<String>,

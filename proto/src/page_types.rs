@@ -4,7 +4,7 @@
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value};
 
-use crate::view::{Bend, View};
+use crate::view::{Corner, View};
 
 /// Returns the JSON schemas of all types. They describe serialization: the page receives even fields that are optional
 /// for parsing.
@@ -13,7 +13,7 @@ fn definitions() -> Map<String, Value> {
         .for_serialize()
         .into_generator();
     generator.subschema_for::<View>();
-    generator.subschema_for::<Bend>();
+    generator.subschema_for::<Corner>();
     generator.take_definitions(true)
 }
 

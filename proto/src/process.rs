@@ -29,12 +29,12 @@ pub struct ProcessOrder {
     pub robot: String,
     /// The process id that the agent sent to the world. The agent may have been started by hand.
     pub pid: Option<u32>,
-    pub act: ProcessAct,
+    pub act: ProcessAction,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum ProcessAct {
+pub enum ProcessAction {
     Start,
     Kill,
     Terminate,
@@ -42,7 +42,7 @@ pub enum ProcessAct {
     Continue,
 }
 
-impl ProcessAct {
+impl ProcessAction {
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {

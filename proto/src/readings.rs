@@ -7,7 +7,7 @@ use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::mission::{Deed, Sensed};
+use crate::mission::{Action, SensorReading};
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Pose {
@@ -62,7 +62,7 @@ pub struct Readings {
     pub energy_j: Option<f32>,
     /// The readings of the mission's own devices.
     #[schemars(with = "serde_json::Value")]
-    pub mission: Sensed,
+    pub mission: SensorReading,
 }
 
 /// The commands of one step. A robot first turns and then moves straight ahead, both within its limits.
@@ -72,5 +72,5 @@ pub struct Actuation {
     pub speed_m_s: f32,
     /// The turn rate, rad/s; positive is counter-clockwise.
     pub turn_rad_s: f32,
-    pub deed: Deed,
+    pub deed: Action,
 }

@@ -51,14 +51,14 @@ fn hexadecimal(bytes: &[u8]) -> String {
 /// Seals of broadcasts in a network run. A message is followed by one seal per member: the robots in order of rank,
 /// then the world. Each seal uses the key that the sender and that member share; apart from them only the world has it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Pairs {
+pub struct PairKeys {
     /// The index of this member among all members.
     index: usize,
     /// The shared keys by member. The entry of this member is not used.
     keys: Vec<u128>,
 }
 
-impl Pairs {
+impl PairKeys {
     /// Creates the keys of the member with this index among all members.
     #[must_use]
     pub fn new(index: usize, keys: Vec<u128>) -> Self {
@@ -91,7 +91,7 @@ impl Pairs {
         let length = bytes.len();
         bytes.reserve(self.keys.len() * SEAL_BYTES);
         for pair in &self.keys {
-            let mark = mark(hasher(pair.to_le_bytes()), key, &bytes[..length]);
+            let mark = seal_of(hasher(pair.to_le_bytes()), key, &bytes[..length]);
             bytes.extend(mark);
         }
         Ok(bytes)
@@ -110,7 +110,7 @@ impl Pairs {
         };
         let (message, marks) = sealed.split_at(length);
         let place = self.index * SEAL_BYTES..(self.index + 1) * SEAL_BYTES;
-        if marks[place] != mark(hasher(pair.to_le_bytes()), key, message) {
+        if marks[place] != seal_of(hasher(pair.to_le_bytes()), key, message) {
             return Err(OpenError::Unsealed);
         }
         Ok(decode(message)?)
@@ -123,7 +123,7 @@ fn hasher(key: [u8; 16]) -> SipHasher24 {
 }
 
 #[inline]
-fn mark(mut hasher: SipHasher24, key: &str, message: &[u8]) -> [u8; SEAL_BYTES] {
+fn seal_of(mut hasher: SipHasher24, key: &str, message: &[u8]) -> [u8; SEAL_BYTES] {
     hasher.write(key.as_bytes());
     // Key expressions contain no zero byte, so the boundary between key and message is unambiguous.
     hasher.write_u8(0);
@@ -143,7 +143,7 @@ pub enum OpenError {
 
 impl Secret {
     #[must_use]
-    pub fn of(token: &str) -> Self {
+    pub fn from_token(token: &str) -> Self {
         // The token is random, so a plain hash is enough to turn a text of any length into a key.
         let key = xxh3_128(token.as_bytes()).to_le_bytes();
         Self {
@@ -155,13 +155,13 @@ impl Secret {
     /// Creates the secret of a robot from the run's token.
     #[must_use]
     pub fn of_robot(token: &str, name: &str) -> Self {
-        Self::of(&derived(token, &identity::robot(name)))
+        Self::from_token(&derived(token, &identity::robot(name)))
     }
 
     /// Encodes a message and seals it for a key expression.
     pub fn seal<T: Serialize>(&self, key: &str, message: &T) -> Result<Vec<u8>, CodecError> {
         let mut bytes = encode(message)?;
-        let mark = self.mark(key, &bytes);
+        let mark = self.seal_of(key, &bytes);
         bytes.extend(mark);
         Ok(bytes)
     }
@@ -169,7 +169,7 @@ impl Secret {
     /// Decodes a message that was sealed for a key expression.
     pub fn open<T: DeserializeOwned>(&self, key: &str, sealed: &[u8]) -> Result<T, OpenError> {
         match sealed.split_last_chunk::<SEAL_BYTES>() {
-            Some((message, mark)) if self.mark(key, message) == *mark => Ok(decode(message)?),
+            Some((message, mark)) if self.seal_of(key, message) == *mark => Ok(decode(message)?),
             _ => Err(OpenError::Unsealed),
         }
     }
@@ -177,7 +177,7 @@ impl Secret {
     /// Appends a seal to a key without payload, such as a liveliness token, as its last chunk.
     #[must_use]
     pub fn stamp(&self, key: &str) -> String {
-        format!("{key}/{:016x}", u64::from_le_bytes(self.mark(key, &[])))
+        format!("{key}/{:016x}", u64::from_le_bytes(self.seal_of(key, &[])))
     }
 
     /// Returns the key without its stamp, or `None` if the stamp is invalid.
@@ -200,8 +200,8 @@ impl Secret {
 
     #[inline]
     #[must_use]
-    pub fn mark(&self, key: &str, message: &[u8]) -> [u8; SEAL_BYTES] {
-        mark(self.keyed, key, message)
+    pub fn seal_of(&self, key: &str, message: &[u8]) -> [u8; SEAL_BYTES] {
+        seal_of(self.keyed, key, message)
     }
 }
 
@@ -221,18 +221,21 @@ mod tests {
 
     #[test]
     fn a_member_opens_what_a_member_sealed() {
-        let sealed = Secret::of("abc").seal(KEY, &7_u32).unwrap();
-        assert_eq!(Secret::of("abc").open::<u32>(KEY, &sealed).unwrap(), 7);
+        let sealed = Secret::from_token("abc").seal(KEY, &7_u32).unwrap();
+        assert_eq!(
+            Secret::from_token("abc").open::<u32>(KEY, &sealed).unwrap(),
+            7
+        );
     }
 
     #[test]
     fn another_secret_another_key_or_a_changed_bit_is_rejected() {
-        let secret = Secret::of("abc");
+        let secret = Secret::from_token("abc");
         let sealed = secret.seal(KEY, &"text".to_owned()).unwrap();
         let unsealed = |opened: Result<String, OpenError>| {
             assert!(matches!(opened, Err(OpenError::Unsealed)), "{opened:?}");
         };
-        unsealed(Secret::of("abd").open(KEY, &sealed));
+        unsealed(Secret::from_token("abd").open(KEY, &sealed));
         unsealed(secret.open("alliance/r/robot/gold/tick", &sealed));
         for bit in 0..8 * sealed.len() {
             let mut other = sealed.clone();
@@ -246,7 +249,7 @@ mod tests {
 
     #[test]
     fn a_sealed_message_of_another_type_is_malformed() {
-        let secret = Secret::of("abc");
+        let secret = Secret::from_token("abc");
         let sealed = secret.seal(KEY, &[1_u8; 9]).unwrap();
         assert!(matches!(
             secret.open::<bool>(KEY, &sealed),
@@ -256,13 +259,13 @@ mod tests {
 
     #[test]
     fn a_stamp_is_valid_only_for_its_key() {
-        let secret = Secret::of("abc");
+        let secret = Secret::from_token("abc");
         let stamped = secret.stamp("alliance/r/alive/blue/1");
         assert_eq!(secret.stamped(&stamped), Some("alliance/r/alive/blue/1"));
         let forged = stamped.replace("/1/", "/2/");
         assert_eq!(secret.stamped(&forged), None);
         assert_eq!(secret.stamped("alliance/r/alive/blue/1"), None);
-        assert_eq!(Secret::of("abd").stamped(&stamped), None);
+        assert_eq!(Secret::from_token("abd").stamped(&stamped), None);
         assert_eq!(secret.stamped(""), None);
     }
 
@@ -279,7 +282,8 @@ mod tests {
     #[test]
     fn all_members_open_a_broadcast_and_only_as_its_senders() {
         let members = ["robot-blue", "robot-gold", "robot-green", "world"];
-        let pairs = |index: usize| Pairs::new(index, Pairs::keys("abc", members[index], &members));
+        let pairs =
+            |index: usize| PairKeys::new(index, PairKeys::keys("abc", members[index], &members));
         let sealed = pairs(1).seal(KEY, &7_u32).unwrap();
         for receiver in [0, 2, 3] {
             assert_eq!(pairs(receiver).open::<u32>(KEY, &sealed, 1).unwrap(), 7);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::allocation::AllocationMessage;
 use crate::mission::items::ItemsBulletin;
-use crate::mission::{Lore, Payload};
+use crate::mission::{Payload, SharedKnowledge};
 use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId, Tick};
 use scenario::time::SimTime;
 
@@ -23,12 +23,12 @@ pub struct Broadcast {
     pub seq: u64,
     /// The simulated time of sending.
     pub sent: SimTime,
-    pub body: Content,
+    pub body: BroadcastContent,
 }
 
 /// The contents of a broadcast.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Content {
+pub enum BroadcastContent {
     /// The state of the sender, sent regularly.
     Heartbeat(Heartbeat),
     /// A message of the mission, sent immediately. Heartbeats repeat shared knowledge later.
@@ -69,7 +69,7 @@ impl BroadcastKind {
     }
 }
 
-impl Content {
+impl BroadcastContent {
     #[must_use]
     pub fn kind(&self) -> BroadcastKind {
         match self {
@@ -89,13 +89,13 @@ pub struct Bulletin {
     /// The kind, among those of the mission.
     pub kind: BulletinKind,
     /// The task that the message is about, if there is one.
-    pub about: Option<About>,
+    pub about: Option<BulletinSubject>,
     pub payload: Payload,
 }
 
 impl ItemsBulletin {
     #[must_use]
-    pub fn about(self, about: Option<About>) -> Bulletin {
+    pub fn into_bulletin(self, about: Option<BulletinSubject>) -> Bulletin {
         Bulletin {
             kind: match self {
                 Self::PositionUpdate(_) => BulletinKind::First,
@@ -118,7 +118,7 @@ pub enum BulletinKind {
 
 /// The subject of a bulletin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct About {
+pub struct BulletinSubject {
     pub task: TaskId,
     pub set: BehaviorId,
     /// The sender's progress count of the task.
@@ -163,5 +163,5 @@ pub struct Heartbeat {
     pub position: Option<Vec2>,
     pub carrying: bool,
     /// The sender's shared knowledge about the mission.
-    pub lore: Lore,
+    pub lore: SharedKnowledge,
 }

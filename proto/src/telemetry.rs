@@ -164,12 +164,12 @@ pub struct Reception {
     pub sent: SimTime,
     pub delivery: Delivery,
     /// The logged contents; `None` if the broadcast did not arrive.
-    pub said: Option<Said>,
+    pub said: Option<BroadcastSummary>,
 }
 
 /// The logged part of a broadcast's contents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct Said {
+pub struct BroadcastSummary {
     pub seq: u64,
     pub kind: BroadcastKind,
     /// The sender's state; heartbeats only.

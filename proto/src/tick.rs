@@ -27,13 +27,13 @@ pub struct TickMessage {
     /// share tasks with this robot, directly or through others. The list is empty unless the robot's allocator requests
     /// it. [`ToAgent::Informed`] transmits it.
     #[serde(skip)]
-    pub truth: Vec<Offer>,
+    pub truth: Vec<TaskOffer>,
 }
 
 /// The value of one unit of a task for a robot. Offers exist only for robots that can work, and for tasks with open
 /// work.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Offer {
+pub struct TaskOffer {
     pub robot: RobotId,
     pub behavior: BehaviorId,
     pub task: TaskId,
@@ -62,7 +62,7 @@ pub enum ToAgent<T = Box<TickMessage>> {
     /// The incarnation has been superseded or given up, and its agent ends.
     Dismissed(Incarnation),
     /// The next tick with its [ground truth](TickMessage::truth), if it has any.
-    Informed(T, Vec<Offer>),
+    Informed(T, Vec<TaskOffer>),
 }
 
 /// Agent → world: the result of a tick. The agent publishes it after the tick's broadcasts, on the same session.

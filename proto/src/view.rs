@@ -43,7 +43,7 @@ pub struct View {
     pub messages_left_out: u64,
     /// The corners of the motivation curves since the previous view, by time for each robot. The first view contains
     /// none.
-    pub bends: Vec<Bend>,
+    pub bends: Vec<Corner>,
     /// The outcome of the run in the last view; `None` before.
     pub outcome: Option<Outcome>,
 }
@@ -180,7 +180,7 @@ pub struct RobotView {
     pub sensed: Vec<Vec2>,
     pub active: Option<BehaviorId>,
     /// The unit of the levels of the robot's behavior sets.
-    pub measure: Measure,
+    pub measure: LevelUnit,
     /// The behavior sets as last reported, in the order of the catalog.
     pub sets: Vec<BehaviorView>,
 }
@@ -188,7 +188,7 @@ pub struct RobotView {
 /// The quantity that an allocator computes for each behavior set, and that its curve shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Measure {
+pub enum LevelUnit {
     /// Motivations: a set becomes active at the threshold.
     #[default]
     Motivation,
@@ -214,7 +214,7 @@ pub struct MessageView {
 /// A corner of the curve of a motivation or utility. The curve is a straight line between two corners, except for a
 /// reset, which is a step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Bend {
+pub struct Corner {
     pub robot: RobotId,
     pub set: BehaviorId,
     /// The time of the step, as in motivations.csv.

@@ -10,9 +10,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use glam::Vec2;
 use missions::{observe, service};
 use proto::allocation::AllocationMessage;
-use proto::mission::Lore;
-use proto::mission::items::{Gripper, ItemsDeed};
-use proto::mission::{Bytes, Deed};
+use proto::mission::SharedKnowledge;
+use proto::mission::items::{Gripper, ItemsAction};
+use proto::mission::{Action, Bytes};
 use proto::readings::Actuation;
 use proto::team::Broadcast;
 use proto::telemetry::{Note, NoteKind};
@@ -22,7 +22,7 @@ use pyo3::prelude::*;
 use robot_agent::allocator::{
     Allocator, Choice, Decision, Draws, Framed, Input, Me, Mind, OwnBehavior, Prepared, RouteCost,
 };
-use robot_agent::mission::{Action, AgentMission, Moment, Perception};
+use robot_agent::mission::{AgentMission, Moment, Perception, StepOutput};
 use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -194,12 +194,12 @@ impl AgentMission for PythonController {
         }
     }
 
-    fn act(&mut self, _: &Moment<'_>, _: Option<BehaviorId>, action: &mut Action) {
+    fn act(&mut self, _: &Moment<'_>, _: Option<BehaviorId>, action: &mut StepOutput) {
         action.actuation = self.result.actuation;
     }
 
-    fn lore(&self, lore: &mut Lore) {
-        *lore = Lore::Nothing;
+    fn lore(&self, lore: &mut SharedKnowledge) {
+        *lore = SharedKnowledge::Nothing;
     }
 
     fn position(&self) -> Option<Vec2> {
@@ -286,7 +286,7 @@ impl PythonController {
     }
 
     /// Returns the action besides driving, in the form of the mission.
-    fn mission_action(&self, action: &ActionFields, moment: &Moment<'_>) -> PyResult<Deed> {
+    fn mission_action(&self, action: &ActionFields, moment: &Moment<'_>) -> PyResult<Action> {
         let gripper = match action.gripper.as_str() {
             "keep" => Gripper::Keep,
             "pick" => Gripper::Pick,
@@ -298,11 +298,11 @@ impl PythonController {
             }
         };
         let open = |bytes: Result<Bytes<_>, _>| match bytes {
-            Ok(bytes) => Ok(Deed::Open(bytes)),
+            Ok(bytes) => Ok(Action::Open(bytes)),
             Err(error) => Err(PyValueError::new_err(format!("Deed: {error}"))),
         };
         match self.object.common.setup.catalog.mission.name() {
-            "waste" => Ok(ItemsDeed {
+            "waste" => Ok(ItemsAction {
                 gripper,
                 report: action.report,
             }
@@ -315,7 +315,7 @@ impl PythonController {
                 work: action.work,
                 read: action.read,
             })),
-            _ => Ok(Deed::Nothing),
+            _ => Ok(Action::Nothing),
         }
     }
 }

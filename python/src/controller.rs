@@ -108,8 +108,8 @@ impl Kind for Class {
             name: self.name,
             about: "a controller in Python",
             parameters: Vec::new(),
-            wants_truth: false,
-            learns: false,
+            needs_ground_truth: false,
+            learns_times: false,
         }
     }
 

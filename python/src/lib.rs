@@ -14,13 +14,13 @@ use pyo3::prelude::*;
 
 mod agent;
 mod allocator;
-mod request;
+mod controller;
 mod env;
 mod errors;
 mod math;
-mod controller;
 mod process;
 mod readings;
+mod request;
 mod rows;
 mod run;
 mod values;

@@ -10,8 +10,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyType;
 use robot_agent::args::{AgentArgs, log_to_stderr};
 
-use crate::errors::mistake;
 use crate::controller::{Class, Failure};
+use crate::errors::mistake;
 
 #[derive(Parser)]
 struct Arguments {

@@ -2,7 +2,7 @@
 
 use glam::Vec2;
 use missions::{observe, push, service};
-use proto::mission::Sensed;
+use proto::mission::SensorReading;
 use proto::readings::{Hit, Readings};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -53,10 +53,10 @@ fn point(position: Vec2) -> [f64; 2] {
 
 /// Returns the readings of the mission's devices, by their names on the bus. For an unknown mission it returns the raw
 /// bytes.
-fn mission(sensed: &Sensed, setup: &Setup) -> Value {
-    fn open<T: DeserializeOwned + Default + Serialize>(sensed: &Sensed) -> Value {
+fn mission(sensed: &SensorReading, setup: &Setup) -> Value {
+    fn open<T: DeserializeOwned + Default + Serialize>(sensed: &SensorReading) -> Value {
         let sensed: T = match sensed {
-            Sensed::Open(bytes) => bytes.decode().unwrap_or_default(),
+            SensorReading::Open(bytes) => bytes.decode().unwrap_or_default(),
             _ => T::default(),
         };
         serde_json::to_value(sensed).unwrap_or_default()
@@ -66,7 +66,7 @@ fn mission(sensed: &Sensed, setup: &Setup) -> Value {
         ("observe", sensed) => open::<observe::bus::Sensed>(sensed),
         ("push", sensed) => open::<push::bus::Sensed>(sensed),
         ("service", sensed) => open::<service::bus::Sensed>(sensed),
-        (_, Sensed::Open(bytes)) => json!({ "bytes": bytes.as_slice() }),
+        (_, SensorReading::Open(bytes)) => json!({ "bytes": bytes.as_slice() }),
         _ => json!({}),
     }
 }
@@ -74,7 +74,7 @@ fn mission(sensed: &Sensed, setup: &Setup) -> Value {
 /// Returns whether the device that detects targets works.
 pub fn sees_targets(readings: &Readings) -> bool {
     match &readings.mission {
-        Sensed::Open(bytes) => bytes
+        SensorReading::Open(bytes) => bytes
             .decode::<observe::bus::Sensed>()
             .is_ok_and(|sensed| sensed.targets.is_some()),
         _ => false,

@@ -10,8 +10,8 @@ use pyo3::types::PyType;
 use scenario::{Robot, Scenario, Setup};
 use world_server::mission_args::{Known, MissionArgs};
 
-use crate::errors::mistake;
 use crate::controller::{Class, Failure};
+use crate::errors::mistake;
 
 /// The key for all robots without their own entry.
 const ALL: &str = "*";

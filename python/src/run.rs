@@ -6,10 +6,10 @@ use in_process::{Team, joins_of};
 use launch::Registry;
 use pyo3::prelude::*;
 use run_log::recorder::{Folder, Sink};
-use run_log::{LogLevel, Memory, RunFile};
+use run_log::{LogLevel, MemoryLog, RunFile};
 
-use crate::request::{Asked, Ready};
 use crate::errors::{failed, mistake};
+use crate::request::{Asked, Ready};
 
 /// The number of ticks between two checks for Ctrl-C.
 const TICKS_PER_LOOK: u64 = 256;
@@ -27,7 +27,7 @@ pub fn run(py: Python<'_>, asked: Asked, folder: Option<PathBuf>, level: &str) -
         })?;
     py.detach(|| {
         let run = match folder {
-            None => carry_out(ready, LogLevel::Off, Memory::default())?,
+            None => carry_out(ready, LogLevel::Off, MemoryLog::default())?,
             Some(folder) => {
                 let folder = Folder::create(folder).map_err(failed)?;
                 carry_out(ready, level, folder)?

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use proto::allocation::AllocationMessage;
-use proto::team::{Broadcast, Content, Heartbeat};
+use proto::team::{Broadcast, BroadcastContent, Heartbeat};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -146,17 +146,19 @@ impl Heard {
     /// Returns the message if it is a heartbeat or has the schema of the allocator. Other messages return `None`.
     pub fn of(broadcast: &Arc<Broadcast>, allocator: &str) -> Option<Self> {
         let is_relevant = match &broadcast.body {
-            Content::Heartbeat(_) => true,
-            Content::Bulletin(_) => false,
-            Content::Allocation(AllocationMessage::Open(message)) => message.schema == allocator,
-            Content::Allocation(_) => false,
+            BroadcastContent::Heartbeat(_) => true,
+            BroadcastContent::Bulletin(_) => false,
+            BroadcastContent::Allocation(AllocationMessage::Open(message)) => {
+                message.schema == allocator
+            }
+            BroadcastContent::Allocation(_) => false,
         };
         is_relevant.then(|| Self(Arc::clone(broadcast)))
     }
 
     fn heartbeat(&self) -> Option<&Heartbeat> {
         match &self.0.body {
-            Content::Heartbeat(heartbeat) => Some(heartbeat),
+            BroadcastContent::Heartbeat(heartbeat) => Some(heartbeat),
             _ => None,
         }
     }
@@ -230,7 +232,7 @@ impl Heard {
     #[getter]
     fn said<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         match &self.0.body {
-            Content::Allocation(AllocationMessage::Open(message)) => {
+            BroadcastContent::Allocation(AllocationMessage::Open(message)) => {
                 PyBytes::new(py, &message.bytes)
             }
             _ => PyBytes::new(py, b""),

@@ -4,28 +4,28 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use proto::codec::encoded_len;
-use proto::mission::Lore;
+use proto::mission::SharedKnowledge;
 use proto::secret::SEAL_BYTES;
-use proto::team::{Broadcast, Content, Heartbeat};
+use proto::team::{Broadcast, BroadcastContent, Heartbeat};
 use proto::tick::{Report, TickMessage};
 use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
-use scenario::{BehaviorParams, RobotTimes, Setup};
+use scenario::{BehaviorParams, LearnedTimesByTask, Setup};
 
 use crate::allocator::{
     Announcement, Choice, ConfigError, Draws, Input, Me, Mind, Outcome, OwnBehavior, Prepared,
     TaskBrief, assignment,
 };
-use crate::mission::{Action, AgentMission, Moment, Perception, SharedMission};
+use crate::mission::{AgentMission, Moment, Perception, SharedMission, StepOutput};
 use crate::registry::AgentRegistry;
-use proto::links::{Heard, Links};
+use proto::links::{Heard, IncomingLinks};
 
 #[derive(Clone, Debug)]
 pub struct Agent {
     robot: RobotId,
     incarnation: Incarnation,
     /// Contains the messages in flight. They are part of the state that a rollback restores.
-    links: Links,
+    links: IncomingLinks,
     mind: Box<dyn Mind>,
     /// Cached result of [`Mind::weighs_costs`].
     weighs_costs: bool,
@@ -58,7 +58,7 @@ impl TeamConfig {
         for robot in &scenario.robots {
             // A controller that is not in the registry belongs to another program and is not started here.
             let mind = robot.mind.as_deref().filter(|name| registry.has_mind(name));
-            let allocator_name = scenario.allocator_beside_mind(robot);
+            let allocator_name = scenario.stated_allocator(robot);
             let allocator_of_robot = match (prepared.get(&(mind, allocator_name)), mind) {
                 (Some(known), _) => Arc::clone(known),
                 (None, Some(mind)) => registry.prepare_mind(mind, setup)?,
@@ -120,7 +120,7 @@ pub struct Workspace {
     perception: Perception,
     choices: Vec<Choice>,
     outcome: Outcome,
-    action: Action,
+    action: StepOutput,
 }
 
 impl Agent {
@@ -132,7 +132,7 @@ impl Agent {
         Self {
             robot,
             incarnation,
-            links: Links::new(robot, setup),
+            links: IncomingLinks::new(robot, setup),
             weighs_costs: mind.weighs_costs(),
             uses_radio: mind.uses_radio(),
             mind,
@@ -145,8 +145,8 @@ impl Agent {
 
     /// Returns the learned task durations, by task and robot.
     #[must_use]
-    pub fn learned(&self, setup: &Setup) -> RobotTimes {
-        let mut all = RobotTimes::new();
+    pub fn learned(&self, setup: &Setup) -> LearnedTimesByTask {
+        let mut all = LearnedTimesByTask::new();
         for (task, robot, times) in self.mind.learned() {
             let task = setup.catalog.task_name(task).to_owned();
             let robot = setup.roster.name(robot).to_owned();
@@ -165,7 +165,8 @@ impl Agent {
     /// all of them, because the code of a step is larger than a first-level cache.
     pub fn perceive(&mut self, tick: &TickMessage, space: &mut Workspace) {
         if self.uses_radio {
-            self.links.hear(tick, &mut space.arrived, &mut space.heard);
+            self.links
+                .receive(tick, &mut space.arrived, &mut space.heard);
         } else {
             space.arrived.clear();
             space.heard.clear();
@@ -243,13 +244,13 @@ impl Agent {
         if !action.bulletins.is_empty() {
             for bulletin in action.bulletins.drain(..) {
                 spent.pop();
-                let body = Content::Bulletin(bulletin);
+                let body = BroadcastContent::Bulletin(bulletin);
                 broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
             }
         }
         if !outcome.say.is_empty() {
             for message in outcome.say.drain(..) {
-                let body = Content::Allocation(message);
+                let body = BroadcastContent::Allocation(message);
                 broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
             }
         }
@@ -287,17 +288,21 @@ impl Agent {
     }
 
     /// Creates a heartbeat and reuses the buffer of a used one.
-    fn heartbeat(&self, announcement: &Announcement, spent: &mut Vec<Broadcast>) -> Content {
-        let mut lore = Lore::default();
+    fn heartbeat(
+        &self,
+        announcement: &Announcement,
+        spent: &mut Vec<Broadcast>,
+    ) -> BroadcastContent {
+        let mut lore = SharedKnowledge::default();
         while let Some(broadcast) = spent.pop() {
             // The other kinds have no buffer worth reusing.
-            if let Content::Heartbeat(heartbeat) = broadcast.body {
+            if let BroadcastContent::Heartbeat(heartbeat) = broadcast.body {
                 lore = heartbeat.lore;
                 break;
             }
         }
         self.mission.lore(&mut lore);
-        Content::Heartbeat(Heartbeat {
+        BroadcastContent::Heartbeat(Heartbeat {
             state: announcement.state,
             since: announcement.since,
             set: announcement.behavior,
@@ -309,7 +314,7 @@ impl Agent {
         })
     }
 
-    fn broadcast(&mut self, tick: &TickMessage, index: usize, body: Content) -> Broadcast {
+    fn broadcast(&mut self, tick: &TickMessage, index: usize, body: BroadcastContent) -> Broadcast {
         let seq = self.next_seq;
         self.next_seq += 1;
         Broadcast {

@@ -140,7 +140,7 @@ impl AgentArgs {
             // A connection that lasted this long had recovered from the earlier loss.
             lost = lost.filter(|_| began.elapsed() < RECONNECT_LIMIT);
             let lost_since = *lost.get_or_insert_with(Instant::now);
-            if !member.is_far || !is_lost || lost_since.elapsed() > RECONNECT_LIMIT {
+            if !member.is_remote || !is_lost || lost_since.elapsed() > RECONNECT_LIMIT {
                 return Ok(result?);
             }
             tracing::warn!(robot, "the world is unreachable; reconnecting");
@@ -150,7 +150,10 @@ impl AgentArgs {
 
     async fn find_member(&self, robot: &str, login: Option<&Login>) -> anyhow::Result<Member> {
         match login {
-            Some(login) => Ok(Member::far(remote::find_run(login).await?, login.clone())),
+            Some(login) => Ok(Member::remote(
+                remote::find_run(login).await?,
+                login.clone(),
+            )),
             None => Ok(self.find_run().await?.member(robot)?),
         }
     }

@@ -8,10 +8,10 @@ use std::time::Duration;
 use cluster::member::Member;
 use cluster::session;
 use proto::codec::CodecError;
-use proto::ignored::Ignored;
+use proto::ignored::IgnoredMessages;
 use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
-use proto::keys::Keys;
-use proto::secret::{self, OpenError, Pairs, Secret};
+use proto::keys::KeyExpressions;
+use proto::secret::{self, OpenError, PairKeys, Secret};
 use proto::team::{Broadcast, BroadcastKind};
 use proto::tick::{Outcome, TickMessage, ToAgent};
 use scenario::ids::{Incarnation, RobotId, Tick};
@@ -88,20 +88,20 @@ pub async fn live(
         endpoint: run.login.endpoint.clone(),
         error,
     };
-    let keys = Keys::new(&run.run);
-    let secret = Secret::of(&run.secret);
+    let keys = KeyExpressions::new(&run.run);
+    let secret = Secret::from_token(&run.secret);
     let config = session::client(&run.login, false);
     let session = cluster::open(&config).await.map_err(bus_error)?;
 
     let (ended, end) = oneshot::channel();
     let shared = Arc::new(Mutex::new(AgentState::Joining { ended: Some(ended) }));
-    let ignored = Arc::new(Mutex::new(Ignored::default()));
+    let ignored = Arc::new(Mutex::new(IgnoredMessages::default()));
 
     // The subscribers must exist before the handshake, because the world sends messages right after it.
     subscribe(&session, &keys, &secret, robot, &shared, &ignored)
         .await
         .map_err(bus_error)?;
-    if run.is_far && !remote::wait_for_world(&session, &keys).await {
+    if run.is_remote && !remote::wait_for_world(&session, &keys).await {
         return Err(AgentError::NoAnswer(run.login.endpoint.clone()));
     }
     let vocabulary = registry.vocabulary();
@@ -112,10 +112,10 @@ pub async fn live(
     setup.scenario.robots[welcome.robot.index()].mind = controller.map(ToOwned::to_owned);
     let team = TeamConfig::of(&setup, registry)?;
     let spec = &setup.scenario.robots[welcome.robot.index()];
-    panics::this_is(format!(
+    panics::set_process_name(format!(
         "robot-agent {robot} (mission {}, allocator {})",
         setup.catalog.mission.name(),
-        setup.scenario.allocator_of(spec),
+        setup.scenario.decider_of(spec),
     ));
     let agent = Agent::new(welcome.robot, welcome.incarnation, &setup, &team);
     let broadcast_keys = BroadcastKeys::new(run, welcome.robot, welcome.pairs)
@@ -190,7 +190,7 @@ enum BroadcastKeys {
     /// A single token for all robots, on one machine.
     Token(Secret),
     /// A key per pair of robots, over a network.
-    Pairs(Pairs),
+    Pairs(PairKeys),
 }
 
 impl BroadcastKeys {
@@ -198,9 +198,9 @@ impl BroadcastKeys {
     fn new(run: &Member, robot: RobotId, pairs: Option<Vec<u128>>) -> Option<Self> {
         match (pairs, &run.token) {
             (Some(keys), _) if robot.index() < keys.len() => {
-                Some(Self::Pairs(Pairs::new(robot.index(), keys)))
+                Some(Self::Pairs(PairKeys::new(robot.index(), keys)))
             }
-            (None, Some(token)) => Some(Self::Token(Secret::of(token))),
+            (None, Some(token)) => Some(Self::Token(Secret::from_token(token))),
             _ => None,
         }
     }
@@ -224,7 +224,7 @@ impl BroadcastKeys {
 /// that the previous agent died.
 async fn join_patiently(
     session: &Session,
-    keys: &Keys,
+    keys: &KeyExpressions,
     robot: &str,
     run: &Member,
     vocabulary: &Vocabulary,
@@ -242,7 +242,7 @@ async fn join_patiently(
 
 async fn join(
     session: &Session,
-    keys: &Keys,
+    keys: &KeyExpressions,
     robot: &str,
     run: &Member,
     vocabulary: &Vocabulary,
@@ -253,7 +253,7 @@ async fn join(
         pid: std::process::id(),
         nonce: secret::random()?,
     };
-    let secret = Secret::of(&run.secret);
+    let secret = Secret::from_token(&run.secret);
     let payload = secret
         .seal(&keys.join(robot), &request)
         .map_err(|error| AgentError::Answer(error.to_string()))?;
@@ -306,11 +306,11 @@ async fn join(
 
 async fn subscribe(
     session: &Session,
-    keys: &Keys,
+    keys: &KeyExpressions,
     secret: &Secret,
     robot: &str,
     shared: &Arc<Mutex<AgentState>>,
-    ignored: &Arc<Mutex<Ignored>>,
+    ignored: &Arc<Mutex<IgnoredMessages>>,
 ) -> zenoh::Result<()> {
     let (state, log) = (Arc::clone(shared), Arc::clone(ignored));
     let (opener, key) = (secret.clone(), keys.tick(robot));
@@ -363,7 +363,7 @@ struct Publishers {
 
 async fn declare_publishers(
     session: &Session,
-    keys: &Keys,
+    keys: &KeyExpressions,
     robot: &str,
     setup: &Setup,
 ) -> zenoh::Result<Publishers> {
@@ -374,7 +374,7 @@ async fn declare_publishers(
         declared.priority(Priority::InteractiveHigh)
     };
     let report = publisher(keys.report(robot)).await?;
-    let bulletins = setup.catalog.mission.terms().bulletins;
+    let bulletins = setup.catalog.mission.vocabulary().bulletins;
     let mut team = Vec::new();
     for kind in BroadcastKind::ALL {
         team.push(publisher(keys.team(robot, kind.name(bulletins))).await?);
@@ -420,7 +420,7 @@ enum Ignore {
 }
 
 /// Counts an ignored message and logs a warning at a bounded rate.
-fn note(ignored: &Mutex<Ignored>, kind: &'static str, result: Result<(), Ignore>) {
+fn note(ignored: &Mutex<IgnoredMessages>, kind: &'static str, result: Result<(), Ignore>) {
     if let Err(why) = result
         && let Some(count) = lock(ignored).count(kind, Instant::now().into_std())
     {

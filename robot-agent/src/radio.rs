@@ -92,7 +92,7 @@ fn keys(entry: &ManifestEntry) -> impl Iterator<Item = Key> {
 mod tests {
     use super::*;
     use proto::mission::Payload;
-    use proto::team::{Bulletin, BulletinKind, Content};
+    use proto::team::{BroadcastContent, Bulletin, BulletinKind};
     use scenario::time::SimTime;
 
     fn broadcast(sender: u16, tick: Tick, index: u16, seq: u64) -> Broadcast {
@@ -103,7 +103,7 @@ mod tests {
             index,
             seq,
             sent: SimTime(tick * 50),
-            body: Content::Bulletin(Bulletin {
+            body: BroadcastContent::Bulletin(Bulletin {
                 kind: BulletinKind::Second,
                 about: None,
                 payload: Payload::Open(vec![7; 4]),

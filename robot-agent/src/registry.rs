@@ -10,13 +10,13 @@ use crate::allocators::alliance::Alliance;
 use crate::allocators::ble::Ble;
 use crate::allocators::cbba::{Acbba, Cbaa, Cbba};
 use crate::allocators::first_come::FirstCome;
-use crate::allocators::static_assignment::Fixed;
 use crate::allocators::grape::Grape;
 use crate::allocators::lalliance::LAlliance;
 use crate::allocators::murdoch::Murdoch;
 use crate::allocators::nearest::{Nearest, NearestSilent};
 use crate::allocators::oracle::Oracle;
 use crate::allocators::random::Random;
+use crate::allocators::static_assignment::Fixed;
 use crate::allocators::threshold::Threshold;
 use crate::mission::{MissionMind, SharedMission};
 

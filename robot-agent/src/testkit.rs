@@ -11,10 +11,10 @@ use std::sync::Arc;
 use glam::Vec2;
 use proto::allocation::{AllocationMessage, OPEN_MESSAGE_MAX, OpenMessage};
 use proto::codec::{decode, encode, encoded_len};
-use proto::mission::Lore;
-use proto::team::{Broadcast, Content, Heartbeat, TaskState};
+use proto::mission::SharedKnowledge;
+use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
 use proto::telemetry::{AllocationRow, BehaviorState};
-use proto::tick::Offer;
+use proto::tick::TaskOffer;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -228,13 +228,13 @@ impl Trial {
     }
 
     /// Returns most of the offers that the world derives from the rows of a step.
-    fn offers(&mut self, rows: &[(RobotId, &Vec<AllocationRow>)]) -> Vec<Offer> {
+    fn offers(&mut self, rows: &[(RobotId, &Vec<AllocationRow>)]) -> Vec<TaskOffer> {
         let rows = rows.iter();
         let rows = rows.flat_map(|&(robot, rows)| rows.iter().map(move |row| (robot, row)));
         let offers = rows.filter(|(_, row)| row.utility > 0.0);
         offers
             .filter(|_| self.rng.random_bool(0.95))
-            .map(|(robot, row)| Offer {
+            .map(|(robot, row)| TaskOffer {
                 robot,
                 behavior: row.behavior,
                 task: row.task,
@@ -267,7 +267,7 @@ impl Trial {
         let body = if self.rng.random_bool(0.5) {
             self.heartbeat(now, wild)
         } else {
-            Content::Allocation(self.allocation(wild))
+            BroadcastContent::Allocation(self.allocation(wild))
         };
         Broadcast {
             sender,
@@ -280,7 +280,7 @@ impl Trial {
         }
     }
 
-    fn heartbeat(&mut self, now: SimTime, wild: bool) -> Content {
+    fn heartbeat(&mut self, now: SimTime, wild: bool) -> BroadcastContent {
         let states = [
             TaskState::Executing,
             TaskState::Idle,
@@ -291,7 +291,7 @@ impl Trial {
         let tasks = self.me.tasks as u16 + if wild { 40 } else { 0 };
         let task = (state != TaskState::Idle).then(|| TaskId(self.rng.random_range(0..tasks)));
         let back_ms = self.rng.random_range(0..9000);
-        Content::Heartbeat(Heartbeat {
+        BroadcastContent::Heartbeat(Heartbeat {
             state,
             since: if wild {
                 SimTime(u64::MAX)
@@ -303,7 +303,7 @@ impl Trial {
             progress: self.rng.random_range(0..9),
             position: Some(Vec2::splat(if wild { f32::NAN } else { 2.0 })),
             carrying: false,
-            lore: Lore::default(),
+            lore: SharedKnowledge::default(),
         })
     }
 

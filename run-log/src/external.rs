@@ -25,7 +25,7 @@ const OVERHEAD_BYTES: usize = 64;
 
 /// The output of one robot in one tick.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ForeignAnswer {
+pub struct ExternalAnswer {
     /// The report that counted in the tick.
     pub report: Report,
     /// The broadcasts of the report, by index; `None` for a broadcast that did not reach the world.
@@ -34,7 +34,7 @@ pub struct ForeignAnswer {
 
 /// An error of a damaged or unknown foreign.bin.
 #[derive(Debug, thiserror::Error)]
-pub enum ForeignError {
+pub enum ExternalError {
     /// The header is unknown, or has another protocol version.
     #[error(
         "unknown header '{0}'; this program reads '{start}'",
@@ -52,15 +52,15 @@ pub enum ForeignError {
 
 /// An encoder for a sequence of answers.
 #[derive(Debug)]
-pub struct ForeignWriter(Compress);
+pub struct ExternalWriter(Compress);
 
-impl Default for ForeignWriter {
+impl Default for ExternalWriter {
     fn default() -> Self {
         Self(Compress::new(Compression::fast(), true))
     }
 }
 
-impl ForeignWriter {
+impl ExternalWriter {
     /// Appends an answer to `bytes`. `broadcasts` contains the received broadcasts in any order; the first one with an
     /// index wins.
     pub fn add<'b>(
@@ -103,14 +103,14 @@ impl ForeignWriter {
 }
 
 /// Decodes a file that ends with a complete tick.
-pub fn read(bytes: &[u8]) -> Result<Vec<ForeignAnswer>, ForeignError> {
+pub fn read(bytes: &[u8]) -> Result<Vec<ExternalAnswer>, ExternalError> {
     let Some(frames) = bytes.strip_prefix(HEADER.as_bytes()) else {
         let start = bytes.split(|byte| *byte == b'\n').next().unwrap_or(bytes);
         let start = String::from_utf8_lossy(&start[..start.len().min(60)]);
         return if bytes.is_empty() {
             Ok(Vec::new())
         } else {
-            Err(ForeignError::Header(start.replace(char::is_control, " ")))
+            Err(ExternalError::Header(start.replace(char::is_control, " ")))
         };
     };
     let mut reader = Reader {
@@ -126,7 +126,7 @@ pub fn read(bytes: &[u8]) -> Result<Vec<ForeignAnswer>, ForeignError> {
         for _ in 0..report.broadcasts {
             broadcasts.push(reader.message()?);
         }
-        answers.push(ForeignAnswer { report, broadcasts });
+        answers.push(ExternalAnswer { report, broadcasts });
     }
     Ok(answers)
 }
@@ -138,15 +138,15 @@ struct Reader<'b> {
 }
 
 impl Reader<'_> {
-    fn damaged(&self, why: &str) -> ForeignError {
-        ForeignError::Frame {
+    fn damaged(&self, why: &str) -> ExternalError {
+        ExternalError::Frame {
             frame: self.frame,
             why: why.to_owned(),
         }
     }
 
     /// Returns the next message, or `None` if its frame is empty.
-    fn message<T: DeserializeOwned>(&mut self) -> Result<Option<T>, ForeignError> {
+    fn message<T: DeserializeOwned>(&mut self) -> Result<Option<T>, ExternalError> {
         let Some((frame, rest)) = split_frame(self.frames) else {
             return Err(self.damaged("the file ends too early"));
         };
@@ -164,7 +164,7 @@ impl Reader<'_> {
         Ok(message)
     }
 
-    fn unpack(&mut self, packed: &[u8]) -> Result<Vec<u8>, ForeignError> {
+    fn unpack(&mut self, packed: &[u8]) -> Result<Vec<u8>, ExternalError> {
         let mut message = Vec::with_capacity(4 * packed.len() + OVERHEAD_BYTES);
         let start = self.stream.total_in();
         loop {
@@ -210,14 +210,14 @@ pub(super) fn whole_frames(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
 mod tests {
     use super::*;
     use proto::join::PROTOCOL_VERSION;
-    use proto::mission::Lore;
+    use proto::mission::SharedKnowledge;
     use proto::readings::Actuation;
-    use proto::team::{Content, Heartbeat, TaskState};
+    use proto::team::{BroadcastContent, Heartbeat, TaskState};
     use proto::telemetry::Motivation;
     use scenario::ids::{BehaviorId, RobotId};
     use scenario::time::SimTime;
 
-    fn answer(tick: u64, robot: u16) -> ForeignAnswer {
+    fn answer(tick: u64, robot: u16) -> ExternalAnswer {
         let broadcast = |index| Broadcast {
             sender: RobotId(robot),
             incarnation: 1,
@@ -225,7 +225,7 @@ mod tests {
             index,
             seq: tick,
             sent: SimTime(50 * tick),
-            body: Content::Heartbeat(Heartbeat {
+            body: BroadcastContent::Heartbeat(Heartbeat {
                 state: TaskState::Idle,
                 since: SimTime::ZERO,
                 set: None,
@@ -233,11 +233,11 @@ mod tests {
                 progress: 0,
                 position: Some(glam::Vec2::new(tick as f32 / 7.0, 1.0)),
                 carrying: false,
-                lore: Lore::Open(vec![tick as u8; 500]),
+                lore: SharedKnowledge::Open(vec![tick as u8; 500]),
             }),
         };
         let count = (tick % 4) as u16;
-        ForeignAnswer {
+        ExternalAnswer {
             report: Report {
                 robot: RobotId(robot),
                 incarnation: 1,
@@ -258,12 +258,12 @@ mod tests {
         }
     }
 
-    fn written() -> (Vec<ForeignAnswer>, Vec<u8>) {
+    fn written() -> (Vec<ExternalAnswer>, Vec<u8>) {
         let answers: Vec<_> = (0..40)
             .flat_map(|tick| [answer(tick, 0), answer(tick, 2)])
             .collect();
         let mut bytes = HEADER.as_bytes().to_vec();
-        let mut writer = ForeignWriter::default();
+        let mut writer = ExternalWriter::default();
         for answer in &answers {
             let received: Vec<_> = answer.broadcasts.iter().flatten().cloned().collect();
             writer.add(&answer.report, received.iter(), &mut bytes);
@@ -299,8 +299,8 @@ mod tests {
             match read(&bytes[..whole]) {
                 Ok(read) => assert_eq!(read, answers[..read.len()]),
                 // The cut is inside the header or an answer.
-                Err(ForeignError::Header(_)) => assert!(end < HEADER.len()),
-                Err(ForeignError::Frame { why, .. }) => assert_eq!(why, "the file ends too early"),
+                Err(ExternalError::Header(_)) => assert!(end < HEADER.len()),
+                Err(ExternalError::Frame { why, .. }) => assert_eq!(why, "the file ends too early"),
             }
         }
     }

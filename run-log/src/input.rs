@@ -1,6 +1,6 @@
 //! Inputs: external events that changed a run. The scenario, the seed and the inputs together determine the run.
 
-use proto::process::ProcessAct;
+use proto::process::ProcessAction;
 use scenario::fault::Order;
 use scenario::ids::{Incarnation, Tick};
 use serde::{Deserialize, Serialize};
@@ -79,7 +79,7 @@ pub enum Input {
     /// A fault requested a process action that failed.
     Failed {
         robot: String,
-        act: ProcessAct,
+        act: ProcessAction,
         /// The number of earlier process actions in this tick.
         #[serde(default)]
         number: Option<u32>,

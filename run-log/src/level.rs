@@ -23,8 +23,8 @@ impl LogLevel {
     /// Returns the default level. A full log has a row per behavior set and tick, which fills gigabytes within minutes
     /// for teams above [`Self::SETS_IN_FULL`].
     #[must_use]
-    pub fn of_a_team(behavior_sets: usize) -> Self {
-        if behavior_sets > Self::SETS_IN_FULL {
+    pub fn default_for(behavior_sets: usize) -> Self {
+        if behavior_sets > Self::FULL_LOG_SETS_MAX {
             Self::Summary
         } else {
             Self::Full
@@ -33,7 +33,7 @@ impl LogLevel {
 
     /// The largest number of behavior sets in the team for which the default is a full log. At 25 bytes a row, the log
     /// then grows by 1 MB per second of simulated time.
-    pub const SETS_IN_FULL: usize = 2_000;
+    pub const FULL_LOG_SETS_MAX: usize = 2_000;
 
     #[must_use]
     pub fn as_str(self) -> &'static str {
@@ -50,10 +50,10 @@ impl LogLevel {
             Self::Full => true,
             Self::Summary => matches!(
                 table,
-                Table::Events | Table::Mission | Table::Inputs | Table::Foreign | Table::Ticks
+                Table::Events | Table::Mission | Table::Inputs | Table::External | Table::Ticks
             ),
             // These tables are enough to replay the run.
-            Self::Off => matches!(table, Table::Inputs | Table::Foreign),
+            Self::Off => matches!(table, Table::Inputs | Table::External),
         }
     }
 }
@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     fn the_default_level_is_full_for_small_teams_and_summary_for_large_ones() {
-        assert_eq!(LogLevel::of_a_team(2_000), LogLevel::Full);
-        assert_eq!(LogLevel::of_a_team(2_001), LogLevel::Summary);
+        assert_eq!(LogLevel::default_for(2_000), LogLevel::Full);
+        assert_eq!(LogLevel::default_for(2_001), LogLevel::Summary);
     }
 }

@@ -17,15 +17,15 @@ mod run_file;
 mod section;
 mod table;
 
-pub use external::ForeignAnswer;
+pub use external::ExternalAnswer;
 pub use input::{Input, InputLine};
 pub use level::LogLevel;
-pub use memory::{Document, Memory};
+pub use memory::{Document, MemoryLog};
 pub use read::{ReadError, RunLog, Seal};
 pub use rows::{
     AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TargetRow,
     TickRow,
 };
-pub use run_file::{Figures, MindFile, RobotFigures, RunFile, RunOutcome};
-pub use section::{RUN_SECTION, Section, WORLD};
+pub use run_file::{ControllerFile, Figures, RobotFigures, RunFile, RunOutcome};
+pub use section::{RUN_SECTION, Section, WORLD_ROBOT};
 pub use table::Table;

@@ -26,7 +26,7 @@ impl Document {
 
 /// A log in memory, for runs that are only compared.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Memory {
+pub struct MemoryLog {
     /// The contents of the tables so far.
     pub tables: BTreeMap<Table, Vec<u8>>,
     pub documents: BTreeMap<Document, String>,

@@ -10,13 +10,13 @@ use scenario::ids::Tick;
 use scenario::time::SimTime;
 use xxhash_rust::xxh3::Xxh3;
 
-use super::external::{self, ForeignAnswer};
+use super::external::{self, ExternalAnswer};
 use super::input::InputLine;
 use super::level::LogLevel;
-use super::memory::{Document, Memory};
+use super::memory::{Document, MemoryLog};
 use super::rows::{TableRow, parse_hash};
 use super::run_file::{RunFile, RunOutcome};
-use super::section::{RUN_SECTION, WORLD};
+use super::section::{RUN_SECTION, WORLD_ROBOT};
 use super::table::Table;
 
 /// An error of a folder that is not a readable run.
@@ -90,7 +90,7 @@ impl RunLog {
     ///
     /// # Errors
     /// Returns [`ReadError::Malformed`] if the log has no run.json.
-    pub fn from_memory(memory: &Memory, vocabulary: &Vocabulary) -> Result<Self, ReadError> {
+    pub fn from_memory(memory: &MemoryLog, vocabulary: &Vocabulary) -> Result<Self, ReadError> {
         let text = memory.documents.get(&Document::Run);
         let text = text.map_or("", String::as_str).as_bytes();
         let run = RunFile::parse(text, vocabulary).map_err(|reason| ReadError::Malformed {
@@ -150,19 +150,19 @@ impl RunLog {
     }
 
     /// Returns the answers of external controllers, by tick and robot.
-    pub fn foreign(&self) -> Result<Vec<ForeignAnswer>, ReadError> {
-        if self.torn == Some(Table::Foreign) && self.run.outcome != RunOutcome::Running {
+    pub fn foreign(&self) -> Result<Vec<ExternalAnswer>, ReadError> {
+        if self.torn == Some(Table::External) && self.run.outcome != RunOutcome::Running {
             let whole = self.last.map_or(0, |seal| seal.tick + 1);
             let ticks = self.run.result.ticks;
             return Err(ReadError::Malformed {
-                path: self.folder.join(Table::Foreign.file_name()),
+                path: self.folder.join(Table::External.file_name()),
                 reason: format!(
                     "the file is missing, truncated or damaged: it has complete answers for {whole} of {ticks} ticks"
                 ),
             });
         }
-        external::read(&self.tables[&Table::Foreign])
-            .map_err(|error| self.malformed(Table::Foreign, &error))
+        external::read(&self.tables[&Table::External])
+            .map_err(|error| self.malformed(Table::External, &error))
     }
 
     fn malformed(&self, table: Table, reason: &dyn std::error::Error) -> ReadError {
@@ -231,10 +231,10 @@ fn seals(bytes: &[u8]) -> Vec<SealRows> {
             break;
         };
         end += line.len();
-        if robot == WORLD && section == RUN_SECTION {
+        if robot == WORLD_ROBOT && section == RUN_SECTION {
             let tables = std::mem::take(&mut hashes);
             seals.push(SealRows { seal, end, tables });
-        } else if robot == WORLD {
+        } else if robot == WORLD_ROBOT {
             hashes.insert(section.to_owned(), seal.hash);
         }
     }
@@ -281,7 +281,7 @@ fn table_ends(table: Table, bytes: &[u8], seals: &[SealRows]) -> Vec<usize> {
 /// Returns the header line and the complete rows or frames of a table.
 fn whole_rows(table: Table, bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     let (lines, frames) = match table {
-        Table::Foreign => (&[][..], bytes),
+        Table::External => (&[][..], bytes),
         _ => (bytes, &[][..]),
     };
     whole_lines(lines).chain(external::whole_frames(frames))

@@ -129,7 +129,7 @@ pub struct MessageRow {
     pub task: String,
     pub progress: Option<u32>,
     pub sent_ms: SimTime,
-    pub fate: String,
+    pub delivery: String,
 }
 
 impl TableRow for MessageRow {

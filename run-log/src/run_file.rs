@@ -25,7 +25,7 @@ pub struct RunFile<S = Setup> {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<FaultStatus>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub minds: BTreeMap<String, MindFile>,
+    pub minds: BTreeMap<String, ControllerFile>,
     pub result: Figures,
     /// The keys `seed`, `scenario` (as resolved) and `alliance`: all values in force.
     #[serde(flatten)]
@@ -85,7 +85,7 @@ impl RunFile {
 
 /// The recorded facts about an external controller.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct MindFile {
+pub struct ControllerFile {
     /// The version as stated together with the controller's command.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub version: Option<String>,

@@ -18,7 +18,7 @@ pub enum Table {
     /// The external inputs, as JSON lines.
     Inputs,
     /// The answers of external controllers ([`super::external`]). Optional.
-    Foreign,
+    External,
     /// Hashes. This table is written last: data without a seal in it does not count.
     Ticks,
 }
@@ -34,7 +34,7 @@ impl Table {
         Self::Mission,
         Self::Targets,
         Self::Inputs,
-        Self::Foreign,
+        Self::External,
         Self::Ticks,
     ];
 
@@ -50,7 +50,7 @@ impl Table {
             Self::Mission => "mission.csv",
             Self::Targets => "targets.csv",
             Self::Inputs => "inputs.jsonl",
-            Self::Foreign => "foreign.bin",
+            Self::External => "foreign.bin",
             Self::Ticks => "ticks.csv",
         }
     }
@@ -58,7 +58,7 @@ impl Table {
     /// Returns whether the file exists only if it has rows.
     #[must_use]
     pub fn is_optional(self) -> bool {
-        matches!(self, Self::Allocation | Self::Targets | Self::Foreign)
+        matches!(self, Self::Allocation | Self::Targets | Self::External)
     }
 
     /// Returns the first line with its line end; empty for JSON lines. `None` for mission.csv, whose columns depend on
@@ -81,7 +81,7 @@ impl Table {
             Self::Mission => return None,
             Self::Targets => "t_ms,target,x_m,y_m,observers\n",
             Self::Inputs => "",
-            Self::Foreign => super::external::HEADER,
+            Self::External => super::external::HEADER,
             Self::Ticks => "t_ms,tick,robot,section,hash\n",
         })
     }

@@ -8,14 +8,14 @@ impl Setup {
     /// that the mission [withholds](crate::mission::data::MissionData::brief). It contains the seed, because a receiver
     /// draws the delivery of its messages.
     #[must_use]
-    pub fn briefing(&self) -> Self {
+    pub fn for_robots(&self) -> Self {
         let mut scenario = Scenario {
             description: String::new(),
             obstacles: Vec::new(),
             faults: Faults::default(),
             ..self.scenario.clone()
         };
-        scenario.mission().brief(&mut scenario.mission);
+        scenario.mission().withhold(&mut scenario.mission);
         Self {
             scenario,
             ..self.clone()
@@ -25,8 +25,8 @@ impl Setup {
     /// Returns the setup for one robot's agent. It omits its teammates' parameters and profiles, which would grow with
     /// the square of the team.
     #[must_use]
-    pub fn briefing_of(&self, robot: &str) -> Self {
-        let mut briefing = self.briefing();
+    pub fn for_robot(&self, robot: &str) -> Self {
+        let mut briefing = self.for_robots();
         briefing.alliance.robots.retain(|name, _| name == robot);
         briefing.profile.robots.retain(|name, _| name == robot);
         briefing

@@ -205,7 +205,7 @@ pub struct SwitchSection {
 
 impl SwitchSection {
     #[must_use]
-    pub fn stating(switches: Switches, step_order: StepOrder) -> Self {
+    pub fn from_switches(switches: Switches, step_order: StepOrder) -> Self {
         Self {
             waiting: Some(switches.waiting),
             waiting_counts: Some(switches.waiting_counts),
@@ -220,7 +220,7 @@ impl SwitchSection {
     }
 
     /// Returns the preset's switches, replaced by those that the section states.
-    pub(super) fn over(&self, preset: Switches) -> Switches {
+    pub(super) fn applied_to(&self, preset: Switches) -> Switches {
         Switches {
             waiting: self.waiting.unwrap_or(preset.waiting),
             waiting_counts: self.waiting_counts.unwrap_or(preset.waiting_counts),
@@ -309,7 +309,7 @@ impl BehaviorParams {
     /// # Panics
     /// Panics if there is no value. A resolved scenario has one for each teammate.
     #[must_use]
-    pub fn slow_toward(&self, teammate: &str) -> f64 {
+    pub fn slow_impatience_toward(&self, teammate: &str) -> f64 {
         Self::toward(&self.slow_impatience, teammate)
     }
 
@@ -318,7 +318,7 @@ impl BehaviorParams {
     /// # Panics
     /// Panics if there is no value. A resolved scenario has one for each teammate.
     #[must_use]
-    pub fn phi_toward(&self, teammate: &str) -> f64 {
+    pub fn willing_to_affect_toward_s(&self, teammate: &str) -> f64 {
         Self::toward(&self.willing_to_affect_s, teammate)
     }
 

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::{Map, Value};
 
-use super::error::{Problem, ScenarioError, instead};
+use super::error::{Problem, ScenarioError, name_remedy};
 use super::parameters::ParameterSpec;
-use super::path::Path;
+use super::path::KeyPath;
 use super::{Robot, Scenario};
 
 /// The section `[allocators]`: the stated values by allocator and parameter.
@@ -22,9 +22,9 @@ pub struct AllocatorSpec {
     /// The keys of `[allocators.NAME]`.
     pub parameters: Vec<ParameterSpec>,
     /// True if its robots receive the [ground truth](crate::tick::TickMessage::truth).
-    pub wants_truth: bool,
+    pub needs_ground_truth: bool,
     /// True if its robots learn times that a [`Profile`](super::Profile) carries to a later run.
-    pub learns: bool,
+    pub learns_times: bool,
 }
 
 impl AllocatorSpec {
@@ -35,8 +35,8 @@ impl AllocatorSpec {
             name: Scenario::DEFAULT_ALLOCATOR,
             about: "ALLIANCE: motivations that grow until a behavior set activates (Parker 1998)",
             parameters: Vec::new(),
-            wants_truth: false,
-            learns: false,
+            needs_ground_truth: false,
+            learns_times: false,
         }
     }
 }
@@ -47,29 +47,29 @@ impl Scenario {
 
     /// Returns the external controller of a robot, or else its allocator.
     #[must_use]
-    pub fn allocator_of<'s>(&'s self, robot: &'s Robot) -> &'s str {
+    pub fn decider_of<'s>(&'s self, robot: &'s Robot) -> &'s str {
         let mind = robot.mind.as_deref();
-        mind.unwrap_or_else(|| self.allocator_beside_mind(robot))
+        mind.unwrap_or_else(|| self.stated_allocator(robot))
     }
 
     /// Returns the allocator of a robot regardless of an external controller: its own choice, or else the team's.
     #[must_use]
-    pub fn allocator_beside_mind<'s>(&'s self, robot: &'s Robot) -> &'s str {
+    pub fn stated_allocator<'s>(&'s self, robot: &'s Robot) -> &'s str {
         let stated = robot.allocator.as_deref().or(self.allocator.as_deref());
         stated.unwrap_or(Self::DEFAULT_ALLOCATOR)
     }
 
     /// Returns the distinct names of the external controllers.
     #[must_use]
-    pub fn minds(&self) -> BTreeSet<&str> {
+    pub fn external_controllers(&self) -> BTreeSet<&str> {
         let minds = self.robots.iter().map(|robot| robot.mind.as_deref());
         minds.flatten().collect()
     }
 
     /// Returns the distinct names of the team's allocators, separated by commas.
     #[must_use]
-    pub fn allocators_in_words(&self) -> String {
-        let names = self.robots.iter().map(|robot| self.allocator_of(robot));
+    pub fn allocator_list(&self) -> String {
+        let names = self.robots.iter().map(|robot| self.decider_of(robot));
         let names: BTreeSet<&str> = names.collect();
         names.into_iter().collect::<Vec<_>>().join(", ")
     }
@@ -86,24 +86,27 @@ impl Scenario {
     /// # Errors
     /// Returns the first unknown allocator or parameter, or the first value out of range.
     pub fn check_allocators(&self, known: &[AllocatorSpec]) -> Result<(), ScenarioError> {
-        self.allocator_problem(known)
+        self.check_allocators_with_path(known)
             .map_err(|problem| problem.located(None))
     }
 
     /// Checks the same and returns a problem, which can get a line of the scenario's file.
-    pub(super) fn allocator_problem(&self, known: &[AllocatorSpec]) -> Result<(), Problem> {
+    pub(super) fn check_allocators_with_path(
+        &self,
+        known: &[AllocatorSpec],
+    ) -> Result<(), Problem> {
         if let Some(name) = &self.allocator {
-            find(name, known, &Path::of(["allocator"]))?;
+            find(name, known, &KeyPath::new(["allocator"]))?;
         }
         for (index, robot) in self.robots.iter().enumerate() {
             if let Some(name) = &robot.allocator {
-                let at = Path::of(["robots"]).index(index).key("allocator");
+                let at = KeyPath::new(["robots"]).index(index).key("allocator");
                 find(name, known, &at)?;
             }
             if let Some(mind) = &robot.mind
                 && known.iter().any(|spec| spec.name == mind)
             {
-                let at = Path::of(["robots"]).index(index).key("mind");
+                let at = KeyPath::new(["robots"]).index(index).key("mind");
                 let what = format!("'{mind}' is an allocator, not a program");
                 let remedy =
                     format!("state allocator = \"{mind}\", or give the program another name");
@@ -111,7 +114,7 @@ impl Scenario {
             }
         }
         for (name, stated) in &self.allocators {
-            let at = Path::of(["allocators"]).key(name);
+            let at = KeyPath::new(["allocators"]).key(name);
             let allocator = find(name, known, &at)?;
             for (key, value) in stated {
                 let at = at.key(key);
@@ -129,12 +132,12 @@ impl Scenario {
 fn find<'k>(
     name: &str,
     known: &'k [AllocatorSpec],
-    at: &Path,
+    at: &KeyPath,
 ) -> Result<&'k AllocatorSpec, Problem> {
     known.iter().find(|spec| spec.name == name).ok_or_else(|| {
         let what = format!("there is no allocator '{name}'");
         let names = known.iter().map(|spec| spec.name);
-        Problem::at(at.clone(), what, instead(name, names))
+        Problem::at(at.clone(), what, name_remedy(name, names))
     })
 }
 
@@ -142,7 +145,7 @@ fn unknown_parameter(
     allocator: &AllocatorSpec,
     key: &str,
     known: &[AllocatorSpec],
-    at: Path,
+    at: KeyPath,
 ) -> Problem {
     let has = |spec: &&AllocatorSpec| spec.parameters.iter().any(|parameter| parameter.key == key);
     let what = match known.iter().find(has) {
@@ -155,7 +158,7 @@ fn unknown_parameter(
     let keys = allocator.parameters.iter().map(|parameter| parameter.key);
     let remedy = match allocator.name {
         Scenario::DEFAULT_ALLOCATOR => "its parameters belong in [alliance]".to_owned(),
-        _ => instead(key, keys),
+        _ => name_remedy(key, keys),
     };
     Problem::at(at, what, remedy)
 }

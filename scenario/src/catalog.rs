@@ -46,7 +46,7 @@ pub struct Catalog {
 impl Catalog {
     /// Creates the catalog of a scenario. A run's [`Setup`](super::Setup) contains its catalog.
     #[must_use]
-    pub fn of(scenario: &Scenario) -> Self {
+    pub fn new(scenario: &Scenario) -> Self {
         let mission = scenario.mission();
         let (names, sets) = mission.catalog(scenario);
         let tasks = names.into_iter().zip(0..).map(|(name, id)| {
@@ -73,7 +73,7 @@ impl Catalog {
 
     /// Returns the id of the behavior set with this name.
     #[must_use]
-    pub fn behavior_named(&self, name: &str) -> Option<BehaviorId> {
+    pub fn find_behavior(&self, name: &str) -> Option<BehaviorId> {
         let index = self.sets.iter().position(|set| set.name == name)?;
         Some(BehaviorId(index as u16))
     }
@@ -92,7 +92,7 @@ impl Catalog {
 
     /// Returns the behavior sets of one robot in catalog order: those of its tasks that the mission allows.
     pub fn behaviors_of<'c>(&'c self, robot: &'c Robot) -> impl Iterator<Item = BehaviorId> + 'c {
-        let named = robot.tasks.iter().filter_map(|name| self.task_named(name));
+        let named = robot.tasks.iter().filter_map(|name| self.find_task(name));
         let mut tasks: Vec<TaskId> = named.collect();
         if robot.tasks.is_empty() {
             tasks = (0..self.tasks.len() as u16).map(TaskId).collect();
@@ -111,7 +111,7 @@ impl Catalog {
 
     /// Returns the id of the task with this name.
     #[must_use]
-    pub fn task_named(&self, name: &str) -> Option<TaskId> {
+    pub fn find_task(&self, name: &str) -> Option<TaskId> {
         self.task_ids.get(name).copied()
     }
 

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Setup;
 use super::alliance::{Alliance, BehaviorParams};
 use super::catalog::BehaviorSpec;
-use super::error::{Place, Problem, ScenarioError, instead};
-use super::path::Path;
-use super::resolve::{check, lists_all};
+use super::error::{Location, Problem, ScenarioError, name_remedy};
+use super::path::KeyPath;
+use super::resolve::{check, lists_all_teammates};
 use super::statement::{Parameter, Statement, positive};
 use super::values::Values;
 
@@ -17,7 +17,7 @@ impl Setup {
     pub fn check(&self) -> Result<(), ScenarioError> {
         let resolved = check(&self.scenario, &self.catalog, None).map(|(alliance, _)| alliance);
         resolved
-            .map_err(|problem| problem.below("scenario"))
+            .map_err(|problem| problem.under_key("scenario"))
             .and_then(|resolved| self.check_values(&resolved))
             .map_err(|problem| problem.located(None))
     }
@@ -25,14 +25,14 @@ impl Setup {
     /// Checks the values in force. `resolved` has the scenario's values without a parameter file, which changes only
     /// values.
     fn check_values(&self, resolved: &Alliance) -> Result<(), Problem> {
-        let at = Path::of(["alliance"]);
+        let at = KeyPath::new(["alliance"]);
         let Alliance {
             threshold,
             step_ms,
             switches,
             robots,
         } = &self.alliance;
-        let threshold_at = Place::Scenario(at.key("threshold"));
+        let threshold_at = Location::Scenario(at.key("threshold"));
         positive(*threshold, "", &threshold_at)?;
         if *step_ms != resolved.step_ms {
             let what = format!("{step_ms} differs from the scenario's value");
@@ -73,7 +73,9 @@ impl Setup {
                     let remedy = format!("it must be '{}'", wanted.task);
                     return Err(Problem::at(at.key("task"), what, remedy));
                 }
-                let built_in = catalog.mission.built_in(&self.scenario, robot, spec);
+                let built_in = catalog
+                    .mission
+                    .default_alliance_params(&self.scenario, robot, spec);
                 let values = Values::built_in(built_in, teammates);
                 check_params(given, &robot.name, spec, values, &at)?;
             }
@@ -85,7 +87,7 @@ impl Setup {
     fn named_teammates(&self) -> BTreeSet<&str> {
         let robots = self.scenario.robots.iter();
         let robots: BTreeSet<&str> = robots.map(|robot| robot.name.as_str()).collect();
-        if lists_all(&self.scenario, &self.catalog) {
+        if lists_all_teammates(&self.scenario, &self.catalog) {
             return robots;
         }
         let sets = self
@@ -107,7 +109,7 @@ fn check_params(
     robot: &str,
     spec: &BehaviorSpec,
     mut values: Values<'_>,
-    at: &Path,
+    at: &KeyPath,
 ) -> Result<(), Problem> {
     let statements = stated(given, at);
     for (number, statement) in statements.iter().enumerate() {
@@ -134,7 +136,7 @@ fn check_params(
     Ok(())
 }
 
-fn stated(given: &BehaviorParams, at: &Path) -> Vec<Statement> {
+fn stated(given: &BehaviorParams, at: &KeyPath) -> Vec<Statement> {
     let BehaviorParams {
         task: _,
         broadcast_rate_hz,
@@ -153,7 +155,7 @@ fn stated(given: &BehaviorParams, at: &Path) -> Vec<Statement> {
             teammate: teammate.cloned(),
             parameter,
             value,
-            place: Place::Scenario(teammate.map_or_else(|| at.clone(), |name| at.key(name))),
+            place: Location::Scenario(teammate.map_or_else(|| at.clone(), |name| at.key(name))),
         }
     };
     let plain = [
@@ -179,7 +181,7 @@ fn stated(given: &BehaviorParams, at: &Path) -> Vec<Statement> {
 fn same_keys<V, W>(
     given: &BTreeMap<String, V>,
     wanted: &BTreeMap<String, W>,
-    at: &Path,
+    at: &KeyPath,
 ) -> Result<(), Problem> {
     let names = || wanted.keys().map(String::as_str);
     if let Some(missing) = names().find(|name| !given.contains_key(*name)) {
@@ -191,7 +193,7 @@ fn same_keys<V, W>(
         None => Ok(()),
         Some(unknown) => {
             let what = format!("the scenario has no '{unknown}'");
-            Err(Problem::at(at.clone(), what, instead(unknown, names())))
+            Err(Problem::at(at.clone(), what, name_remedy(unknown, names())))
         }
     }
 }

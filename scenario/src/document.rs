@@ -3,9 +3,9 @@
 use serde::de::Deserialize;
 use toml::de::{DeTable, DeValue};
 
-use super::error::{Place, Problem, ScenarioError};
-use super::path::{Path, Step};
-use super::toml_value::Value;
+use super::error::{Location, Problem, ScenarioError};
+use super::path::{KeyPath, PathStep};
+use super::toml_value::TomlValue;
 
 /// A parsed file with its text.
 pub(super) struct Document<'t> {
@@ -25,18 +25,18 @@ impl<'t> Document<'t> {
     }
 
     /// Returns the line of the value at a path, or of the innermost table or array on the way.
-    pub fn line_of(&self, path: &Path) -> Option<usize> {
+    pub fn line_of(&self, path: &KeyPath) -> Option<usize> {
         let mut value = &self.root;
         let mut span = None;
         for step in &path.0 {
             let (next_span, next) = match (step, value) {
-                (Step::Key(key), DeValue::Table(table)) => {
+                (PathStep::Key(key), DeValue::Table(table)) => {
                     match table.get_key_value(key.as_str()) {
                         Some((key, next)) => (key.span(), next),
                         None => break,
                     }
                 }
-                (Step::Index(index), DeValue::Array(array)) => match array.get(*index) {
+                (PathStep::Index(index), DeValue::Array(array)) => match array.get(*index) {
                     Some(next) => (next.span(), next),
                     None => break,
                 },
@@ -56,7 +56,7 @@ impl<'t> Document<'t> {
     }
 
     pub fn to<'d, T: Deserialize<'d>>(&'d self) -> Result<T, Problem> {
-        T::deserialize(Value(&self.root)).map_err(Problem::from)
+        T::deserialize(TomlValue(&self.root)).map_err(Problem::from)
     }
 }
 
@@ -64,18 +64,18 @@ impl Problem {
     /// Converts the problem into an error. `file` is the name of the scenario's file and its contents.
     pub(super) fn located(self, file: Option<(&str, &Document<'_>)>) -> ScenarioError {
         let (name, line, key) = match self.place {
-            Place::Scenario(path) => (
+            Location::Scenario(path) => (
                 file.map(|(name, _)| name.to_owned()),
                 file.and_then(|(_, document)| document.line_of(&path)),
                 path.to_string(),
             ),
-            Place::Parameters { file, line, key } => (Some(file), Some(line), key),
+            Location::Parameters { file, line, key } => (Some(file), Some(line), key),
         };
         ScenarioError {
             file: name,
             line,
             key,
-            what: self.what,
+            problem: self.problem,
             remedy: self.remedy,
         }
     }

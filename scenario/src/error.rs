@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::path::{Path, Step};
+use super::path::{KeyPath, PathStep};
 
 /// A scenario or parameter file that cannot be used. It displays as one line, `FILE:LINE: KEY: problem; remedy`. File
 /// and line are missing for a scenario without a file.
@@ -11,7 +11,7 @@ pub struct ScenarioError {
     pub(super) file: Option<String>,
     pub(super) line: Option<usize>,
     pub(super) key: String,
-    pub(super) what: String,
+    pub(super) problem: String,
     pub(super) remedy: String,
 }
 
@@ -22,7 +22,7 @@ impl ScenarioError {
             file: Some(file.to_owned()),
             line: Some(line),
             key: String::new(),
-            what,
+            problem: what,
             remedy,
         }
     }
@@ -32,7 +32,7 @@ impl ScenarioError {
 ///
 /// # Errors
 /// Returns the line of the first byte that is not UTF-8.
-pub fn text_of(name: &str, bytes: Vec<u8>) -> Result<String, ScenarioError> {
+pub fn decode_text(name: &str, bytes: Vec<u8>) -> Result<String, ScenarioError> {
     String::from_utf8(bytes).map_err(|error| {
         let whole = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = whole.iter().filter(|byte| **byte == b'\n').count() + 1;
@@ -54,7 +54,7 @@ impl fmt::Display for ScenarioError {
         if !self.key.is_empty() {
             text += &format!("{}: ", self.key);
         }
-        text += &format!("{}; {}", self.what, self.remedy);
+        text += &format!("{}; {}", self.problem, self.remedy);
         // Names come from the file and may contain any character. Escapes keep them from breaking the line or
         // controlling a terminal.
         for c in text.chars() {
@@ -70,9 +70,9 @@ impl fmt::Display for ScenarioError {
 
 /// The place where a value was stated.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Place {
+pub(super) enum Location {
     /// A path in the scenario, with or without a file.
-    Scenario(Path),
+    Scenario(KeyPath),
     /// A line of a parameter file.
     Parameters {
         file: String,
@@ -84,26 +84,26 @@ pub(super) enum Place {
 /// A problem and its path, before the line in the scenario's file is known.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    pub(super) place: Place,
-    pub(super) what: String,
+    pub(super) place: Location,
+    pub(super) problem: String,
     pub(super) remedy: String,
 }
 
 impl Problem {
     /// Creates a problem at a path of the scenario.
     #[must_use]
-    pub fn at(path: Path, what: impl Into<String>, remedy: impl Into<String>) -> Self {
+    pub fn at(path: KeyPath, what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self {
-            place: Place::Scenario(path),
-            what: what.into(),
+            place: Location::Scenario(path),
+            problem: what.into(),
             remedy: remedy.into(),
         }
     }
 
     /// Returns the problem for a scenario that is nested under a key.
-    pub(super) fn below(mut self, key: &str) -> Self {
-        if let Place::Scenario(path) = &mut self.place {
-            path.0.insert(0, Step::Key(key.to_owned()));
+    pub(super) fn under_key(mut self, key: &str) -> Self {
+        if let Location::Scenario(path) = &mut self.place {
+            path.0.insert(0, PathStep::Key(key.to_owned()));
         }
         self
     }
@@ -124,7 +124,7 @@ pub(crate) fn nearest<'a>(
 
 /// Returns a remedy for an unknown name: the most similar known name, and all known names if they are few.
 #[must_use]
-pub fn instead<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+pub fn name_remedy<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     const FEW: usize = 30;
     let known: Vec<&str> = known.into_iter().collect();
     let list = match known.len() {

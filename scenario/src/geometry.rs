@@ -2,7 +2,7 @@
 //! a stated start, and rejects a team that does not fit.
 
 use super::error::Problem;
-use super::path::Path;
+use super::path::KeyPath;
 use super::{Obstacle, Scenario};
 
 /// The highest penetrability of a solid component (thesis §3.2.2.1).
@@ -36,11 +36,11 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
         // The error names the first of the three conflicting values that differs from the default.
         let default = Scenario::default();
         let at = if scenario.room != default.room {
-            Path::of(["room"])
+            KeyPath::new(["room"])
         } else if scenario.body.radius_m != default.body.radius_m {
-            Path::of(["body", "radius_m"])
+            KeyPath::new(["body", "radius_m"])
         } else {
-            Path::of(["robots"])
+            KeyPath::new(["robots"])
         };
         return Err(Problem::at(at, what, remedy));
     }
@@ -48,7 +48,7 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
     let mut starts = Vec::new();
     for (index, robot) in scenario.robots.iter().enumerate() {
         let Some(start) = &robot.start else { continue };
-        let at = Path::of(["robots"]).index(index).key("start");
+        let at = KeyPath::new(["robots"]).index(index).key("start");
         let (x, y) = (f64::from(start.x_m), f64::from(start.y_m));
         for (key, given, place, size) in
             [("x_m", start.x_m, x, width), ("y_m", start.y_m, y, height)]
@@ -66,7 +66,7 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
                 let what = format!("covers the start of '{}'", robot.name);
                 let remedy = format!("move it or {at} until they are apart");
                 return Err(Problem::at(
-                    Path::of(["obstacles"]).index(number),
+                    KeyPath::new(["obstacles"]).index(number),
                     what,
                     remedy,
                 ));
@@ -101,7 +101,7 @@ fn apart(
                 let name = |index: &usize| &scenario.robots[*index].name;
                 let what = format!("'{}' starts inside '{}'", name(second), name(first));
                 let remedy = format!("keep their centers {diameter:.3} m apart");
-                let at = Path::of(["robots"]).index(*second).key("start");
+                let at = KeyPath::new(["robots"]).index(*second).key("start");
                 return Err(Problem::at(at, what, remedy));
             }
         }

@@ -3,16 +3,16 @@
 //! `alliance scenarios reference` documents every key. Lengths are in metres, angles in degrees, times in seconds.
 //! Rectangles have a lower left corner and a size.
 
+mod agent_setup;
 mod alliance;
 mod allocators;
-mod agent_setup;
 mod catalog;
+mod check_setup;
 mod document;
 mod error;
 pub mod fault;
 mod geometry;
 pub mod ids;
-mod check_setup;
 pub mod limits;
 mod load;
 pub mod mission;
@@ -51,16 +51,16 @@ pub use alliance::{
 };
 pub use allocators::{AllocatorSpec, Allocators};
 pub use catalog::{BehaviorSpec, Catalog, TaskSpec};
-pub use error::{Problem, ScenarioError, instead, text_of};
+pub use error::{Problem, ScenarioError, decode_text, name_remedy};
 pub use load::TomlFile;
 pub use parameters::{ParameterDefault, ParameterRange, ParameterSpec};
-pub use path::{Path, Step};
-pub use profile::{KnownTimes, Profile, RobotTimes};
+pub use path::{KeyPath, PathStep};
+pub use profile::{LearnedTimes, LearnedTimesByTask, Profile};
 pub use properties::{ParameterFile, SkippedKey};
 pub use resolve::Resolved;
 pub use roster::Roster;
 pub use setup::{Setup, SetupFile};
-pub use unread::Unread;
+pub use unread::UntypedTable;
 pub use validate::MAX_ROBOTS;
 pub use vocabulary::Vocabulary;
 

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 
 use super::error::Problem;
-use super::path::Path;
+use super::path::KeyPath;
 use crate::names::is_name;
 
 /// The range of numbers that a key accepts.
-pub struct Limits {
+pub struct NumberRange {
     from: f64,
     /// True if the range excludes `from` itself.
     open: bool,
@@ -18,8 +18,8 @@ pub struct Limits {
 
 /// Returns the range above 0 and up to `to`.
 #[must_use]
-pub const fn above_zero(to: f64, unit: &'static str) -> Limits {
-    Limits {
+pub const fn above_zero(to: f64, unit: &'static str) -> NumberRange {
+    NumberRange {
         from: 0.0,
         open: true,
         to,
@@ -29,8 +29,8 @@ pub const fn above_zero(to: f64, unit: &'static str) -> Limits {
 
 /// Returns the range from `from` to `to`, both included.
 #[must_use]
-pub const fn closed(from: f64, to: f64, unit: &'static str) -> Limits {
-    Limits {
+pub const fn closed(from: f64, to: f64, unit: &'static str) -> NumberRange {
+    NumberRange {
         from,
         open: false,
         to,
@@ -39,25 +39,25 @@ pub const fn closed(from: f64, to: f64, unit: &'static str) -> Limits {
 }
 
 /// The range of lengths, m.
-pub const LENGTH: Limits = above_zero(1e3, "m");
+pub const LENGTH: NumberRange = above_zero(1e3, "m");
 /// The range of fractions of a whole.
-pub const FRACTION: Limits = closed(0.0, 1.0, "");
+pub const FRACTION: NumberRange = closed(0.0, 1.0, "");
 /// The range of penetrabilities of components.
-pub const PENETRABILITY: Limits = closed(0.0, 100.0, "");
+pub const PENETRABILITY: NumberRange = closed(0.0, 100.0, "");
 /// The range of times, s.
-pub const TIME: Limits = above_zero(1e9, "s");
+pub const TIME: NumberRange = above_zero(1e9, "s");
 /// The range of speeds, m/s.
-pub const SPEED: Limits = above_zero(1e3, "m/s");
+pub const SPEED: NumberRange = above_zero(1e3, "m/s");
 /// The range of turn rates, degrees per second.
-pub const TURN_RATE: Limits = above_zero(3600.0, "deg/s");
+pub const TURN_RATE: NumberRange = above_zero(3600.0, "deg/s");
 /// The range of power, W.
-pub const POWER: Limits = closed(0.0, 1e9, "W");
+pub const POWER: NumberRange = closed(0.0, 1e9, "W");
 
-impl Limits {
+impl NumberRange {
     /// Rejects a number at `path` outside the range, and NaN.
     pub fn check<T: Copy + Display + Into<f64>>(
         &self,
-        path: Path,
+        path: KeyPath,
         number: T,
     ) -> Result<(), Problem> {
         let value: f64 = number.into();
@@ -83,7 +83,7 @@ impl Limits {
 }
 
 /// Rejects a text that is not a name.
-pub fn name(path: Path, name: &str) -> Result<(), Problem> {
+pub fn check_name(path: KeyPath, name: &str) -> Result<(), Problem> {
     if is_name(name) {
         return Ok(());
     }
@@ -93,8 +93,8 @@ pub fn name(path: Path, name: &str) -> Result<(), Problem> {
 }
 
 /// Checks the length of a list. Each name must be valid and occur once.
-pub fn named<'a>(
-    list: &Path,
+pub fn check_names<'a>(
+    list: &KeyPath,
     names: impl ExactSizeIterator<Item = &'a str>,
     most: usize,
 ) -> Result<(), Problem> {
@@ -105,7 +105,7 @@ pub fn named<'a>(
     let mut first = BTreeMap::new();
     for (index, each) in names.enumerate() {
         let path = list.index(index).key("name");
-        name(path.clone(), each)?;
+        check_name(path.clone(), each)?;
         if let Some(first) = first.insert(each, index) {
             let what = format!("'{each}' is already the name of {list}[{first}]");
             return Err(Problem::at(path, what, "give each its own name"));

@@ -6,7 +6,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::document::Document;
 use super::error::{Problem, ScenarioError};
-use super::path::{Path, Step};
+use super::path::{KeyPath, PathStep};
 use super::resolve::check;
 use super::{Catalog, Scenario, Vocabulary};
 
@@ -39,10 +39,10 @@ impl Scenario {
 
 /// Returns the scenario if it has no mistakes.
 fn checked(scenario: Scenario, vocabulary: &Vocabulary) -> Result<Scenario, Problem> {
-    scenario.allocator_problem(&vocabulary.allocators)?;
+    scenario.check_allocators_with_path(&vocabulary.allocators)?;
     let mut complete = scenario.clone();
     complete.apply_team_defaults();
-    check(&complete, &Catalog::of(&complete), None)?;
+    check(&complete, &Catalog::new(&complete), None)?;
     Ok(scenario)
 }
 
@@ -68,7 +68,7 @@ impl<'t> TomlFile<'t> {
     ///
     /// # Errors
     /// Returns the first value that does not fit, with its line.
-    pub fn to<T: DeserializeOwned>(&self) -> Result<T, ScenarioError> {
+    pub fn deserialize<T: DeserializeOwned>(&self) -> Result<T, ScenarioError> {
         self.document
             .to()
             .map_err(|problem| problem.located(Some((self.name, &self.document))))
@@ -83,25 +83,25 @@ impl<'t> TomlFile<'t> {
         };
         Scenario::from_toml(table, vocabulary).map_err(|problem| {
             problem
-                .below(key)
+                .under_key(key)
                 .located(Some((self.name, &self.document)))
         })
     }
 
     /// Creates an error for a value of the file.
     #[must_use]
-    pub fn mistake(
+    pub fn error_at(
         &self,
-        at: &[Step],
+        at: &[PathStep],
         what: impl Into<String>,
         remedy: impl Into<String>,
     ) -> ScenarioError {
-        Problem::at(Path(at.to_vec()), what, remedy).located(Some((self.name, &self.document)))
+        Problem::at(KeyPath(at.to_vec()), what, remedy).located(Some((self.name, &self.document)))
     }
 
     /// Returns the line of a value, from 1. For a missing value, it is the line of the innermost table on the way.
     #[must_use]
-    pub fn line_of(&self, at: &[Step]) -> usize {
-        self.document.line_of(&Path(at.to_vec())).unwrap_or(1)
+    pub fn line_of(&self, at: &[PathStep]) -> usize {
+        self.document.line_of(&KeyPath(at.to_vec())).unwrap_or(1)
     }
 }

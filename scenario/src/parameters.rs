@@ -6,9 +6,9 @@ use std::fmt;
 use serde_json::Value;
 
 use super::Room;
-use super::error::{Problem, instead};
-use super::limits::{closed, name};
-use super::path::Path;
+use super::error::{Problem, name_remedy};
+use super::limits::{check_name, closed};
+use super::path::KeyPath;
 
 /// A parameter of an allocator or of a mission's section.
 #[derive(Clone, Debug, PartialEq)]
@@ -118,7 +118,12 @@ impl ParameterSpec {
     }
 
     /// Rejects values that are not allowed, at every place of the parameter in a section.
-    pub(super) fn check_in(&self, section: &Value, at: &Path, room: &Room) -> Result<(), Problem> {
+    pub(super) fn check_in(
+        &self,
+        section: &Value,
+        at: &KeyPath,
+        room: &Room,
+    ) -> Result<(), Problem> {
         let keys: Vec<&str> = self.key.split('.').collect();
         let mut first = BTreeMap::new();
         each(section, &keys, at.clone(), &mut |value, at| {
@@ -142,7 +147,7 @@ impl ParameterSpec {
     }
 
     /// Rejects a value that is not allowed.
-    pub(super) fn check(&self, value: &Value, at: &Path, room: &Room) -> Result<(), Problem> {
+    pub(super) fn check(&self, value: &Value, at: &KeyPath, room: &Room) -> Result<(), Problem> {
         let number = value.as_f64();
         let fits = match &self.range {
             ParameterRange::X | ParameterRange::Y => {
@@ -156,7 +161,7 @@ impl ParameterSpec {
                 return closed(0.0, size_m.into(), "m").check(at.clone(), number as f32);
             }
             ParameterRange::Name => match value.as_str() {
-                Some(text) => return name(at.clone(), text),
+                Some(text) => return check_name(at.clone(), text),
                 None => None,
             },
             ParameterRange::List(least, most) => match value.as_array().map(Vec::len) {
@@ -187,7 +192,7 @@ impl ParameterSpec {
                 return Err(Problem::at(
                     at.clone(),
                     what,
-                    instead(word, words.iter().copied()),
+                    name_remedy(word, words.iter().copied()),
                 ));
             }
             ParameterRange::Other(_) => return Ok(()),
@@ -210,7 +215,7 @@ impl ParameterSpec {
         }
     }
 
-    fn unfit(&self, value: &Value, at: &Path) -> Problem {
+    fn unfit(&self, value: &Value, at: &KeyPath) -> Problem {
         let found = match value {
             Value::String(text) => format!("the string '{text}'"),
             Value::Array(_) => "an array".to_owned(),
@@ -238,8 +243,8 @@ impl ParameterSpec {
 fn each(
     value: &Value,
     keys: &[&str],
-    at: Path,
-    act: &mut impl FnMut(&Value, Path) -> Result<(), Problem>,
+    at: KeyPath,
+    act: &mut impl FnMut(&Value, KeyPath) -> Result<(), Problem>,
 ) -> Result<(), Problem> {
     let Some((key, below)) = keys.split_first() else {
         return act(value, at);
@@ -270,7 +275,7 @@ mod tests {
             ParameterSpec::new("limit_m", "m", Words("none"), "", Above(0.0, 1.0)),
         ];
         let refusal = |section: Value| {
-            let at = Path::of(["visit"]);
+            let at = KeyPath::new(["visit"]);
             let mut declared = declared.iter();
             let checked = declared
                 .try_for_each(|parameter| parameter.check_in(&section, &at, &Room::default()));

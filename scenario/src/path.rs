@@ -4,7 +4,7 @@ use std::fmt;
 
 /// A step down from a table or an array.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Step {
+pub enum PathStep {
     Key(String),
     /// An index of an array, from 0.
     Index(usize),
@@ -12,28 +12,28 @@ pub enum Step {
 
 /// The steps from the scenario's top down to a value.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Path(pub(super) Vec<Step>);
+pub struct KeyPath(pub(super) Vec<PathStep>);
 
-impl Path {
+impl KeyPath {
     /// Creates a path of table keys.
     #[must_use]
-    pub fn of<const N: usize>(keys: [&str; N]) -> Self {
-        Self(keys.map(|key| Step::Key(key.to_owned())).to_vec())
+    pub fn new<const N: usize>(keys: [&str; N]) -> Self {
+        Self(keys.map(|key| PathStep::Key(key.to_owned())).to_vec())
     }
 
     /// Returns the path extended by a table key.
     #[must_use]
     pub fn key(&self, key: &str) -> Self {
-        self.then(Step::Key(key.to_owned()))
+        self.then(PathStep::Key(key.to_owned()))
     }
 
     /// Returns the path extended by an array index.
     #[must_use]
     pub fn index(&self, index: usize) -> Self {
-        self.then(Step::Index(index))
+        self.then(PathStep::Index(index))
     }
 
-    fn then(&self, step: Step) -> Self {
+    fn then(&self, step: PathStep) -> Self {
         let mut steps = self.0.clone();
         steps.push(step);
         Self(steps)
@@ -41,12 +41,12 @@ impl Path {
 }
 
 /// Formats the path as in a TOML file, with `[INDEX]` for places in arrays.
-impl fmt::Display for Path {
+impl fmt::Display for KeyPath {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (place, step) in self.0.iter().enumerate() {
             match step {
-                Step::Index(index) => write!(f, "[{index}]")?,
-                Step::Key(key) => {
+                PathStep::Index(index) => write!(f, "[{index}]")?,
+                PathStep::Key(key) => {
                     if place > 0 {
                         f.write_str(".")?;
                     }

@@ -12,9 +12,9 @@ use std::fmt::Write;
 use serde::{Deserialize, Serialize};
 
 use super::document::Document;
-use super::error::{Problem, ScenarioError, instead};
+use super::error::{Problem, ScenarioError, name_remedy};
 use super::limits::TIME;
-use super::path::Path;
+use super::path::KeyPath;
 use super::{Catalog, Robot, Scenario, Vocabulary};
 
 /// The times that the robots of a team have learned for each robot and task, at the start or the end of a run.
@@ -22,25 +22,25 @@ use super::{Catalog, Robot, Scenario, Vocabulary};
 #[serde(transparent)]
 pub struct Profile {
     /// The learned times by the robot that learned them.
-    pub robots: BTreeMap<String, RobotTimes>,
+    pub robots: BTreeMap<String, LearnedTimesByTask>,
 }
 
 /// The learned times of one robot: by task, then by the robot that needed them.
-pub type RobotTimes = BTreeMap<String, BTreeMap<String, KnownTimes>>;
+pub type LearnedTimesByTask = BTreeMap<String, BTreeMap<String, LearnedTimes>>;
 
 /// The stored trials of one robot on one task.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct KnownTimes {
+pub struct LearnedTimes {
     /// The number of trials so far.
     pub trials: u32,
     /// The durations of the latest trials, oldest first, s.
     pub latest_s: Vec<f64>,
 }
 
-impl KnownTimes {
+impl LearnedTimes {
     /// The maximum number of stored trials.
-    pub const MOST: usize = 100;
+    pub const MAX_TRIALS: usize = 100;
 
     /// Returns the mean of the latest durations and their standard deviation, s (n - 1; 0 for one trial).
     #[must_use]
@@ -55,11 +55,11 @@ impl KnownTimes {
         (mean, variance.sqrt())
     }
 
-    fn check(&self, at: &Path) -> Result<(), Problem> {
+    fn check(&self, at: &KeyPath) -> Result<(), Problem> {
         let latest_at = at.key("latest_s");
         let count = self.latest_s.len();
-        if !(1..=Self::MOST).contains(&count) {
-            let remedy = format!("give 1 to {}", Self::MOST);
+        if !(1..=Self::MAX_TRIALS).contains(&count) {
+            let remedy = format!("give 1 to {}", Self::MAX_TRIALS);
             return Err(Problem::at(latest_at, format!("{count} times"), remedy));
         }
         for (index, time_s) in self.latest_s.iter().enumerate() {
@@ -91,7 +91,7 @@ impl Profile {
     ) -> Result<Self, ScenarioError> {
         let document = Document::parse(file_name, text)?;
         let read = document.to::<Self>().and_then(|profile| {
-            profile.check(scenario, &Catalog::of(scenario), vocabulary)?;
+            profile.check(scenario, &Catalog::new(scenario), vocabulary)?;
             Ok(profile)
         });
         read.map_err(|problem| problem.located(Some((file_name, &document))))
@@ -111,15 +111,15 @@ impl Profile {
         vocabulary: &Vocabulary,
     ) -> Result<(), Problem> {
         let named = |name: &str| scenario.robots.iter().find(|robot| robot.name == name);
-        let unknown_robot = |name: &str, at: Path| {
+        let unknown_robot = |name: &str, at: KeyPath| {
             let names = scenario.robots.iter().map(|robot| robot.name.as_str());
             let what = format!("the scenario has no robot '{name}'");
-            Problem::at(at, what, instead(name, names))
+            Problem::at(at, what, name_remedy(name, names))
         };
         for (name, tasks) in &self.robots {
-            let at = Path::default().key(name);
+            let at = KeyPath::default().key(name);
             let robot = named(name).ok_or_else(|| unknown_robot(name, at.clone()))?;
-            let allocator = scenario.allocator_of(robot);
+            let allocator = scenario.decider_of(robot);
             if !vocabulary.learns(allocator) {
                 let what = format!("the allocator of {name} is {allocator}, which learns nothing");
                 return Err(Problem::at(at, what, "leave the robot out"));
@@ -145,13 +145,13 @@ impl Profile {
             .to_owned();
         for (robot, tasks) in &self.robots {
             for (task, times) in tasks {
-                let table = Path::of([robot, task]);
+                let table = KeyPath::new([robot, task]);
                 // Writing to a string cannot fail.
                 let _ = writeln!(text, "\n[{table}]");
                 for (of, times) in times {
                     let (mean_s, deviation_s) = times.mean_and_deviation_s();
-                    let KnownTimes { trials, latest_s } = times;
-                    let key = Path::of([of]);
+                    let LearnedTimes { trials, latest_s } = times;
+                    let key = KeyPath::new([of]);
                     let _ = writeln!(
                         text,
                         "{key} = {{ trials = {trials}, latest_s = {latest_s:?} }} # mean {mean_s:.1} s, deviation {deviation_s:.1} s"
@@ -163,11 +163,11 @@ impl Profile {
     }
 }
 
-fn check_task(robot: &Robot, task: &str, catalog: &Catalog, at: &Path) -> Result<(), Problem> {
+fn check_task(robot: &Robot, task: &str, catalog: &Catalog, at: &KeyPath) -> Result<(), Problem> {
     let tasks = || catalog.tasks.iter().map(|task| task.name.as_str());
-    let Some(id) = catalog.task_named(task) else {
+    let Some(id) = catalog.find_task(task) else {
         let what = format!("the scenario has no task '{task}'");
-        return Err(Problem::at(at.clone(), what, instead(task, tasks())));
+        return Err(Problem::at(at.clone(), what, name_remedy(task, tasks())));
     };
     let mut behaviors = catalog.behaviors_of(robot);
     if !behaviors.any(|behavior| catalog.sets[behavior.index()].task == id) {
@@ -192,7 +192,7 @@ mod tests {
         let mut vocabulary = vocabulary();
         vocabulary.allocators.push(AllocatorSpec {
             name: LEARNER,
-            learns: true,
+            learns_times: true,
             ..AllocatorSpec::alliance()
         });
         (scenario, vocabulary)
@@ -206,7 +206,7 @@ mod tests {
 
     #[test]
     fn a_file_that_was_written_is_read_back() {
-        let known = |trials, latest_s: &[f64]| KnownTimes {
+        let known = |trials, latest_s: &[f64]| LearnedTimes {
             trials,
             latest_s: latest_s.to_vec(),
         };

@@ -20,7 +20,7 @@ use std::io::Read;
 
 use java_properties::{LineContent, PropertiesIter};
 
-use super::error::{Place, Problem, ScenarioError, instead};
+use super::error::{Location, Problem, ScenarioError, name_remedy};
 use super::statement::{Parameter, Statement, positive};
 use crate::names::is_name;
 
@@ -48,10 +48,10 @@ impl fmt::Display for SkippedKey {
 
 impl SkippedKey {
     /// Returns the key at a place, if it is in a parameter file.
-    pub(super) fn of(place: &Place) -> Option<Self> {
+    pub(super) fn from_place(place: &Location) -> Option<Self> {
         match place {
-            Place::Scenario(_) => None,
-            Place::Parameters { line, key, .. } => Some(Self {
+            Location::Scenario(_) => None,
+            Location::Parameters { line, key, .. } => Some(Self {
                 line: *line,
                 key: key.clone(),
             }),
@@ -80,7 +80,7 @@ impl ParameterFile {
         let mut threshold = None;
         let mut statements = Vec::new();
         let mut first_lines = BTreeMap::new();
-        let place = |line, key: &str| Place::Parameters {
+        let place = |line, key: &str| Location::Parameters {
             file: file_name.to_owned(),
             line,
             key: key.to_owned(),
@@ -89,7 +89,7 @@ impl ParameterFile {
         if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
             return Err(Problem {
                 place: place(1, ""),
-                what: "the file is UTF-16".to_owned(),
+                problem: "the file is UTF-16".to_owned(),
                 remedy: "save it as ISO 8859-1 or UTF-8".to_owned(),
             });
         }
@@ -98,7 +98,7 @@ impl ParameterFile {
             // Reading a slice cannot fail, so a malformed escape is the only possible error.
             let line = line.map_err(|error| Problem {
                 place: place(error.line_number().unwrap_or(1), ""),
-                what: "malformed \\u escape".to_owned(),
+                problem: "malformed \\u escape".to_owned(),
                 remedy: "write four hexadecimal digits after \\u".to_owned(),
             })?;
             let LineContent::KVPair(key, value) = line.content() else {
@@ -107,7 +107,7 @@ impl ParameterFile {
             let place = place(line.line_number(), key);
             let problem = |what: String, remedy: String| Problem {
                 place: place.clone(),
-                what,
+                problem: what,
                 remedy,
             };
             if let Some(first) = first_lines.insert(key.clone(), line.line_number()) {
@@ -167,11 +167,11 @@ fn parse_key(key: &str) -> Result<Option<ParsedKey>, Refusal> {
         if name == "threshold" {
             return Err((SHAPE.to_owned(), "write threshold alone".to_owned()));
         }
-        return Err(("unknown parameter".to_owned(), instead(name, known)));
+        return Err(("unknown parameter".to_owned(), name_remedy(name, known)));
     };
     let mut rest: Vec<&str> = parts.collect();
     let shape = || {
-        let teammate = if parameter.by_teammate() {
+        let teammate = if parameter.is_per_teammate() {
             "TEAMMATE."
         } else {
             ""
@@ -185,7 +185,7 @@ fn parse_key(key: &str) -> Result<Option<ParsedKey>, Refusal> {
         .pop()
         .filter(|set| is_set_name(set))
         .ok_or_else(shape)?;
-    let least = usize::from(parameter.by_teammate());
+    let least = usize::from(parameter.is_per_teammate());
     let right_number = rest.len() == least || rest.len() == least + 1;
     if !right_number || !rest.iter().all(|robot| is_name(robot)) {
         return Err(shape());
@@ -193,7 +193,7 @@ fn parse_key(key: &str) -> Result<Option<ParsedKey>, Refusal> {
     let mut robots = rest.into_iter().map(str::to_owned);
     Ok(Some(ParsedKey {
         parameter,
-        teammate: if parameter.by_teammate() {
+        teammate: if parameter.is_per_teammate() {
             robots.next()
         } else {
             None

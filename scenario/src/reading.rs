@@ -4,17 +4,17 @@ use serde_json::Map;
 use toml::de::DeTable;
 
 use super::error::Problem;
-use super::path::Path;
-use super::toml_value::Without;
-use super::unread::Unread;
+use super::path::KeyPath;
+use super::toml_value::TableWithout;
+use super::unread::UntypedTable;
 use super::{Scenario, Vocabulary};
 use crate::mission::registry::{Mission, NO_MISSION};
 use crate::mission::section::MissionSection;
 
 impl Scenario {
     /// Creates the scenario that states only its mission.
-    pub fn of(mission: Mission) -> Result<Self, Problem> {
-        Self::default().completed(mission, Unread::absent(mission.name()), |_| false)
+    pub fn for_mission(mission: Mission) -> Result<Self, Problem> {
+        Self::default().completed(mission, UntypedTable::missing(mission.name()), |_| false)
     }
 
     /// Reads a scenario from TOML without checks.
@@ -22,11 +22,11 @@ impl Scenario {
         let mission = mission_of(|key| file.contains_key(key), vocabulary)?;
         let name = mission.name();
         let missions = vocabulary.missions.iter().map(|mission| mission.name());
-        let frame = Self::deserialize(Without(file, Some(name)))
-            .map_err(|mistake| mistake.or_one_of(missions))?;
+        let frame = Self::deserialize(TableWithout(file, Some(name)))
+            .map_err(|mistake| mistake.with_more_keys(missions))?;
         let section = match file.get(name) {
-            Some(section) => Unread::toml(name, section.get_ref()),
-            None => Unread::absent(name),
+            Some(section) => UntypedTable::toml(name, section.get_ref()),
+            None => UntypedTable::missing(name),
         };
         frame.completed(mission, section, |key| file.contains_key(key))
     }
@@ -42,14 +42,14 @@ impl Scenario {
         let section = file.remove(name);
         let frame = Self::deserialize(serde_json::Value::Object(file)).map_err(|error| {
             Problem::at(
-                Path::default(),
+                KeyPath::default(),
                 error.to_string(),
                 "see the reference scenario",
             )
         })?;
         let section = match &section {
-            Some(section) => Unread::json(name, section),
-            None => Unread::absent(name),
+            Some(section) => UntypedTable::json(name, section),
+            None => UntypedTable::missing(name),
         };
         frame.completed(mission, section, |key| {
             stated.iter().any(|name| name == key)
@@ -60,7 +60,7 @@ impl Scenario {
     fn completed(
         self,
         mission: Mission,
-        section: Unread<'_>,
+        section: UntypedTable<'_>,
         is_stated: impl Fn(&str) -> bool,
     ) -> Result<Self, Problem> {
         let mut scenario = Self {
@@ -86,7 +86,7 @@ fn mission_of(has: impl Fn(&str) -> bool, vocabulary: &Vocabulary) -> Result<Mis
     let first = stated.next();
     if let (Some(first), Some(second)) = (first, stated.next()) {
         let what = format!("the scenario has a section [{}] too", first.name());
-        let at = Path::of([second.name()]);
+        let at = KeyPath::new([second.name()]);
         return Err(Problem::at(
             at,
             what,

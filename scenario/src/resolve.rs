@@ -8,9 +8,9 @@ use std::sync::Arc;
 
 use super::alliance::{Alliance, BehaviorParams, RobotParams};
 use super::catalog::Catalog;
-use super::error::{Place, Problem, ScenarioError, nearest};
+use super::error::{Location, Problem, ScenarioError, nearest};
 use super::geometry::check_places;
-use super::path::Path;
+use super::path::KeyPath;
 use super::properties::{ParameterFile, SkippedKey};
 use super::roster::Roster;
 use super::statement::{Statement, positive, statements};
@@ -37,7 +37,7 @@ impl Setup {
         parameters: Option<&ParameterFile>,
     ) -> Result<Resolved, ScenarioError> {
         scenario.apply_team_defaults();
-        let catalog = Catalog::of(&scenario);
+        let catalog = Catalog::new(&scenario);
         let (alliance, skipped) =
             check(&scenario, &catalog, parameters).map_err(|problem| problem.located(None))?;
         let setup = Self {
@@ -46,7 +46,7 @@ impl Setup {
             profile: Profile::default(),
             step_order: scenario.step_order(),
             catalog: Arc::new(catalog),
-            roster: Arc::new(Roster::of(&scenario.robots)),
+            roster: Arc::new(Roster::new(&scenario.robots)),
             scenario,
         };
         Ok(Resolved { setup, skipped })
@@ -73,7 +73,7 @@ pub(super) fn check(
     positive(
         threshold,
         "",
-        &Place::Scenario(Path::of(["alliance", "threshold"])),
+        &Location::Scenario(KeyPath::new(["alliance", "threshold"])),
     )?;
     let mut layers = statements(section);
     for statement in &layers {
@@ -92,7 +92,9 @@ pub(super) fn check(
         let mut sets = BTreeMap::new();
         for id in catalog.behaviors_of(robot) {
             let set = &catalog.sets[id.index()];
-            let built_in = catalog.mission.built_in(scenario, robot, set);
+            let built_in = catalog
+                .mission
+                .default_alliance_params(scenario, robot, set);
             let mut values = Values::built_in(built_in, teammates.of_robot(&robot.name));
             for (number, statement) in layers.iter().enumerate() {
                 let applies = |wanted: &Option<String>, name: &str| {
@@ -119,13 +121,13 @@ pub(super) fn check(
         .iter()
         .zip(&used[from_file..])
         .filter(|(_, used)| !**used)
-        .filter_map(|(statement, _)| SkippedKey::of(&statement.place))
+        .filter_map(|(statement, _)| SkippedKey::from_place(&statement.place))
         .collect();
     skipped.sort_by_key(|key| key.line);
     let alliance = Alliance {
         threshold,
         step_ms: scenario.step_ms,
-        switches: section.switches.over(section.preset.switches()),
+        switches: section.switches.applied_to(section.preset.switches()),
         robots,
     };
     Ok((alliance, skipped))
@@ -157,7 +159,7 @@ fn misspelt(statement: &Statement, scenario: &Scenario, catalog: &Catalog) -> Re
         if let (Some(name), Some(near)) = (name, near) {
             return Err(Problem {
                 place: statement.place.clone(),
-                what: format!("the scenario has no {what} '{name}'"),
+                problem: format!("the scenario has no {what} '{name}'"),
                 remedy: format!("did you mean '{near}'?"),
             });
         }
@@ -188,7 +190,7 @@ pub(super) fn behavior_sets(scenario: &Scenario, catalog: &Catalog) -> usize {
 }
 
 /// Returns true if each robot has its own values for each teammate.
-pub(super) fn lists_all(scenario: &Scenario, catalog: &Catalog) -> bool {
+pub(super) fn lists_all_teammates(scenario: &Scenario, catalog: &Catalog) -> bool {
     let robots = &scenario.robots;
     robots.len() <= Toward::MOST_LISTED
         && robots.len() * behavior_sets(scenario, catalog) <= Toward::MOST_VALUES
@@ -202,7 +204,7 @@ impl<'a> Toward<'a> {
 
     fn of(scenario: &'a Scenario, catalog: &Catalog, statements: &'a [Statement]) -> Self {
         let names = || scenario.robots.iter().map(|robot| robot.name.as_str());
-        if lists_all(scenario, catalog) {
+        if lists_all_teammates(scenario, catalog) {
             return Self(names().collect());
         }
         let known: BTreeSet<&str> = names().collect();
@@ -250,8 +252,8 @@ mod tests {
         let report = &resolved.alliance.robots["r0"].sets["report"];
         let listed: Vec<&String> = report.slow_impatience.keys().collect();
         assert_eq!(listed, [BehaviorParams::OTHERS, "r7"]);
-        assert_eq!(report.slow_toward("r7"), 0.25);
-        assert_eq!(report.slow_toward("r8"), 1.0);
+        assert_eq!(report.slow_impatience_toward("r7"), 0.25);
+        assert_eq!(report.slow_impatience_toward("r8"), 1.0);
         // A robot is not its own teammate.
         let named = &resolved.alliance.robots["r7"].sets["report"];
         assert_eq!(named.slow_impatience.len(), 1);

@@ -20,7 +20,7 @@ pub enum Purpose {
     /// Errors of a robot's sensors.
     Sensor = 5,
     /// Random faults of a robot.
-    Campaign = 6,
+    RandomFaults = 6,
     /// Other random choices of a mission.
     Mission = 7,
     /// The motion of targets that move on their own.

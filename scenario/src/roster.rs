@@ -15,7 +15,7 @@ pub struct Roster {
 impl Roster {
     /// Creates the roster of a team, given in rank order.
     #[must_use]
-    pub fn of(robots: &[Robot]) -> Self {
+    pub fn new(robots: &[Robot]) -> Self {
         let names: Vec<String> = robots.iter().map(|robot| robot.name.clone()).collect();
         Self {
             ids: names.iter().cloned().zip((0..).map(RobotId)).collect(),
@@ -24,7 +24,7 @@ impl Roster {
     }
 
     #[must_use]
-    pub fn robot_named(&self, name: &str) -> Option<RobotId> {
+    pub fn find(&self, name: &str) -> Option<RobotId> {
         self.ids.get(name).copied()
     }
 

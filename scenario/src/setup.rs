@@ -66,7 +66,7 @@ impl Serialize for Setup {
             alliance: AllianceFile {
                 threshold: self.alliance.threshold,
                 step_ms: self.alliance.step_ms,
-                switches: SwitchSection::stating(self.alliance.switches, self.step_order),
+                switches: SwitchSection::from_switches(self.alliance.switches, self.step_order),
                 robots: Cow::Borrowed(&self.alliance.robots),
             },
             profile: &self.profile,
@@ -102,11 +102,11 @@ impl SetupFile {
             profile,
         } = self;
         let scenario = Scenario::from_json(scenario, vocabulary)
-            .map_err(|problem| problem.below("scenario").located(None))?;
-        let catalog = Catalog::of(&scenario);
+            .map_err(|problem| problem.under_key("scenario").located(None))?;
+        let catalog = Catalog::new(&scenario);
         profile
             .check(&scenario, &catalog, vocabulary)
-            .map_err(|problem| problem.below("profile").located(None))?;
+            .map_err(|problem| problem.under_key("profile").located(None))?;
         let preset = scenario.alliance.preset;
         let step_order = alliance.switches.step_order;
         Ok(Setup {
@@ -114,13 +114,13 @@ impl SetupFile {
             alliance: Alliance {
                 threshold: alliance.threshold,
                 step_ms: alliance.step_ms,
-                switches: alliance.switches.over(preset.switches()),
+                switches: alliance.switches.applied_to(preset.switches()),
                 robots: alliance.robots.into_owned(),
             },
             step_order: step_order.unwrap_or_else(|| scenario.step_order()),
             profile,
             catalog: Arc::new(catalog),
-            roster: Arc::new(Roster::of(&scenario.robots)),
+            roster: Arc::new(Roster::new(&scenario.robots)),
             scenario,
         })
     }

@@ -1,8 +1,8 @@
 //! The ALLIANCE parameters, and single statements about them. Scenario sections and parameter files share this form.
 
 use super::alliance::{AllianceSection, BehaviorSection};
-use super::error::{Place, Problem};
-use super::path::Path;
+use super::error::{Location, Problem};
+use super::path::KeyPath;
 
 /// A parameter of a behavior set (ALLIANCE.md §1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,7 +64,7 @@ impl Parameter {
     }
 
     /// Returns true if there is one value for each teammate.
-    pub fn by_teammate(self) -> bool {
+    pub fn is_per_teammate(self) -> bool {
         matches!(self, Self::SlowImpatience | Self::WillingToAffect)
     }
 }
@@ -77,7 +77,7 @@ pub(super) struct Statement {
     pub teammate: Option<String>,
     pub parameter: Parameter,
     pub value: f64,
-    pub place: Place,
+    pub place: Location,
 }
 
 impl Statement {
@@ -88,13 +88,13 @@ impl Statement {
 }
 
 /// Rejects a value that is not finite and above 0 (ALLIANCE.md §1).
-pub(super) fn positive(value: f64, unit: &str, place: &Place) -> Result<(), Problem> {
+pub(super) fn positive(value: f64, unit: &str, place: &Location) -> Result<(), Problem> {
     if value > 0.0 && value.is_finite() {
         return Ok(());
     }
     Err(Problem {
         place: place.clone(),
-        what: format!("{value} is out of range"),
+        problem: format!("{value} is out of range"),
         remedy: format!("it must be finite and above 0 {unit}")
             .trim_end()
             .to_owned(),
@@ -105,14 +105,15 @@ pub(super) fn positive(value: f64, unit: &str, place: &Place) -> Result<(), Prob
 /// named teammates.
 pub(super) fn statements(section: &AllianceSection) -> Vec<Statement> {
     let mut all = Vec::new();
-    let alliance = Path::of(["alliance"]);
-    let mut push = |robot: Option<&str>, set: Option<&str>, values: &BehaviorSection, at: &Path| {
-        all.extend(stated(values, at).into_iter().map(|statement| Statement {
-            robot: robot.map(str::to_owned),
-            set: set.map(str::to_owned),
-            ..statement
-        }));
-    };
+    let alliance = KeyPath::new(["alliance"]);
+    let mut push =
+        |robot: Option<&str>, set: Option<&str>, values: &BehaviorSection, at: &KeyPath| {
+            all.extend(stated(values, at).into_iter().map(|statement| Statement {
+                robot: robot.map(str::to_owned),
+                set: set.map(str::to_owned),
+                ..statement
+            }));
+        };
     push(None, None, &section.defaults, &alliance.key("defaults"));
     for (set, values) in &section.sets {
         push(None, Some(set), values, &alliance.key("sets").key(set));
@@ -128,7 +129,7 @@ pub(super) fn statements(section: &AllianceSection) -> Vec<Statement> {
 }
 
 /// Returns the statements of one section, for all robots and sets.
-fn stated(section: &BehaviorSection, at: &Path) -> Vec<Statement> {
+fn stated(section: &BehaviorSection, at: &KeyPath) -> Vec<Statement> {
     let BehaviorSection {
         broadcast_rate_hz,
         ceased_after_s,
@@ -146,7 +147,7 @@ fn stated(section: &BehaviorSection, at: &Path) -> Vec<Statement> {
         teammate: teammate.cloned(),
         parameter,
         value,
-        place: Place::Scenario(path),
+        place: Location::Scenario(path),
     };
     let plain = [
         (Parameter::BroadcastRate, broadcast_rate_hz),

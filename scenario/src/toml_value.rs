@@ -9,21 +9,21 @@ use serde::de::{self, DeserializeSeed, Deserializer, Error, Expected, Unexpected
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::error::{Problem, instead};
-use super::path::{Path, Step};
+use super::error::{Problem, name_remedy};
+use super::path::{KeyPath, PathStep};
 
 /// A value that does not fit its type.
 #[derive(Debug)]
-pub(super) struct Mistake {
+pub(super) struct TomlError {
     /// The steps from the value up to the file's top, collected on the way up.
-    steps: Vec<Step>,
+    steps: Vec<PathStep>,
     what: String,
     remedy: String,
     /// The allowed keys, if the mistake is an unknown key.
     known: &'static [&'static str],
 }
 
-impl Mistake {
+impl TomlError {
     fn new(what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self {
             steps: Vec::new(),
@@ -34,35 +34,35 @@ impl Mistake {
     }
 
     /// Adds further allowed keys to the remedy.
-    pub fn or_one_of(mut self, more: impl Iterator<Item = &'static str>) -> Self {
-        if let ([Step::Key(key)], [_, ..]) = (self.steps.as_slice(), self.known) {
-            self.remedy = instead(key, self.known.iter().copied().chain(more));
+    pub fn with_more_keys(mut self, more: impl Iterator<Item = &'static str>) -> Self {
+        if let ([PathStep::Key(key)], [_, ..]) = (self.steps.as_slice(), self.known) {
+            self.remedy = name_remedy(key, self.known.iter().copied().chain(more));
         }
         self
     }
 
-    fn below(mut self, step: Step) -> Self {
+    fn below(mut self, step: PathStep) -> Self {
         self.steps.push(step);
         self
     }
 }
 
-impl From<Mistake> for Problem {
-    fn from(mistake: Mistake) -> Self {
-        let path = Path(mistake.steps.into_iter().rev().collect());
+impl From<TomlError> for Problem {
+    fn from(mistake: TomlError) -> Self {
+        let path = KeyPath(mistake.steps.into_iter().rev().collect());
         Self::at(path, mistake.what, mistake.remedy)
     }
 }
 
-impl fmt::Display for Mistake {
+impl fmt::Display for TomlError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}; {}", self.what, self.remedy)
     }
 }
 
-impl std::error::Error for Mistake {}
+impl std::error::Error for TomlError {}
 
-impl Error for Mistake {
+impl Error for TomlError {
     fn custom<T: fmt::Display>(message: T) -> Self {
         Self::new(message.to_string(), "see the reference scenario")
     }
@@ -90,18 +90,18 @@ impl Error for Mistake {
 
     fn unknown_variant(name: &str, known: &'static [&'static str]) -> Self {
         let what = format!("there is no choice '{name}'");
-        Self::new(what, instead(name, known.iter().copied()))
+        Self::new(what, name_remedy(name, known.iter().copied()))
     }
 
     fn unknown_field(name: &str, known: &'static [&'static str]) -> Self {
         Self {
             known,
-            ..Self::new("unknown key", instead(name, known.iter().copied()))
+            ..Self::new("unknown key", name_remedy(name, known.iter().copied()))
         }
     }
 
     fn missing_field(name: &'static str) -> Self {
-        Self::new("the key is missing", "give it a value").below(Step::Key(name.to_owned()))
+        Self::new("the key is missing", "give it a value").below(PathStep::Key(name.to_owned()))
     }
 }
 
@@ -123,12 +123,12 @@ fn type_in_file_terms(wanted: &dyn Expected) -> String {
 
 /// A deserializer for a value of a file.
 #[derive(Clone, Copy)]
-pub(super) struct Value<'de>(pub &'de DeValue<'de>);
+pub(super) struct TomlValue<'de>(pub &'de DeValue<'de>);
 
-impl<'de> Deserializer<'de> for Value<'de> {
-    type Error = Mistake;
+impl<'de> Deserializer<'de> for TomlValue<'de> {
+    type Error = TomlError;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mistake> {
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, TomlError> {
         match self.0 {
             DeValue::Boolean(value) => visitor.visit_bool(*value),
             DeValue::String(value) => visitor.visit_borrowed_str(value),
@@ -136,7 +136,7 @@ impl<'de> Deserializer<'de> for Value<'de> {
                 let parsed = i64::from_str_radix(value.as_str(), value.radix());
                 match parsed {
                     Ok(value) => visitor.visit_i64(value),
-                    Err(_) => Err(Mistake::new(
+                    Err(_) => Err(TomlError::new(
                         format!("{value} is out of range"),
                         "write a number of at most 18 digits",
                     )),
@@ -144,12 +144,12 @@ impl<'de> Deserializer<'de> for Value<'de> {
             }
             DeValue::Float(value) => match value.as_str().parse() {
                 Ok(value) => visitor.visit_f64(value),
-                Err(_) => Err(Mistake::new(
+                Err(_) => Err(TomlError::new(
                     format!("'{value}' is not a number"),
                     "write a number",
                 )),
             },
-            DeValue::Datetime(value) => Err(Mistake::new(
+            DeValue::Datetime(value) => Err(TomlError::new(
                 format!("the date or time {value} does not fit"),
                 "no key of a scenario accepts one",
             )),
@@ -158,7 +158,7 @@ impl<'de> Deserializer<'de> for Value<'de> {
         }
     }
 
-    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mistake> {
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, TomlError> {
         visitor.visit_some(self)
     }
 
@@ -167,13 +167,13 @@ impl<'de> Deserializer<'de> for Value<'de> {
         _name: &'static str,
         variants: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Mistake> {
+    ) -> Result<V::Value, TomlError> {
         match self.0 {
             DeValue::String(name) => visitor.visit_enum(StrDeserializer::new(name)),
             DeValue::Table(table) if table.len() == 1 => {
                 visitor.visit_enum(MapAccessDeserializer::new(entries(table, None)))
             }
-            other => Err(Mistake::new(
+            other => Err(TomlError::new(
                 format!("the {} does not fit", other.type_str()),
                 format!("write one of {}", variants.join(", ")),
             )),
@@ -188,12 +188,12 @@ impl<'de> Deserializer<'de> for Value<'de> {
 
 /// A deserializer for a table without one of its entries.
 #[derive(Clone, Copy)]
-pub(super) struct Without<'de>(pub &'de DeTable<'de>, pub Option<&'de str>);
+pub(super) struct TableWithout<'de>(pub &'de DeTable<'de>, pub Option<&'de str>);
 
-impl<'de> Deserializer<'de> for Without<'de> {
-    type Error = Mistake;
+impl<'de> Deserializer<'de> for TableWithout<'de> {
+    type Error = TomlError;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mistake> {
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, TomlError> {
         let Self(table, left_out) = self;
         visitor.visit_map(entries(table, left_out))
     }
@@ -207,15 +207,15 @@ impl<'de> Deserializer<'de> for Without<'de> {
 struct Elements<'de>(Enumerate<Iter<'de, Spanned<DeValue<'de>>>>);
 
 impl<'de> de::SeqAccess<'de> for Elements<'de> {
-    type Error = Mistake;
+    type Error = TomlError;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(
         &mut self,
         seed: T,
-    ) -> Result<Option<T::Value>, Mistake> {
+    ) -> Result<Option<T::Value>, TomlError> {
         let element = self.0.next().map(|(index, element)| {
-            seed.deserialize(Value(element.get_ref()))
-                .map_err(|mistake| mistake.below(Step::Index(index)))
+            seed.deserialize(TomlValue(element.get_ref()))
+                .map_err(|mistake| mistake.below(PathStep::Index(index)))
         });
         element.transpose()
     }
@@ -244,26 +244,26 @@ impl<'de, I> de::MapAccess<'de> for Entries<'de, I>
 where
     I: Iterator<Item = (&'de str, &'de DeValue<'de>)>,
 {
-    type Error = Mistake;
+    type Error = TomlError;
 
     fn next_key_seed<K: DeserializeSeed<'de>>(
         &mut self,
         seed: K,
-    ) -> Result<Option<K::Value>, Mistake> {
+    ) -> Result<Option<K::Value>, TomlError> {
         self.next = self.rest.next();
         let key = self.next.map(|(key, _)| {
             seed.deserialize(BorrowedStrDeserializer::new(key))
-                .map_err(|mistake: Mistake| mistake.below(Step::Key(key.to_owned())))
+                .map_err(|mistake: TomlError| mistake.below(PathStep::Key(key.to_owned())))
         });
         key.transpose()
     }
 
-    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Mistake> {
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, TomlError> {
         let (key, value) = self
             .next
             .take()
-            .ok_or_else(|| Mistake::custom("a value was requested before its key"))?;
-        seed.deserialize(Value(value))
-            .map_err(|mistake| mistake.below(Step::Key(key.to_owned())))
+            .ok_or_else(|| TomlError::custom("a value was requested before its key"))?;
+        seed.deserialize(TomlValue(value))
+            .map_err(|mistake| mistake.below(PathStep::Key(key.to_owned())))
     }
 }

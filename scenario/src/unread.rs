@@ -5,12 +5,12 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::Problem;
 use super::parameters::{ParameterDefault, ParameterSpec};
-use super::path::Path;
-use super::toml_value::Value;
+use super::path::KeyPath;
+use super::toml_value::TomlValue;
 
 /// A table under a key of a file, or a missing one.
 #[derive(Clone, Copy, Debug)]
-pub struct Unread<'a> {
+pub struct UntypedTable<'a> {
     key: &'a str,
     source: Source<'a>,
     declared: &'a [ParameterSpec],
@@ -24,7 +24,7 @@ enum Source<'a> {
     Absent,
 }
 
-impl<'a> Unread<'a> {
+impl<'a> UntypedTable<'a> {
     pub(super) fn toml(key: &'a str, value: &'a DeValue<'a>) -> Self {
         Self::of(key, Source::Toml(value))
     }
@@ -35,7 +35,7 @@ impl<'a> Unread<'a> {
 
     /// Creates a table with this key and no values.
     #[must_use]
-    pub fn absent(key: &'a str) -> Self {
+    pub fn missing(key: &'a str) -> Self {
         Self::of(key, Source::Absent)
     }
 
@@ -49,23 +49,23 @@ impl<'a> Unread<'a> {
     }
 
     /// Returns the table with the declared default of each missing top-level key.
-    pub(crate) fn completed(self, declared: &'a [ParameterSpec]) -> Self {
+    pub(crate) fn with_defaults(self, declared: &'a [ParameterSpec]) -> Self {
         Self { declared, ..self }
     }
 
     /// Returns the table as a value of type `T`.
-    pub fn to<T: DeserializeOwned>(self) -> Result<T, Problem> {
+    pub fn deserialize<T: DeserializeOwned>(self) -> Result<T, Problem> {
         let read = match self.source {
             Source::Toml(DeValue::Table(stated)) => self.table(stated),
-            Source::Toml(value) => T::deserialize(Value(value)).map_err(Problem::from),
+            Source::Toml(value) => T::deserialize(TomlValue(value)).map_err(Problem::from),
             // The JSON form contains every value.
             Source::Json(value) => T::deserialize(value).map_err(|error| {
                 let remedy = "see the mission's parameters";
-                Problem::at(Path::default(), error.to_string(), remedy)
+                Problem::at(KeyPath::default(), error.to_string(), remedy)
             }),
             Source::Absent => self.table(&DeTable::new()),
         };
-        read.map_err(|problem| problem.below(self.key))
+        read.map_err(|problem| problem.under_key(self.key))
     }
 
     fn table<T: DeserializeOwned>(&self, stated: &DeTable<'_>) -> Result<T, Problem> {
@@ -82,10 +82,10 @@ impl<'a> Unread<'a> {
             .collect();
         let defaults = DeTable::parse(&defaults).map_err(|error| {
             let remedy = "declare defaults that are valid TOML values";
-            Problem::at(Path::default(), error.message(), remedy)
+            Problem::at(KeyPath::default(), error.message(), remedy)
         })?;
         let mut complete = defaults.into_inner();
         complete.extend(stated.clone());
-        T::deserialize(Value(&DeValue::Table(complete))).map_err(Problem::from)
+        T::deserialize(TomlValue(&DeValue::Table(complete))).map_err(Problem::from)
     }
 }

@@ -4,13 +4,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::alliance::BehaviorSection;
 use super::catalog::Catalog;
-use super::error::{Problem, instead};
+use super::error::{Problem, name_remedy};
 use super::limits::{
-    LENGTH, Limits, PENETRABILITY, POWER, SPEED, TIME, TURN_RATE, above_zero, closed, name, named,
+    LENGTH, NumberRange, PENETRABILITY, POWER, SPEED, TIME, TURN_RATE, above_zero, check_name,
+    check_names, closed,
 };
-use super::path::Path;
+use super::path::KeyPath;
 use super::{Robot, Scenario};
-use crate::fault::{Campaign, Role};
+use crate::fault::{RandomFaults, Role};
 use crate::ids::TaskId;
 
 /// The maximum number of robots of a scenario. Ranks, which are 16-bit numbers, would allow more.
@@ -20,52 +21,55 @@ const MAX_RANDOM_FAULTS: f64 = 1e5;
 
 /// Rejects the first mistake of a scenario, in the order of its fields.
 pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
-    name(Path::of(["name"]), &scenario.name)?;
+    check_name(KeyPath::new(["name"]), &scenario.name)?;
     let step_ms = scenario.step_ms;
     if !(1..=500).contains(&step_ms) {
         let what = format!("{step_ms} is out of range");
         let remedy = "it must be at least 1 and at most 500 ms";
-        return Err(Problem::at(Path::of(["step_ms"]), what, remedy));
+        return Err(Problem::at(KeyPath::new(["step_ms"]), what, remedy));
     }
-    TIME.check(Path::of(["limit_s"]), scenario.limit_s)?;
+    TIME.check(KeyPath::new(["limit_s"]), scenario.limit_s)?;
     if scenario.step_order.is_some() && scenario.alliance.switches.step_order.is_some() {
-        let at = Path::of(["alliance", "switches", "step_order"]);
+        let at = KeyPath::new(["alliance", "switches", "step_order"]);
         let what = "step_order at the top of the scenario already states it";
         return Err(Problem::at(at, what, "state it once"));
     }
 
-    LENGTH.check(Path::of(["room", "width_m"]), scenario.room.width_m)?;
-    LENGTH.check(Path::of(["room", "height_m"]), scenario.room.height_m)?;
+    LENGTH.check(KeyPath::new(["room", "width_m"]), scenario.room.width_m)?;
+    LENGTH.check(KeyPath::new(["room", "height_m"]), scenario.room.height_m)?;
 
     let body = &scenario.body;
-    LENGTH.check(Path::of(["body", "radius_m"]), body.radius_m)?;
-    SPEED.check(Path::of(["body", "speed_m_s"]), body.speed_m_s)?;
-    SPEED.check(Path::of(["body", "push_m_s"]), body.push_m_s)?;
-    TURN_RATE.check(Path::of(["body", "turn_deg_s"]), body.turn_deg_s)?;
-    LENGTH.check(Path::of(["body", "reach_m"]), body.reach_m)?;
+    LENGTH.check(KeyPath::new(["body", "radius_m"]), body.radius_m)?;
+    SPEED.check(KeyPath::new(["body", "speed_m_s"]), body.speed_m_s)?;
+    SPEED.check(KeyPath::new(["body", "push_m_s"]), body.push_m_s)?;
+    TURN_RATE.check(KeyPath::new(["body", "turn_deg_s"]), body.turn_deg_s)?;
+    LENGTH.check(KeyPath::new(["body", "reach_m"]), body.reach_m)?;
     PENETRABILITY.check(
-        Path::of(["body", "robot_penetrability"]),
+        KeyPath::new(["body", "robot_penetrability"]),
         body.robot_penetrability,
     )?;
 
     let sensors = &scenario.sensors;
     LENGTH.check(
-        Path::of(["sensors", "border_range_m"]),
+        KeyPath::new(["sensors", "border_range_m"]),
         sensors.border_range_m,
     )?;
     LENGTH.check(
-        Path::of(["sensors", "avoidance_range_m"]),
+        KeyPath::new(["sensors", "avoidance_range_m"]),
         sensors.avoidance_range_m,
     )?;
-    LENGTH.check(Path::of(["sensors", "waste_range_m"]), sensors.item_range_m)?;
+    LENGTH.check(
+        KeyPath::new(["sensors", "waste_range_m"]),
+        sensors.item_range_m,
+    )?;
 
     if let Some(energy) = &scenario.energy {
-        above_zero(1e12, "J").check(Path::of(["energy", "capacity_j"]), energy.capacity_j)?;
-        POWER.check(Path::of(["energy", "idle_w"]), energy.idle_w)?;
-        POWER.check(Path::of(["energy", "drive_w"]), energy.drive_w)?;
+        above_zero(1e12, "J").check(KeyPath::new(["energy", "capacity_j"]), energy.capacity_j)?;
+        POWER.check(KeyPath::new(["energy", "idle_w"]), energy.idle_w)?;
+        POWER.check(KeyPath::new(["energy", "drive_w"]), energy.drive_w)?;
     }
     if let Some(range_m) = scenario.radio.range_m {
-        above_zero(1e4, "m").check(Path::of(["radio", "range_m"]), range_m)?;
+        above_zero(1e4, "m").check(KeyPath::new(["radio", "range_m"]), range_m)?;
     }
     mission(scenario, catalog)?;
     robots(scenario, catalog)?;
@@ -83,7 +87,7 @@ fn mission(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     if declared.is_empty() {
         return Ok(());
     }
-    let at = Path::of([mission.name()]);
+    let at = KeyPath::new([mission.name()]);
     let section = serde_json::to_value(&scenario.mission).map_err(|error| {
         let remedy = "make the section serializable";
         Problem::at(at.clone(), error.to_string(), remedy)
@@ -94,8 +98,8 @@ fn mission(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
 }
 
 fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
-    let robots = Path::of(["robots"]);
-    named(&robots, names(scenario), MAX_ROBOTS)?;
+    let robots = KeyPath::new(["robots"]);
+    check_names(&robots, names(scenario), MAX_ROBOTS)?;
     for (index, name) in names(scenario).enumerate() {
         // These names have a meaning in faults.
         let means = match name {
@@ -118,10 +122,10 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
         return Err(Problem::at(robots, what, remedy));
     }
     let equipment = Equipment::of(scenario, catalog);
-    equipment.check(&scenario.devices, &scenario.skills, &Path::default())?;
+    equipment.check(&scenario.devices, &scenario.skills, &KeyPath::default())?;
     for (index, robot) in scenario.robots.iter().enumerate() {
         for (number, task) in robot.tasks.iter().enumerate() {
-            if catalog.task_named(task).is_none() {
+            if catalog.find_task(task).is_none() {
                 let at = robots.index(index).key("tasks").index(number);
                 let tasks = catalog.tasks.iter().map(|task| task.name.as_str());
                 known("task", task, tasks, &at)?;
@@ -129,7 +133,7 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
         }
         let at = robots.index(index);
         if let Some(mind) = &robot.mind {
-            name(at.key("mind"), mind)?;
+            check_name(at.key("mind"), mind)?;
         }
         if let Some(speed_m_s) = robot.speed_m_s {
             SPEED.check(at.key("speed_m_s"), speed_m_s)?;
@@ -161,7 +165,7 @@ struct Equipment {
 
 impl Equipment {
     fn of(scenario: &Scenario, catalog: &Catalog) -> Self {
-        let of_mission = catalog.mission.terms().optional_devices;
+        let of_mission = catalog.mission.vocabulary().optional_devices;
         Self {
             devices: of_mission
                 .iter()
@@ -177,7 +181,7 @@ impl Equipment {
         &self,
         devices: impl IntoIterator<Item = &'a String>,
         skills: impl IntoIterator<Item = (&'a String, &'a f64)>,
-        at: &Path,
+        at: &KeyPath,
     ) -> Result<(), Problem> {
         for (number, device) in devices.into_iter().enumerate() {
             let at = at.key("devices").index(number);
@@ -193,7 +197,7 @@ impl Equipment {
 }
 
 /// Rejects a robot without any behavior.
-fn has_a_behavior(robot: &Robot, catalog: &Catalog, at: &Path) -> Result<(), Problem> {
+fn has_a_behavior(robot: &Robot, catalog: &Catalog, at: &KeyPath) -> Result<(), Problem> {
     if catalog.behaviors_of(robot).next().is_some() {
         return Ok(());
     }
@@ -221,10 +225,10 @@ fn has_a_behavior(robot: &Robot, catalog: &Catalog, at: &Path) -> Result<(), Pro
 }
 
 fn obstacles(scenario: &Scenario) -> Result<(), Problem> {
-    const PLACE: Limits = closed(-1e4, 1e4, "m");
-    const SIZE: Limits = above_zero(1e4, "m");
+    const PLACE: NumberRange = closed(-1e4, 1e4, "m");
+    const SIZE: NumberRange = above_zero(1e4, "m");
     for (index, obstacle) in scenario.obstacles.iter().enumerate() {
-        let at = Path::of(["obstacles"]).index(index);
+        let at = KeyPath::new(["obstacles"]).index(index);
         PLACE.check(at.key("x_m"), obstacle.x_m)?;
         PLACE.check(at.key("y_m"), obstacle.y_m)?;
         SIZE.check(at.key("width_m"), obstacle.width_m)?;
@@ -235,7 +239,7 @@ fn obstacles(scenario: &Scenario) -> Result<(), Problem> {
 }
 
 fn faults(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
-    let at = Path::of(["faults", "timeline"]);
+    let at = KeyPath::new(["faults", "timeline"]);
     let mut first = BTreeMap::new();
     for (index, order) in scenario.faults.timeline.iter().enumerate() {
         let at = at.index(index);
@@ -244,7 +248,7 @@ fn faults(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
                 .field
                 .iter()
                 .fold(at.clone(), |path, key| path.key(key));
-            Problem::at(path, error.what, error.remedy)
+            Problem::at(path, error.problem, error.remedy)
         })?;
         if let Some(id) = &order.id
             && let Some(first) = first.insert(id, index)
@@ -253,10 +257,10 @@ fn faults(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
             return Err(Problem::at(at.key("id"), what, "give each its own id"));
         }
         if let Some(id) = &order.id
-            && id.starts_with(Campaign::ID_PREFIX)
+            && id.starts_with(RandomFaults::ID_PREFIX)
             && scenario.faults.random.is_some()
         {
-            let prefix = Campaign::ID_PREFIX;
+            let prefix = RandomFaults::ID_PREFIX;
             let what = format!("'{id}' may become the id of a random fault");
             let remedy = format!("choose an id that does not begin with '{prefix}'");
             return Err(Problem::at(at.key("id"), what, remedy));
@@ -268,8 +272,8 @@ fn faults(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     }
 }
 
-fn random_faults(scenario: &Scenario, campaign: &Campaign) -> Result<(), Problem> {
-    let at = Path::of(["faults", "random"]);
+fn random_faults(scenario: &Scenario, campaign: &RandomFaults) -> Result<(), Problem> {
+    let at = KeyPath::new(["faults", "random"]);
     TIME.check(at.key("mtbf_s"), campaign.mtbf_s)?;
     TIME.check(at.key("mttr_s"), campaign.mttr_s)?;
     let mix = &campaign.mix;
@@ -302,7 +306,7 @@ fn random_faults(scenario: &Scenario, campaign: &Campaign) -> Result<(), Problem
 fn tasks(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     let tasks = || catalog.tasks.iter().map(|task| task.name.as_str());
     for (name, section) in &scenario.tasks {
-        let at = Path::of(["tasks"]).key(name);
+        let at = KeyPath::new(["tasks"]).key(name);
         known("task", name, tasks(), &at)?;
         if let Some(max_robots) = section.max_robots {
             closed(1.0, f64::from(u32::MAX), "").check(at.key("max_robots"), max_robots)?;
@@ -312,7 +316,7 @@ fn tasks(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
 }
 
 fn alliance(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
-    let at = Path::of(["alliance"]);
+    let at = KeyPath::new(["alliance"]);
     let section = &scenario.alliance;
     teammates(scenario, &section.defaults, None, &at.key("defaults"))?;
     for (set, values) in &section.sets {
@@ -353,7 +357,7 @@ fn teammates(
     scenario: &Scenario,
     section: &BehaviorSection,
     owner: Option<&str>,
-    at: &Path,
+    at: &KeyPath,
 ) -> Result<(), Problem> {
     let toward = [
         ("slow_impatience_toward", &section.slow_impatience_toward),
@@ -380,14 +384,14 @@ fn known<'a>(
     what: &str,
     name: &str,
     known: impl Iterator<Item = &'a str>,
-    at: &Path,
+    at: &KeyPath,
 ) -> Result<(), Problem> {
     let known: Vec<&str> = known.collect();
     if known.contains(&name) {
         return Ok(());
     }
     let what = format!("there is no {what} '{name}'");
-    Err(Problem::at(at.clone(), what, instead(name, known)))
+    Err(Problem::at(at.clone(), what, name_remedy(name, known)))
 }
 
 #[cfg(test)]

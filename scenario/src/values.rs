@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::alliance::BehaviorParams;
 use super::error::Problem;
 use super::statement::{Parameter, Statement};
-use crate::mission::data::BuiltIn;
+use crate::mission::data::DefaultAllianceParams;
 
 /// A value and the index of its statement; `None` for a built-in value.
 #[derive(Clone, Copy)]
@@ -27,7 +27,10 @@ pub(super) struct Values<'a> {
 
 impl<'a> Values<'a> {
     /// Creates the values that apply where nothing is stated.
-    pub fn built_in(mission: BuiltIn, teammates: impl Iterator<Item = &'a str>) -> Self {
+    pub fn built_in(
+        mission: DefaultAllianceParams,
+        teammates: impl Iterator<Item = &'a str>,
+    ) -> Self {
         let built_in = |value| Sourced { value, from: None };
         let slow_impatience: BTreeMap<_, _> = teammates
             .map(|name| (name, built_in(mission.slow_impatience)))
@@ -84,7 +87,7 @@ impl<'a> Values<'a> {
             statement.map_or(Ok(()), |statement| {
                 Err(Problem {
                     place: statement.place.clone(),
-                    what: format!("{robot}'s {set} has {what}"),
+                    problem: format!("{robot}'s {set} has {what}"),
                     remedy: remedy.to_owned(),
                 })
             })

@@ -28,13 +28,13 @@ impl Vocabulary {
 
     /// Returns the robots of a scenario whose allocators receive the ground truth, by rank.
     #[must_use]
-    pub fn told_truth(&self, scenario: &Scenario) -> Vec<RobotId> {
+    pub fn ground_truth_robots(&self, scenario: &Scenario) -> Vec<RobotId> {
         let receives_truth = |name: &str| {
             let mut all = self.allocators.iter();
-            all.any(|spec| spec.name == name && spec.wants_truth)
+            all.any(|spec| spec.name == name && spec.needs_ground_truth)
         };
         let robots = scenario.robots.iter().zip(0..);
-        let receivers = robots.filter(|(robot, _)| receives_truth(scenario.allocator_of(robot)));
+        let receivers = robots.filter(|(robot, _)| receives_truth(scenario.decider_of(robot)));
         receivers.map(|(_, rank)| RobotId(rank)).collect()
     }
 
@@ -42,12 +42,12 @@ impl Vocabulary {
     #[must_use]
     pub fn learns(&self, allocator: &str) -> bool {
         let mut all = self.allocators.iter();
-        all.any(|spec| spec.name == allocator && spec.learns)
+        all.any(|spec| spec.name == allocator && spec.learns_times)
     }
 
     /// Creates the scenario that states nothing. It has the first mission.
     pub fn default_scenario(&self) -> Result<Scenario, ScenarioError> {
         let mission = self.missions.first().copied().unwrap_or(NO_MISSION);
-        Scenario::of(mission).map_err(|problem| problem.located(None))
+        Scenario::for_mission(mission).map_err(|problem| problem.located(None))
     }
 }

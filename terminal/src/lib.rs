@@ -42,7 +42,7 @@ fn print_to(out: &mut impl Write, text: impl Display) -> io::Result<()> {
 
 /// Writes a command's result to stdout and returns `status`. If this fails, writes the error to stderr and returns
 /// status 3.
-pub fn answer(command: &str, text: impl Display, status: ExitCode) -> ExitCode {
+pub fn print_result(command: &str, text: impl Display, status: ExitCode) -> ExitCode {
     match print(text) {
         Ok(()) => status,
         Err(error) => {

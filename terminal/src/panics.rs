@@ -22,7 +22,7 @@ thread_local! {
 
 /// Makes every panic that is not [caught](catch) end the process. Without this hook, a panic inside a zenoh callback
 /// ends only zenoh's worker, and the process hangs. With `RUST_BACKTRACE` the usual report follows the line.
-pub fn prepare() {
+pub fn install_hook() {
     let report = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         let line = one_line(panic);
@@ -42,7 +42,7 @@ pub fn prepare() {
 }
 
 /// Sets the process name at the start of a panic's line. Only the first call has an effect.
-pub fn this_is(name: String) {
+pub fn set_process_name(name: String) {
     let _ = PROCESS_NAME.set(name);
 }
 

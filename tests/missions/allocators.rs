@@ -6,10 +6,10 @@ use in_process::Team;
 use missions::Registry;
 use proto::tick::Outcome;
 use run_log::{
-    AllocationRow, EventRow, LogLevel, Memory, MessageRow, MotivationRow, PoseRow, RunLog,
+    AllocationRow, EventRow, LogLevel, MemoryLog, MessageRow, MotivationRow, PoseRow, RunLog,
 };
 use scenario::ids::{RobotId, TaskId};
-use scenario::mission::Value;
+use scenario::mission::FigureValue;
 use scenario::{Scenario, Setup};
 
 use crate::harness::Lab;
@@ -31,7 +31,7 @@ pub fn scenario(allocator: &str, rest: &str) -> Scenario {
 
 fn run(scenario: Scenario, seed: u64) -> (Outcome, RunLog) {
     let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
-    let team = Team::new(setup, LogLevel::Full, Memory::default()).unwrap();
+    let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
     let (outcome, recorder) = team.run().unwrap();
     (
         outcome,
@@ -84,7 +84,7 @@ fn processes_and_one_process_write_the_same_bytes_and_replay_them() {
         assert!(rows.len() > 1000);
         // Each row is of one behavior. A task that the robot can do in two ways has two rows.
         let catalog = &log.run.setup.catalog;
-        let of = |row: &AllocationRow| catalog.behavior_named(&row.behavior_set).unwrap();
+        let of = |row: &AllocationRow| catalog.find_behavior(&row.behavior_set).unwrap();
         let task = |row: &AllocationRow| catalog.task_name(catalog.sets[of(row).index()].task);
         assert!(rows.iter().all(|row| task(row) == row.task));
         let first = rows
@@ -105,7 +105,7 @@ fn every_baseline_completes_the_mission() {
         let (outcome, log) = run(scenario(allocator, ""), 1);
         assert_eq!(outcome, Outcome::Complete, "{allocator}");
         let delivered = log.run.result.mission.get("items.delivered");
-        assert_eq!(delivered, Value::Count(24), "{allocator}");
+        assert_eq!(delivered, FigureValue::Count(24), "{allocator}");
     }
 }
 
@@ -119,7 +119,7 @@ fn with_all_links_cut_all_allocators_but_static_complete() {
         let mut scenario = scenario(allocator.name, CUT);
         scenario.limit_s = 3600.0;
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-        let team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
+        let team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
         let expected = match allocator.name {
             "static" => Outcome::TimeLimit,
             _ => Outcome::Complete,
@@ -141,7 +141,7 @@ fn first_come_takes_over_after_tau() {
     let received: Vec<u64> = log
         .each_row::<MessageRow>()
         .map(|row| row.unwrap())
-        .filter(|row| row.sender == "gold" && row.fate == "heard" && row.state == "executing")
+        .filter(|row| row.sender == "gold" && row.delivery == "heard" && row.state == "executing")
         .map(|row| row.t_ms.0)
         .collect();
     let silent_since = received.iter().max().unwrap();
@@ -207,7 +207,7 @@ fn allocators_that_wait_for_no_teammate_complete_under_every_fault() {
             assert_eq!(violation, None, "{allocator}: {faults}");
             assert_eq!(outcome, Outcome::Complete, "{allocator}: {faults}");
             let delivered = log.run.result.mission.get("items.delivered");
-            assert_eq!(delivered, Value::Count(24), "{allocator}: {faults}");
+            assert_eq!(delivered, FigureValue::Count(24), "{allocator}: {faults}");
             let messages = log.each_row::<MessageRow>().map(|row| row.unwrap());
             assert_eq!(messages.filter(|row| row.kind == "allocation").count(), 0);
         }
@@ -314,7 +314,7 @@ fn only_allocators_that_request_the_ground_truth_receive_it() {
             setup.scenario.robots.len() as u16,
             setup.catalog.tasks.len() as u16,
         );
-        let mut team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
+        let mut team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
         let mut offers = 0;
         loop {
             let world = team.simulation().world();

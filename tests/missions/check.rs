@@ -6,11 +6,11 @@ use std::sync::Arc;
 use analysis::check::Check;
 use analysis::check::forecast::Takeover;
 use in_process::Team;
-use proto::mission::Lore;
-use proto::team::{Broadcast, Content, Heartbeat, TaskState};
+use proto::mission::SharedKnowledge;
+use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
 use robot_agent::allocator::Outcome;
 use robot_agent::allocators::alliance::{Engine, StepInput};
-use run_log::{EventRow, LogLevel, Memory, MessageRow};
+use run_log::{EventRow, LogLevel, MemoryLog, MessageRow};
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{BehaviorSection, Preset, RobotSection, Scenario, Setup, SwitchSection};
@@ -97,7 +97,7 @@ fn a_failing_teammate_is_taken_over_at_the_forecast_time() {
         for defaults in parameters() {
             for switches in [SwitchSection::default(), no_release] {
                 let setup = stuck(preset, &defaults, switches);
-                let team = Team::new(setup.clone(), LogLevel::Full, Memory::default()).unwrap();
+                let team = Team::new(setup.clone(), LogLevel::Full, MemoryLog::default()).unwrap();
                 let log = log_of(team.run().unwrap().1);
                 let messages: Vec<MessageRow> = log.rows().unwrap();
                 let first_heartbeat = messages
@@ -157,7 +157,7 @@ fn heartbeat(now: SimTime) -> Broadcast {
         index: 0,
         seq: 0,
         sent: now,
-        body: Content::Heartbeat(Heartbeat {
+        body: BroadcastContent::Heartbeat(Heartbeat {
             state: TaskState::Executing,
             since: now,
             set: Some(BehaviorId(1)),
@@ -165,7 +165,7 @@ fn heartbeat(now: SimTime) -> Broadcast {
             progress: 0,
             position: None,
             carrying: false,
-            lore: Lore::default(),
+            lore: SharedKnowledge::default(),
         }),
     }
 }
@@ -180,7 +180,7 @@ fn a_working_teammate_keeps_its_task_and_its_work_takes_the_estimated_time() {
         all.find(|forecast| forecast.robot == robot && forecast.set == set)
             .unwrap()
     };
-    let team = Team::new(setup.clone(), LogLevel::Full, Memory::default()).unwrap();
+    let team = Team::new(setup.clone(), LogLevel::Full, MemoryLog::default()).unwrap();
     let log = log_of(team.run().unwrap().1);
     let events: Vec<EventRow> = log.rows().unwrap();
 

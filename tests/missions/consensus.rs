@@ -9,7 +9,7 @@ use in_process::Team;
 use missions::Registry;
 use missions::waste::data::family;
 use proto::tick::Outcome;
-use run_log::{AllocationRow, EventRow, LogLevel, Memory, MessageRow, RunLog};
+use run_log::{AllocationRow, EventRow, LogLevel, MemoryLog, MessageRow, RunLog};
 use scenario::fault::{Fault, Order};
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
@@ -48,7 +48,7 @@ fn scenario(allocator: &str, rest: &str) -> Scenario {
 
 fn run(scenario: Scenario, seed: u64, level: LogLevel) -> (Outcome, RunLog) {
     let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
-    let team = Team::new(setup, level, Memory::default()).unwrap();
+    let team = Team::new(setup, level, MemoryLog::default()).unwrap();
     let (outcome, recorder) = team.run().unwrap();
     let known = Registry::built_in().vocabulary();
     (
@@ -149,7 +149,7 @@ fn the_task_of_a_killed_robot_is_taken_over_after_tau() {
             let received = messages.filter(|row| {
                 // ACBBA and GRAPE accept any message as a sign of life.
                 let counts = !allocator.starts_with('c') || row.kind == "allocation";
-                row.sender == "gold" && counts && row.fate == "heard"
+                row.sender == "gold" && counts && row.delivery == "heard"
             });
             let last_message = received.map(|row| row.sent_ms).max().unwrap();
             let free = last_message + TAU;
@@ -244,7 +244,7 @@ fn thirty_robots_complete_their_mission() {
             ..Order::now(Fault::Kill("r1".to_owned()))
         });
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-        let mut team = Team::new(setup.clone(), LogLevel::Off, Memory::default()).unwrap();
+        let mut team = Team::new(setup.clone(), LogLevel::Off, MemoryLog::default()).unwrap();
         let mut invariants = Invariants::new(&setup);
         let outcome = loop {
             let outcome = team.tick().unwrap();

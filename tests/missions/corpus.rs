@@ -6,7 +6,7 @@ use missions::Registry;
 use missions::waste::data::WASTE;
 use proto::allocation::AllocationMessage;
 use proto::codec::decode;
-use proto::team::{Broadcast, Content};
+use proto::team::{Broadcast, BroadcastContent};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -227,7 +227,7 @@ fn every_kind_of_allocation_message_is_in_the_corpus() {
     let mut kinds = std::collections::BTreeSet::new();
     for (_, bytes) in corpus("heard") {
         let broadcast: Broadcast = decode(&bytes).unwrap();
-        if let Content::Allocation(message) = broadcast.body {
+        if let BroadcastContent::Allocation(message) = broadcast.body {
             // This match must name every kind to compile.
             kinds.insert(match message {
                 AllocationMessage::Open(_) => "open".to_owned(),

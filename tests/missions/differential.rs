@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use alliance_tests::recompute::compare;
 use missions::waste::data::WASTE;
-use proto::mission::Lore;
+use proto::mission::SharedKnowledge;
 use proto::mission::items::{Fact, ItemsBulletin, Locations};
-use proto::team::{About, Broadcast, Content, Heartbeat, TaskState};
+use proto::team::{Broadcast, BroadcastContent, BulletinSubject, Heartbeat, TaskState};
 use proto::telemetry::Motivation;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -81,7 +81,7 @@ fn random_message(rng: &mut ChaCha8Rng, now: SimTime) -> Broadcast {
     let tick = now.0 / STEP_MS;
     let body = if rng.random_bool(0.05) {
         let corner = Default::default();
-        let about = About {
+        let about = BulletinSubject {
             task,
             set: scenario::ids::BehaviorId(task.0 + 1),
             progress,
@@ -94,11 +94,11 @@ fn random_message(rng: &mut ChaCha8Rng, now: SimTime) -> Broadcast {
             seen_by: TEAMMATES[0],
             seen: now,
         });
-        Content::Bulletin(update.about(Some(about)))
+        BroadcastContent::Bulletin(update.into_bulletin(Some(about)))
     } else {
         let state = STATES[rng.random_range(0..4)];
         let named = state != TaskState::Idle;
-        Content::Heartbeat(Heartbeat {
+        BroadcastContent::Heartbeat(Heartbeat {
             state,
             since: SimTime(rng.random_range(0..=now.0)),
             set: named.then_some(scenario::ids::BehaviorId(task.0 + 1)),
@@ -106,7 +106,7 @@ fn random_message(rng: &mut ChaCha8Rng, now: SimTime) -> Broadcast {
             progress: if named { progress } else { 0 },
             position: None,
             carrying: false,
-            lore: Lore::default(),
+            lore: SharedKnowledge::default(),
         })
     };
     Broadcast {
@@ -149,15 +149,15 @@ impl Rows<'_> {
 
     fn message(&self, now: SimTime, broadcast: &Broadcast, fate: &str) -> MessageRow {
         let (state, task, progress) = match &broadcast.body {
-            Content::Heartbeat(heartbeat) => {
+            BroadcastContent::Heartbeat(heartbeat) => {
                 (heartbeat.state.as_str(), heartbeat.task, heartbeat.progress)
             }
-            Content::Bulletin(bulletin) => (
+            BroadcastContent::Bulletin(bulletin) => (
                 "",
                 bulletin.about.map(|about| about.task),
                 bulletin.about.map_or(0, |about| about.progress),
             ),
-            Content::Allocation(_) => ("", None, 0),
+            BroadcastContent::Allocation(_) => ("", None, 0),
         };
         MessageRow {
             t_ms: now,
@@ -168,7 +168,7 @@ impl Rows<'_> {
             kind: broadcast
                 .body
                 .kind()
-                .name(WASTE.terms().bulletins)
+                .name(WASTE.vocabulary().bulletins)
                 .to_owned(),
             state: state.to_owned(),
             since_ms: None,
@@ -176,7 +176,7 @@ impl Rows<'_> {
             task: task.map_or_else(String::new, |task| self.catalog.task_name(task).to_owned()),
             progress: Some(progress),
             sent_ms: broadcast.sent,
-            fate: fate.to_owned(),
+            delivery: fate.to_owned(),
         }
     }
 }

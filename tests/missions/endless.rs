@@ -5,7 +5,7 @@
 
 use in_process::Team;
 use missions::Registry;
-use run_log::{LogLevel, Memory};
+use run_log::{LogLevel, MemoryLog};
 use scenario::{Scenario, Setup};
 
 /// The allowed growth in the second half, in bytes: one doubling of a list. With 100,000 ticks the test detects a
@@ -25,7 +25,7 @@ fn memory_does_not_grow_with_any_allocator() {
         );
         let scenario = Scenario::parse("endless.toml", &text, &known).unwrap();
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-        let mut team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
+        let mut team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
         let mut half = || {
             let kept = allocation_counter::measure(|| {
                 for _ in 0..ticks / 2 {

@@ -137,7 +137,7 @@ fn a_large_team_survives_crashes_without_an_invariant_violation() {
         .collect();
     let setup = Setup::resolve(scenario, 3, None).unwrap().setup;
     let mut invariants = Invariants::new(&setup);
-    let mut team = Team::new(setup, LogLevel::Full, run_log::Memory::default()).unwrap();
+    let mut team = Team::new(setup, LogLevel::Full, run_log::MemoryLog::default()).unwrap();
     let outcome = loop {
         let outcome = team.tick().unwrap();
         invariants.see(team.simulation()).unwrap();

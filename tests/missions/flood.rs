@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use cluster::rendezvous::{Rendezvous, User};
-use proto::keys::Keys;
+use cluster::rendezvous::{ConnectionRole, Rendezvous};
+use proto::keys::KeyExpressions;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::sample::{Locality, SampleKind};
 use zenoh::{Session, Wait};
@@ -26,7 +26,7 @@ fn after_a_flood_all_robots_return() {
     let mut team = Team::start(&lab, &arguments);
     team.wait_for_row("events.csv", &[",activated,"]);
     let run = announced(&lab);
-    let session = connect(&run, User::Team);
+    let session = connect(&run, ConnectionRole::Team);
     let junk = session
         .declare_publisher(format!("alliance/{}/team/junk/heartbeat", run.run))
         .priority(Priority::InteractiveHigh)
@@ -59,7 +59,10 @@ fn messages_of_an_operator_reach_no_member() {
     let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
     world.wait_for_stderr("all robots are here; started");
 
-    let (robot, operator) = (connect(&run, User::Team), connect(&run, User::Operator));
+    let (robot, operator) = (
+        connect(&run, ConnectionRole::Team),
+        connect(&run, ConnectionRole::Operator),
+    );
     let received = Arc::new(AtomicUsize::new(0));
     let count = |received: &Arc<AtomicUsize>| {
         let received = Arc::clone(received);
@@ -98,7 +101,7 @@ fn messages_of_an_operator_reach_no_member() {
     let held = held.wait().unwrap();
 
     lab.run(&["clock", "resume"]).expect(0);
-    let (mut puts, keys) = (0, Keys::new(&run.run));
+    let (mut puts, keys) = (0, KeyExpressions::new(&run.run));
     let keys = [
         keys.tick("blue"),
         keys.report("blue"),
@@ -129,7 +132,7 @@ fn messages_of_an_operator_reach_no_member() {
     assert_eq!(hash(&lab, "out"), hash(&lab, "quiet"));
 }
 
-pub fn connect(run: &Rendezvous, user: User) -> Session {
+pub fn connect(run: &Rendezvous, user: ConnectionRole) -> Session {
     let config = cluster::session::client(&run.login(user).unwrap(), false);
     let config = zenoh::Config::from_json5(&config).unwrap();
     zenoh::open(config).wait().unwrap()

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 
-use cluster::rendezvous::User;
+use cluster::rendezvous::ConnectionRole;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use zenoh::Wait;
@@ -39,7 +39,7 @@ fn an_operator_can_overload_the_gateway_but_not_the_run() {
     world.wait_for_stderr("all robots are here; started");
     lab.run(&["clock", "resume"]).expect(0);
 
-    let operator = connect(&run, User::Operator);
+    let operator = connect(&run, ConnectionRole::Operator);
     let (mut tokens, mut subscribers) = (Vec::new(), Vec::new());
     for number in 0..DECLARED {
         let key = format!("alliance/{}/alive/blue/{number}/junk", run.run);
@@ -73,7 +73,7 @@ fn an_operator_receives_the_messages_of_the_team() {
     let lab = Lab::new();
     let mut world = lab.start(&["world", "--out", "out", "--speed", "30x", "--paused"]);
     let run = announced(&lab);
-    let operator = connect(&run, User::Operator);
+    let operator = connect(&run, ConnectionRole::Operator);
     let received = Arc::new(Mutex::new(BTreeSet::new()));
     let sink = Arc::clone(&received);
     let prefix = format!("alliance/{}/", run.run);

@@ -4,18 +4,18 @@ use std::collections::{BTreeMap, VecDeque};
 use std::os::unix::net::UnixStream;
 use std::sync::{Arc, Mutex};
 
-use cluster::rendezvous::{Rendezvous, User};
+use cluster::rendezvous::{ConnectionRole, Rendezvous};
 use missions::waste::data::WASTE;
 use proto::codec::{LIMIT_BYTES, encode};
 use proto::control::{ControlCommand, Request};
-use proto::event::EventNews;
+use proto::event::TickEvents;
 use proto::join::{JoinRequest, PROTOCOL_VERSION};
-use proto::keys::{Keys, LAUNCHER_HOST};
+use proto::keys::{KeyExpressions, LAUNCHER_HOST};
 use proto::mission::items::{ItemsBulletin, Withdrawal};
 use proto::process::{ProcessNews, ProcessState};
 use proto::readings::{Actuation, Readings};
 use proto::secret::{SEAL_BYTES, Secret};
-use proto::team::{Broadcast, BroadcastKind, Content};
+use proto::team::{Broadcast, BroadcastContent, BroadcastKind};
 use proto::tick::{Outcome, Report, TickMessage, ToAgent};
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
@@ -77,7 +77,7 @@ struct Captured {
 
 struct HostileClient {
     session: Session,
-    keys: Keys,
+    keys: KeyExpressions,
     secret: Secret,
     token: String,
     captured: Arc<Mutex<BTreeMap<String, Captured>>>,
@@ -89,10 +89,10 @@ impl HostileClient {
     /// Joins the bus of the lab's only run and subscribes to everything.
     fn intrude(lab: &Lab) -> Self {
         let run = announced(lab);
-        let config = cluster::session::client(&run.login(User::Team).unwrap(), false);
+        let config = cluster::session::client(&run.login(ConnectionRole::Team).unwrap(), false);
         let config = zenoh::Config::from_json5(&config).unwrap();
         let session = zenoh::open(config).wait().unwrap();
-        let keys = Keys::new(&run.run);
+        let keys = KeyExpressions::new(&run.run);
         let captured = Arc::new(Mutex::new(BTreeMap::<String, Captured>::new()));
         let sink = Arc::clone(&captured);
         session
@@ -132,7 +132,7 @@ impl HostileClient {
         Self {
             session,
             keys,
-            secret: Secret::of(&run.token),
+            secret: Secret::from_token(&run.token),
             token: run.token,
             captured,
             tokens,
@@ -151,7 +151,7 @@ impl HostileClient {
         for robot in ROBOTS {
             keys.push(self.keys.tick(robot));
             keys.push(self.keys.report(robot));
-            let bulletins = WASTE.terms().bulletins;
+            let bulletins = WASTE.vocabulary().bulletins;
             keys.extend(BroadcastKind::ALL.map(|kind| self.keys.team(robot, kind.name(bulletins))));
         }
         keys
@@ -283,7 +283,7 @@ impl HostileClient {
             return encode(&self.request()).unwrap();
         }
         if key == self.keys.event() {
-            let news = EventNews {
+            let news = TickEvents {
                 tick,
                 events: Vec::new(),
             };
@@ -343,12 +343,12 @@ impl HostileClient {
             index: 0,
             seq: 0,
             sent: SimTime(0),
-            body: Content::Bulletin(
+            body: BroadcastContent::Bulletin(
                 ItemsBulletin::Withdrawal(Withdrawal {
                     finder: robot,
                     seen: SimTime(1 << 40),
                 })
-                .about(None),
+                .into_bulletin(None),
             ),
         };
         encode(&broadcast).unwrap()
@@ -360,12 +360,15 @@ impl HostileClient {
             .keys
             .parse_robot(key)
             .filter(|_| !key.contains("/team/"));
-        let sender = sender.or_else(|| key.contains("/join/").then(|| Keys::parse_speaker(key)));
+        let sender = sender.or_else(|| {
+            key.contains("/join/")
+                .then(|| KeyExpressions::parse_sender(key))
+        });
         let secret = sender.map_or_else(
             || self.secret.clone(),
             |name| Secret::of_robot(&self.token, name),
         );
-        [bytes, &secret.mark(key, bytes)].concat()
+        [bytes, &secret.seal_of(key, bytes)].concat()
     }
 
     /// Declares and removes liveliness tokens: of missing incarnations, and copies of existing ones.
@@ -546,8 +549,8 @@ fn a_client_without_the_token_gets_no_session() {
     let run = announced(&lab);
     let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
     world.wait_for_stderr("all robots are here; started");
-    let right = cluster::session::client(&run.login(User::Team).unwrap(), false);
-    let mut client = run.login(User::Team).unwrap();
+    let right = cluster::session::client(&run.login(ConnectionRole::Team).unwrap(), false);
+    let mut client = run.login(ConnectionRole::Team).unwrap();
     client.password = "0f5c31c27ad2bd0a".to_owned();
     let wrong = cluster::session::client(&client, false);
     let auth = right.find("auth:").unwrap();

@@ -4,7 +4,7 @@ use in_process::{Command, Spaces, Team};
 use missions::waste::data::default_scenario;
 use proto::tick::Outcome;
 use run_log::recorder::Recorder;
-use run_log::{Document, EventRow, LogLevel, Memory, RunLog, Table};
+use run_log::{Document, EventRow, LogLevel, MemoryLog, RunLog, Table};
 use scenario::ids::RobotId;
 use scenario::{Scenario, Setup, StepOrder};
 
@@ -20,8 +20,8 @@ pub fn setup(seed: u64, limit_s: f64, order: StepOrder) -> Setup {
     Setup::resolve(scenario, seed, None).unwrap().setup
 }
 
-pub fn run(setup: Setup, log: LogLevel) -> (Outcome, Recorder<Memory>) {
-    Team::new(setup, log, Memory::default())
+pub fn run(setup: Setup, log: LogLevel) -> (Outcome, Recorder<MemoryLog>) {
+    Team::new(setup, log, MemoryLog::default())
         .unwrap()
         .run()
         .unwrap()
@@ -33,7 +33,7 @@ fn teams_can_alternate_share_workspaces_and_return_events_without_a_log() {
     let mut spaces = Spaces::default();
     let mut teams = setups
         .clone()
-        .map(|setup| Team::new(setup, LogLevel::Off, Memory::default()).unwrap());
+        .map(|setup| Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap());
     let mut events = [Vec::new(), Vec::new()];
     for team in &mut teams {
         assert!(team.take_events().is_empty());
@@ -141,10 +141,10 @@ fn a_driven_body_follows_its_commands_until_its_agent_drives_again() {
     let nearest = || {
         let mut setup = setup(1, 60.0, StepOrder::Simultaneous);
         setup.scenario.allocator = Some("nearest".to_owned());
-        Team::new(setup, LogLevel::Off, Memory::default()).unwrap()
+        Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap()
     };
     let (mut team, mut free) = (nearest(), nearest());
-    let step = |team: &mut Team<Memory>, ticks: u64| {
+    let step = |team: &mut Team<MemoryLog>, ticks: u64| {
         for _ in 0..ticks {
             team.tick().unwrap();
         }

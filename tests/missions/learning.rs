@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use in_process::Team;
 use missions::Registry;
 use proto::tick::Outcome;
-use run_log::{EventRow, LogLevel, Memory, MessageRow, MotivationRow, RunLog};
-use scenario::mission::Value;
+use run_log::{EventRow, LogLevel, MemoryLog, MessageRow, MotivationRow, RunLog};
+use scenario::mission::FigureValue;
 use scenario::{Profile, Scenario, Setup};
 use serde_json::json;
 
@@ -31,7 +31,7 @@ fn run(rest: &str, seed: u64) -> (Outcome, RunLog) {
     let setup = Setup::resolve(scenario(L_ALLIANCE, rest), seed, None)
         .unwrap()
         .setup;
-    let team = Team::new(setup, LogLevel::Full, Memory::default()).unwrap();
+    let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
     let (outcome, recorder) = team.run().unwrap();
     let known = Registry::built_in().vocabulary();
     let log = RunLog::from_memory(&recorder.into_sink(), &known).unwrap();
@@ -129,7 +129,7 @@ fn every_strategy_and_ordering_completes_the_mission() {
         let (outcome, log) = run(&format!("[allocators.l-alliance]\n{values}\n"), 1);
         assert_eq!(outcome, Outcome::Complete, "{values}");
         let delivered = log.run.result.mission.get("items.delivered");
-        assert_eq!(delivered, Value::Count(24), "{values}");
+        assert_eq!(delivered, FigureValue::Count(24), "{values}");
     }
 }
 
@@ -173,7 +173,7 @@ fn two(
         profile: Profile::parse("p.toml", &profile, &scenario, &known).unwrap(),
         ..Setup::resolve(scenario, 1, None).unwrap().setup
     };
-    let team = Team::new(setup, LogLevel::Full, Memory::default()).unwrap();
+    let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
     let (_, recorder) = team.run().unwrap();
     RunLog::from_memory(&recorder.into_sink(), &known).unwrap()
 }
@@ -188,8 +188,9 @@ fn activated(log: &RunLog, robot: &str) -> Option<u64> {
 /// Returns the times at which blue received gold's first and last heartbeat with the task, in ms.
 fn received(log: &RunLog) -> (u64, u64) {
     let rows = log.each_row::<MessageRow>().map(|row| row.unwrap());
-    let received = rows
-        .filter(|row| row.receiver == "blue" && row.state == "executing" && row.fate == "heard");
+    let received = rows.filter(|row| {
+        row.receiver == "blue" && row.state == "executing" && row.delivery == "heard"
+    });
     let times: Vec<u64> = received.map(|row| row.t_ms.0).collect();
     (times[0], times[times.len() - 1])
 }
@@ -215,7 +216,7 @@ fn a_robot_with_timely_progress_keeps_its_task() {
     for step_ms in [10, 50, 200] {
         let work_s = 20.0 - 2.0 * step_ms as f64 / 1000.0;
         let log = two(step_ms, (work_s, 12), (15.0, 20.0), "");
-        assert_eq!(log.run.result.mission.get("done"), Value::Count(12));
+        assert_eq!(log.run.result.mission.get("done"), FigureValue::Count(12));
         assert_eq!(activated(&log, "blue"), None, "{step_ms} ms");
     }
 }

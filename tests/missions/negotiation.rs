@@ -8,8 +8,8 @@ use in_process::Team as InProcess;
 use missions::Registry;
 use missions::waste::data::family;
 use proto::tick::Outcome;
-use run_log::{EventRow, LogLevel, Memory, MessageRow, RunLog};
-use scenario::mission::Value;
+use run_log::{EventRow, LogLevel, MemoryLog, MessageRow, RunLog};
+use scenario::mission::FigureValue;
 use scenario::{Scenario, Setup};
 use world_server::simulation::Simulation;
 
@@ -29,7 +29,7 @@ pub fn checked(scenario: Scenario) -> (Outcome, RunLog, Option<Violation>) {
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     let mut invariants = Invariants::new(&setup);
     let mut violation = None;
-    let team = InProcess::new(setup, LogLevel::Full, Memory::default()).unwrap();
+    let team = InProcess::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
     let check = |simulation: &mut Simulation| {
         // The first call is before the first tick.
         if violation.is_none() && simulation.tick() > 0 {
@@ -49,7 +49,7 @@ fn complete(allocator: &str, faults: &str) -> RunLog {
     assert_eq!(violation, None, "{allocator}: {faults}");
     assert_eq!(outcome, Outcome::Complete, "{allocator}: {faults}");
     let delivered = log.run.result.mission.get("items.delivered");
-    assert_eq!(delivered, Value::Count(24), "{allocator}: {faults}");
+    assert_eq!(delivered, FigureValue::Count(24), "{allocator}: {faults}");
     log
 }
 
@@ -75,7 +75,7 @@ fn doubled_ms(log: &RunLog, from_ms: u64) -> u64 {
 /// Returns the time of the last received message of a robot and kind, in ms.
 fn last_received(log: &RunLog, robot: &str, kind: &str) -> u64 {
     let rows = log.each_row::<MessageRow>().map(|row| row.unwrap());
-    rows.filter(|row| row.sender == robot && row.kind == kind && row.fate == "heard")
+    rows.filter(|row| row.sender == robot && row.kind == kind && row.delivery == "heard")
         .map(|row| row.t_ms.0)
         .max()
         .unwrap()
@@ -239,7 +239,7 @@ fn a_babbling_robot_keeps_its_task_and_blocks_the_mission() {
         );
         // The other spill is cleared, and no further item of this spill is delivered.
         let delivered = log.run.result.mission.get("items.delivered");
-        assert_eq!(delivered, Value::Count(12), "{allocator}");
+        assert_eq!(delivered, FigureValue::Count(12), "{allocator}");
     }
 }
 
@@ -255,6 +255,6 @@ fn thirty_robots_deliver_all_items() {
             "{allocator}"
         );
         let delivered = log.run.result.mission.get("items.delivered");
-        assert_eq!(delivered, Value::Count(240), "{allocator}");
+        assert_eq!(delivered, FigureValue::Count(240), "{allocator}");
     }
 }

@@ -10,7 +10,7 @@ use proto::tick::Outcome;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use run_log::{EventRow, LogLevel, Memory, MissionRow, PoseRow, RunLog, Table, TargetRow};
+use run_log::{EventRow, LogLevel, MemoryLog, MissionRow, PoseRow, RunLog, Table, TargetRow};
 use scenario::{Robot, Scenario, Setup};
 use serde_json::Map;
 
@@ -46,7 +46,7 @@ fn setup(scenario: &Scenario, seed: u64) -> Setup {
 fn shares(scenario: &Scenario, seeds: u64) -> Vec<f64> {
     let share = |seed| {
         let setup = setup(scenario, seed);
-        let mut team = OneProcess::new(setup, LogLevel::Off, Memory::default()).unwrap();
+        let mut team = OneProcess::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
         let outcome = team.go_on_for(u64::MAX, Outcome::TimeLimit, |_| {});
         let outcome = outcome.unwrap();
         assert_eq!(outcome, Outcome::Complete);

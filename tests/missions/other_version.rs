@@ -2,11 +2,11 @@
 
 use std::net::TcpListener;
 
-use cluster::rendezvous::{Entrance, Rendezvous, User};
+use cluster::rendezvous::{ConnectionRole, JoinEndpoint, Rendezvous};
 use cluster::session::Router;
 use proto::codec::encode;
 use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
-use proto::keys::Keys;
+use proto::keys::KeyExpressions;
 use proto::secret::Secret;
 use zenoh::{Config, Session, Wait};
 
@@ -25,7 +25,7 @@ fn session(config: &str) -> Session {
 /// Returns the reply of the world, sealed for `nonce`, to a request of these bytes.
 #[track_caller]
 fn answer(session: &Session, secret: &Secret, request: Vec<u8>, nonce: u128) -> JoinReply {
-    let keys = Keys::new(RUN);
+    let keys = KeyExpressions::new(RUN);
     let replies = session
         .get(keys.join("blue"))
         .payload(request)
@@ -49,7 +49,7 @@ fn the_world_refuses_an_agent_of_another_version() {
     let run: Rendezvous = serde_json::from_slice(&announcement).unwrap();
     let (session, secret) = (
         session(&cluster::session::client(
-            &run.login(User::Team).unwrap(),
+            &run.login(ConnectionRole::Team).unwrap(),
             false,
         )),
         Secret::of_robot(&run.token, "blue"),
@@ -65,7 +65,9 @@ fn the_world_refuses_an_agent_of_another_version() {
         pid: 1,
         nonce: NONCE,
     };
-    let same_shape = secret.seal(&Keys::new(RUN).join("blue"), &request).unwrap();
+    let same_shape = secret
+        .seal(&KeyExpressions::new(RUN).join("blue"), &request)
+        .unwrap();
     assert_eq!(answer(&session, &secret, same_shape, NONCE), refused);
     // All versions send the version number first, independent of the rest and of the seal.
     let other_shape = encode(&(OTHER, [1_u8; 20])).unwrap();
@@ -98,15 +100,15 @@ impl OtherWorld {
             endpoint: String::new(),
             pid: std::process::id(),
             token: "secret".to_owned(),
-            team: Entrance {
+            team: JoinEndpoint {
                 endpoint: format!("tcp/127.0.0.1:{port}"),
                 password: "password".to_owned(),
             },
             started: 0,
             far: None,
         };
-        let users = [(User::Team.name(), run.team.password.as_str())];
-        let members = cluster::session::Members::of(users).unwrap();
+        let users = [(ConnectionRole::Team.name(), run.team.password.as_str())];
+        let members = cluster::session::Members::new(users).unwrap();
         let session = session(&cluster::session::router(&Router {
             listen: std::slice::from_ref(&run.team.endpoint),
             uplink: None,
@@ -114,7 +116,10 @@ impl OtherWorld {
             keyring: None,
             access: String::new(),
         }));
-        let (keys, secret) = (Keys::new(RUN), Secret::of_robot(&run.token, "blue"));
+        let (keys, secret) = (
+            KeyExpressions::new(RUN),
+            Secret::of_robot(&run.token, "blue"),
+        );
         let join = keys.join("blue");
         session
             .declare_queryable(join.clone())

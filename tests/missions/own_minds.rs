@@ -247,7 +247,7 @@ fn a_killed_world_leaves_the_answers_of_every_complete_tick() {
     let log = lab.log("run");
     let ticks = log.last.unwrap().tick + 1;
     assert_eq!(log.foreign().unwrap().len() as u64, 2 * ticks);
-    assert!(!log.table(Table::Foreign).is_empty());
+    assert!(!log.table(Table::External).is_empty());
     assert_identical(&lab.run(&["replay", "run"]).expect(0));
 }
 

@@ -6,8 +6,8 @@ use in_process::Team;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use proto::tick::Outcome;
-use run_log::{LogLevel, Memory};
-use scenario::{KnownTimes, Profile, Setup};
+use run_log::{LogLevel, MemoryLog};
+use scenario::{LearnedTimes, Profile, Setup};
 
 use alliance_tests::ten_missions::{error, mission, ten, wrong_by};
 
@@ -20,20 +20,20 @@ const RESTART: &str = "[[faults.timeline]]\nat_s = 100.0\nfor_s = 60.0\nfault.ki
 const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
 
 /// Returns the default mission before its first tick.
-fn team(faults: &str, seed: u64, profile: Profile) -> Team<Memory> {
+fn team(faults: &str, seed: u64, profile: Profile) -> Team<MemoryLog> {
     let resolved = Setup::resolve(scenario(L_ALLIANCE, faults), seed, None);
     let setup = Setup {
         profile,
         ..resolved.unwrap().setup
     };
-    Team::new(setup, LogLevel::Off, Memory::default()).unwrap()
+    Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap()
 }
 
 fn learned(seed: u64) -> Profile {
     mission("allocator = \"l-alliance\"", seed, Profile::default()).learned
 }
 
-fn own_trials<'p>(profile: &'p Profile, robot: &str) -> Vec<(&'p str, &'p KnownTimes)> {
+fn own_trials<'p>(profile: &'p Profile, robot: &str) -> Vec<(&'p str, &'p LearnedTimes)> {
     let tasks = profile.robots[robot].iter();
     let trials = tasks.filter_map(|(task, times)| Some((task.as_str(), times.get(robot)?)));
     trials.collect()

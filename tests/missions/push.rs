@@ -110,7 +110,7 @@ fn two_robots_push_their_ends_alternately() {
 #[test]
 fn the_bar_stays_in_its_lane() {
     let setup = Setup::resolve(parker_box(&[]), 1, None).unwrap().setup;
-    let mut team = Team::new(setup, LogLevel::Off, run_log::Memory::default()).unwrap();
+    let mut team = Team::new(setup, LogLevel::Off, run_log::MemoryLog::default()).unwrap();
     while team.tick().unwrap().is_none() {
         let bar = team.simulation().world().bars()[0];
         assert!((bar.from.x - bar.to.x).abs() < 0.4, "{bar:?}");
@@ -267,7 +267,7 @@ fn a_large_push_mission_survives_a_crash() {
     }];
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     let mut invariants = Invariants::new(&setup);
-    let mut team = Team::new(setup, LogLevel::Off, run_log::Memory::default()).unwrap();
+    let mut team = Team::new(setup, LogLevel::Off, run_log::MemoryLog::default()).unwrap();
     let outcome = loop {
         let outcome = team.tick().unwrap();
         invariants.see(team.simulation()).unwrap();

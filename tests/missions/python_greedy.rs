@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 
 use in_process::{Team, joins_of};
 use missions::Registry;
-use proto::team::{Content, TaskState};
+use proto::team::{BroadcastContent, TaskState};
 use proto::telemetry::{AllocationRow, BehaviorState};
 use robot_agent::allocator::{Allocator, Choice, Decision, Input, Me, NoParameters};
-use run_log::{LogLevel, Memory};
+use run_log::{LogLevel, MemoryLog};
 use scenario::Setup;
 use scenario::fault::Faults;
 use scenario::ids::{RobotId, TaskId};
@@ -73,7 +73,7 @@ impl Allocator for Greedy {
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         for broadcast in input.heard {
-            let Content::Heartbeat(heartbeat) = &broadcast.body else {
+            let BroadcastContent::Heartbeat(heartbeat) = &broadcast.body else {
                 continue;
             };
             for claims in self.claims.values_mut() {
@@ -140,7 +140,7 @@ fn greedy_in_rust_has_the_hashes_of_greedy_in_python() {
         let joins = joins_of(&setup);
         let level = LogLevel::Off;
         let mut team =
-            Team::with_registry(&registry, setup, joins, level, Memory::default()).unwrap();
+            Team::with_registry(&registry, setup, joins, level, MemoryLog::default()).unwrap();
         let outcome = loop {
             if let Some(outcome) = team.tick().unwrap() {
                 break outcome;

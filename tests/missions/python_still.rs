@@ -17,18 +17,18 @@ use in_process::{Team, joins_of};
 use missions::Registry;
 use proto::codec::encode;
 use proto::join::{JoinReply, JoinRequest};
-use proto::mission::Lore;
-use proto::mission::items::{Fact, Gripper, ItemsDeed, Knowledge, LooseItem};
+use proto::mission::SharedKnowledge;
+use proto::mission::items::{Fact, Gripper, ItemsAction, ItemsKnowledge, LooseItem};
 use proto::readings::Actuation;
-use proto::team::{Broadcast, Content, Heartbeat, TaskState};
+use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
 use proto::telemetry::{AllocationRow, BehaviorState, Note, NoteKind, Reason, StateChange};
-use proto::tick::{Offer, Report, ToAgent};
+use proto::tick::{Report, TaskOffer, ToAgent};
 use robot_agent::allocator::{
     Allocator, Choice, ConfigError, Decision, Framed, Input, Kind, Me, Mind, NoParameters,
     OwnBehavior, Prepared, RouteCost,
 };
-use robot_agent::mission::{Action, AgentMission, Moment, Perception};
-use run_log::{LogLevel, Memory, MessageRow};
+use robot_agent::mission::{AgentMission, Moment, Perception, StepOutput};
+use run_log::{LogLevel, MemoryLog, MessageRow};
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{AllocatorSpec, Setup};
@@ -69,7 +69,7 @@ impl AgentMission for Still {
         if let Some(turn_rad_s) = &mut self.turn_rad_s {
             let heartbeats = heard
                 .iter()
-                .filter(|broadcast| matches!(broadcast.body, Content::Heartbeat(_)));
+                .filter(|broadcast| matches!(broadcast.body, BroadcastContent::Heartbeat(_)));
             let shares = (1..).zip(heartbeats).map(|(place, broadcast)| {
                 place * (u64::from(broadcast.sender.0) + 1) * (broadcast.sent.0 / 50 + 1)
             });
@@ -90,12 +90,12 @@ impl AgentMission for Still {
         }));
     }
 
-    fn act(&mut self, _: &Moment<'_>, _: Option<BehaviorId>, action: &mut Action) {
+    fn act(&mut self, _: &Moment<'_>, _: Option<BehaviorId>, action: &mut StepOutput) {
         action.actuation.turn_rad_s = self.turn_rad_s.unwrap_or(0.0);
     }
 
-    fn lore(&self, lore: &mut Lore) {
-        *lore = Lore::Nothing;
+    fn lore(&self, lore: &mut SharedKnowledge) {
+        *lore = SharedKnowledge::Nothing;
     }
 
     fn position(&self) -> Option<Vec2> {
@@ -196,7 +196,7 @@ fn still_and_listener_in_rust_have_the_hashes_of_the_python_versions() {
                 .setup;
             let joins = joins_of(&setup);
             let team =
-                Team::with_registry(&registry, setup, joins, LogLevel::Off, Memory::default());
+                Team::with_registry(&registry, setup, joins, LogLevel::Off, MemoryLog::default());
             let (_, recorder) = team.unwrap().run().unwrap();
             assert_eq!(&recorder.hash(), hash, "{mind}, seed {seed}");
         }
@@ -258,7 +258,7 @@ fn listener_in_plain_python_has_the_same_hash_under_link_faults() {
             .unwrap()
             .into_iter()
             .filter(|row| row.receiver == "gold");
-        let deliveries: BTreeSet<String> = rows.map(|row| row.fate).collect();
+        let deliveries: BTreeSet<String> = rows.map(|row| row.delivery).collect();
         for delivery in ["cut", "delayed", "dropped", "duplicate", "heard"] {
             assert!(
                 deliveries.contains(delivery),
@@ -269,7 +269,7 @@ fn listener_in_plain_python_has_the_same_hash_under_link_faults() {
 }
 
 fn informed() -> ToAgent {
-    let offer = Offer {
+    let offer = TaskOffer {
         robot: RobotId(1),
         behavior: BehaviorId(2),
         task: TaskId(3),
@@ -280,7 +280,7 @@ fn informed() -> ToAgent {
 
 /// Returns a report with a value in each of its lists.
 fn busy() -> Report {
-    let deed = ItemsDeed {
+    let deed = ItemsAction {
         gripper: Gripper::Pick,
         report: true,
     };
@@ -321,9 +321,9 @@ fn knowing() -> Broadcast {
         seen_by: RobotId(0),
         seen: SimTime(50),
     };
-    let knowledge = Knowledge {
+    let knowledge = ItemsKnowledge {
         loose: vec![fact],
-        ..Knowledge::default()
+        ..ItemsKnowledge::default()
     };
     Broadcast {
         sender: RobotId(0),
@@ -332,7 +332,7 @@ fn knowing() -> Broadcast {
         index: 0,
         seq: 0,
         sent: SimTime(50),
-        body: Content::Heartbeat(Heartbeat {
+        body: BroadcastContent::Heartbeat(Heartbeat {
             state: TaskState::Idle,
             since: SimTime::ZERO,
             set: None,
@@ -340,7 +340,7 @@ fn knowing() -> Broadcast {
             progress: 0,
             position: None,
             carrying: false,
-            lore: Lore::Items(knowledge),
+            lore: SharedKnowledge::Items(knowledge),
         }),
     }
 }

@@ -10,7 +10,7 @@ use alliance_tests::mishaps::{self, Rates};
 use alliance_tests::recompute::{Comparison, compare, recompute};
 use in_process::Team as InProcess;
 use run_log::recorder::Recorder;
-use run_log::{Document, EventRow, LogLevel, Memory, MessageRow, MotivationRow, RunLog};
+use run_log::{Document, EventRow, LogLevel, MemoryLog, MessageRow, MotivationRow, RunLog};
 use scenario::{Preset, Scenario, Setup, StepOrder};
 
 use crate::harness::Lab;
@@ -44,7 +44,7 @@ fn all_setups(limit_s: f64, seed: u64) -> Vec<Setup> {
     setups
 }
 
-pub fn log_of(recorder: Recorder<Memory>) -> RunLog {
+pub fn log_of(recorder: Recorder<MemoryLog>) -> RunLog {
     let memory = recorder.into_sink();
     let run = RunFile::parse(
         memory.documents[&Document::Run].as_bytes(),
@@ -81,7 +81,7 @@ fn name_of(setup: &Setup) -> String {
 fn every_motivation_row_of_every_scenario_preset_and_step_order_agrees() {
     for setup in all_setups(400.0, 1) {
         let name = name_of(&setup);
-        let team = InProcess::new(setup, LogLevel::Full, Memory::default()).unwrap();
+        let team = InProcess::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
         let (_, recorder) = team.run().unwrap();
         assert_no_mismatch(&recompute(&log_of(recorder)).unwrap(), &name);
     }
@@ -117,7 +117,7 @@ fn every_motivation_row_agrees_under_crashes_stalls_and_message_loss() {
 fn a_wrong_row_and_a_missing_message_are_detected() {
     let setup = all_setups(100.0, 1).swap_remove(0);
     let alliance = setup.alliance.clone();
-    let team = InProcess::new(setup, LogLevel::Full, Memory::default()).unwrap();
+    let team = InProcess::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
     let log = log_of(team.run().unwrap().1);
     let motivations: Vec<MotivationRow> = log.rows().unwrap();
     let messages: Vec<MessageRow> = log.rows().unwrap();

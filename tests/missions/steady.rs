@@ -6,7 +6,7 @@ use missions::waste::data::{WasteSection, family};
 use std::collections::BTreeSet;
 
 use in_process::Team;
-use run_log::{EventRow, LogLevel, Memory};
+use run_log::{EventRow, LogLevel, MemoryLog};
 use scenario::Setup;
 use scenario::time::SimTime;
 
@@ -27,7 +27,7 @@ fn setup(robots: usize, spills: usize, allocator: &str) -> Setup {
 
 /// Returns the ticks that have a row in events.csv.
 fn ticks_with_events(setup: &Setup) -> BTreeSet<u64> {
-    let team = Team::new(setup.clone(), LogLevel::Full, Memory::default()).unwrap();
+    let team = Team::new(setup.clone(), LogLevel::Full, MemoryLog::default()).unwrap();
     let rows: Vec<EventRow> = log_of(team.run().unwrap().1).rows().unwrap();
     let step_ms = setup.scenario.step_ms;
     rows.iter().map(|row| row.t_ms.0 / step_ms).collect()
@@ -79,7 +79,7 @@ fn a_push_tick_without_events_allocates_no_memory() {
 fn assert_steady(robots: usize, setup: Setup) {
     let allocator = setup.scenario.allocator.clone();
     let event_ticks = ticks_with_events(&setup);
-    let mut team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
+    let mut team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
     let (mut quiet, mut allocating) = (0_u64, Vec::new());
     for tick in 0..END {
         let measured = allocation_counter::measure(|| {

@@ -152,7 +152,7 @@ impl Story {
     #[track_caller]
     pub fn first_received(&self, receiver: &str, sender: &str, task: &str) -> SimTime {
         let mut rows = self.messages.iter();
-        let received = |row: &&MessageRow| row.receiver == receiver && row.fate == "heard";
+        let received = |row: &&MessageRow| row.receiver == receiver && row.delivery == "heard";
         let row = rows.find(|row| received(row) && row.sender == sender && row.task == task);
         row.unwrap().t_ms
     }

@@ -5,9 +5,9 @@
 
 use std::sync::{Arc, Mutex};
 
-use cluster::rendezvous::{Rendezvous, User};
+use cluster::rendezvous::{ConnectionRole, Rendezvous};
 use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION};
-use proto::keys::Keys;
+use proto::keys::KeyExpressions;
 use proto::readings::Actuation;
 use proto::secret::Secret;
 use proto::tick::{Report, ToAgent};
@@ -36,8 +36,11 @@ fn a_superseded_incarnation_is_dismissed_and_a_dismissed_agent_ends() {
     world.wait_for_stderr("waiting for blue, gold, green");
     let announcement = std::fs::read(lab.path("runtime/alliance/run.json")).unwrap();
     let run: Rendezvous = serde_json::from_slice(&announcement).unwrap();
-    let (keys, secret) = (Keys::new(RUN), Secret::of_robot(&run.token, "gold"));
-    let config = cluster::session::client(&run.login(User::Team).unwrap(), false);
+    let (keys, secret) = (
+        KeyExpressions::new(RUN),
+        Secret::of_robot(&run.token, "gold"),
+    );
+    let config = cluster::session::client(&run.login(ConnectionRole::Team).unwrap(), false);
     let session = zenoh::open(zenoh::Config::from_json5(&config).unwrap())
         .wait()
         .unwrap();

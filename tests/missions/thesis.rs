@@ -172,7 +172,7 @@ fn the_early_interruption_needs_each_of_its_switches() {
     let interrupts_early = |turn_off: fn(&mut Switches)| {
         let mut setup = setup(NAME, 1);
         turn_off(&mut setup.alliance.switches);
-        let stated = SwitchSection::stating(setup.alliance.switches, setup.step_order);
+        let stated = SwitchSection::from_switches(setup.alliance.switches, setup.step_order);
         setup.scenario.alliance.switches = stated;
         let story = Story::play(setup);
         let changes = story.changes(TOP);

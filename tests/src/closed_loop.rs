@@ -4,9 +4,9 @@ use in_process::Team;
 use missions::waste::data::ItemCounts;
 use proto::readings::Pose;
 use proto::tick::Outcome;
-use run_log::{LogLevel, Memory};
+use run_log::{LogLevel, MemoryLog};
 use scenario::ids::RobotId;
-use scenario::mission::Value;
+use scenario::mission::FigureValue;
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
 
@@ -33,7 +33,7 @@ pub fn run(
         Err(error) => panic!("{error}"),
     };
     let robots = setup.scenario.robots.len() as u16;
-    let mut team = match Team::new(setup, LogLevel::Off, Memory::default()) {
+    let mut team = match Team::new(setup, LogLevel::Off, MemoryLog::default()) {
         Ok(team) => team,
         Err(error) => panic!("{error}"),
     };
@@ -57,7 +57,7 @@ pub fn run(
 }
 
 /// Returns the item counts of a row of mission.csv.
-fn counts(row: &[Value]) -> ItemCounts {
+fn counts(row: &[FigureValue]) -> ItemCounts {
     let count = |place: usize| row[place].count() as u32;
     ItemCounts {
         in_spills: count(0),

@@ -6,7 +6,7 @@
 //! which may fail.
 
 use missions::Registry;
-use proto::process::ProcessAct;
+use proto::process::ProcessAction;
 use proto::tick::Report;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -14,7 +14,7 @@ use rand_chacha::rand_core::SeedableRng;
 use robot_agent::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
 use robot_agent::radio::Radio;
 use run_log::recorder::{RecordError, Recorder};
-use run_log::{LogLevel, Memory};
+use run_log::{LogLevel, MemoryLog};
 use scenario::Setup;
 use scenario::fault::Order;
 use scenario::ids::{Incarnation, RobotId};
@@ -52,10 +52,10 @@ const ORDERS: [&str; 8] = [
 ///
 /// # Errors
 /// Never returns an error, because the log is in memory.
-pub fn run(setup: &Setup, rates: Rates, seed: u64) -> Result<Recorder<Memory>, RecordError> {
+pub fn run(setup: &Setup, rates: Rates, seed: u64) -> Result<Recorder<MemoryLog>, RecordError> {
     let mission = Registry::of_this_program().worlds().of(&setup.scenario);
     let mission = mission.expect("a mission that comes with the simulator");
-    let mut recorder = Recorder::new(setup, LogLevel::Full, Memory::default())?;
+    let mut recorder = Recorder::new(setup, LogLevel::Full, MemoryLog::default())?;
     let mut team = Team {
         simulation: Simulation::new(setup.clone(), mission, true),
         members: Vec::new(),
@@ -120,7 +120,7 @@ impl Team {
         }
     }
 
-    fn tick(&mut self, recorder: &mut Recorder<Memory>) -> Result<(), RecordError> {
+    fn tick(&mut self, recorder: &mut Recorder<MemoryLog>) -> Result<(), RecordError> {
         self.send_random_order();
         self.return_randomly();
         while !self.simulation.is_complete() {
@@ -174,11 +174,11 @@ impl Team {
     }
 
     /// Executes a process act of a fault, or lets it fail.
-    fn act(&mut self, robot: RobotId, act: ProcessAct) {
+    fn act(&mut self, robot: RobotId, act: ProcessAction) {
         let is_crashed = matches!(self.members[robot.index()].state, State::Crashed);
         let fails = self.rng.random_bool((10.0 * self.rates.order).min(1.0));
         match act {
-            ProcessAct::Start if fails => {
+            ProcessAction::Start if fails => {
                 let name = self.simulation.setup().scenario.robots[robot.index()]
                     .name
                     .clone();
@@ -186,11 +186,11 @@ impl Team {
                     self.simulation.gone(robot, incarnation);
                 }
             }
-            ProcessAct::Stop | ProcessAct::Continue if fails || is_crashed => {
+            ProcessAction::Stop | ProcessAction::Continue if fails || is_crashed => {
                 let reason = "the process did not react to the signal".to_owned();
                 self.simulation.act_done(robot, act, Err(reason));
             }
-            ProcessAct::Start => {
+            ProcessAction::Start => {
                 let name = self.simulation.setup().scenario.robots[robot.index()]
                     .name
                     .clone();
@@ -198,13 +198,13 @@ impl Team {
                     self.members[robot.index()] = member;
                 }
             }
-            ProcessAct::Kill | ProcessAct::Terminate => {
+            ProcessAction::Kill | ProcessAction::Terminate => {
                 let member = &mut self.members[robot.index()];
                 member.state = State::Crashed;
                 let incarnation = member.incarnation;
                 self.simulation.gone(robot, incarnation);
             }
-            ProcessAct::Stop | ProcessAct::Continue => {
+            ProcessAction::Stop | ProcessAction::Continue => {
                 self.simulation.act_done(robot, act, Ok(()));
             }
         }

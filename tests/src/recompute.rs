@@ -120,7 +120,7 @@ impl<'a> Robot<'a> {
     ) -> Self {
         let joined = |event: &&EventRow| event.kind == "joined" && event.robot == name;
         let is_received = |row: &&MessageRow| {
-            row.receiver == name && (row.fate == "heard" || row.fate == "delayed")
+            row.receiver == name && (row.delivery == "heard" || row.delivery == "delayed")
         };
         let mut received: Vec<&MessageRow> = messages.iter().filter(is_received).collect();
         received.sort_by_key(|row| {
@@ -277,8 +277,8 @@ impl<'a> Robot<'a> {
     fn impatience(&self, params: &BehaviorParams, now: i64) -> f64 {
         let mut slowest = None;
         for teammate in &self.teammates {
-            let slow = params.slow_toward(teammate);
-            let phi = span(params.phi_toward(teammate));
+            let slow = params.slow_impatience_toward(teammate);
+            let phi = span(params.willing_to_affect_toward_s(teammate));
             let records = self.records(params, teammate);
             let is_recent = self.received_lately(records, now - span(params.ceased_after_s), now);
             let is_new = !self.received_since_origin(records, now - phi, now);

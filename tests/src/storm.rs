@@ -9,7 +9,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use missions::Registry;
-use proto::process::ProcessAct;
+use proto::process::ProcessAction;
 use proto::tick::{Outcome, Report, TickMessage};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -17,7 +17,7 @@ use rand_chacha::rand_core::SeedableRng;
 use robot_agent::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
 use robot_agent::radio::Radio;
 use run_log::recorder::{RecordError, Recorder};
-use run_log::{LogLevel, Memory};
+use run_log::{LogLevel, MemoryLog};
 use scenario::Setup;
 use scenario::fault::Order;
 use scenario::ids::{Incarnation, RobotId};
@@ -55,14 +55,14 @@ pub fn run(
     ticks: u64,
     seed: u64,
     coverage: &mut Coverage,
-) -> Result<Recorder<Memory>, RecordError> {
+) -> Result<Recorder<MemoryLog>, RecordError> {
     let registry = Registry::of_this_program();
     let mission = registry.worlds().of(&setup.scenario);
     let mission = mission.expect("a mission that comes with the simulator");
     let team = TeamConfig::of(setup, registry.agents()).expect("the allocators of the simulator");
     let mut fuzzer = Fuzzer {
         simulation: Simulation::new(setup.clone(), mission, true),
-        recorder: Recorder::new(setup, LogLevel::Full, Memory::default())?,
+        recorder: Recorder::new(setup, LogLevel::Full, MemoryLog::default())?,
         team,
         processes: Vec::new(),
         peers: Vec::new(),
@@ -106,7 +106,7 @@ pub fn run(
 
 struct Fuzzer<'c> {
     simulation: Simulation,
-    recorder: Recorder<Memory>,
+    recorder: Recorder<MemoryLog>,
     team: TeamConfig,
     /// All processes that ever existed, by process id.
     processes: Vec<Process>,
@@ -151,7 +151,7 @@ struct Peer {
 struct ActRequest {
     number: u64,
     robot: RobotId,
-    act: ProcessAct,
+    act: ProcessAction,
     pid: Option<usize>,
     started: Option<usize>,
 }
@@ -349,17 +349,17 @@ impl Fuzzer<'_> {
         let target = request.pid.filter(|pid| !self.processes[*pid].ended);
         let result = match (request.act, target) {
             (_, _) if fails => Err("the act failed".to_owned()),
-            (ProcessAct::Start, _) => Ok(self.spawn(request.robot)),
+            (ProcessAction::Start, _) => Ok(self.spawn(request.robot)),
             (_, None) => Err("its process has ended".to_owned()),
-            (ProcessAct::Kill | ProcessAct::Terminate, Some(pid)) => {
+            (ProcessAction::Kill | ProcessAction::Terminate, Some(pid)) => {
                 self.end(pid);
                 Ok(pid)
             }
-            (ProcessAct::Stop, Some(pid)) => {
+            (ProcessAction::Stop, Some(pid)) => {
                 self.stop(pid);
                 Ok(pid)
             }
-            (ProcessAct::Continue, Some(pid)) => {
+            (ProcessAction::Continue, Some(pid)) => {
                 self.resume(pid);
                 Ok(pid)
             }
@@ -407,7 +407,7 @@ impl Fuzzer<'_> {
                 self.note("ended", robot);
                 self.peers[robot.index()].lost = true;
                 if let Some(request) = self.under_way
-                    && request.act == ProcessAct::Start
+                    && request.act == ProcessAction::Start
                     && request.started == Some(pid)
                     && self.simulation.awaits_act()
                 {
@@ -426,7 +426,7 @@ impl Fuzzer<'_> {
                 request.started = result.as_ref().ok().copied();
                 let (robot, act) = (request.robot, request.act);
                 self.note("answer", robot);
-                if act == ProcessAct::Continue {
+                if act == ProcessAction::Continue {
                     self.peers[robot.index()].stopped = false;
                 }
                 self.simulation.act_done(robot, act, result.map(drop));

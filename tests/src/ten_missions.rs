@@ -4,8 +4,8 @@
 use in_process::Team;
 use missions::Registry;
 use proto::tick::Outcome;
-use run_log::{LogLevel, Memory};
-use scenario::{KnownTimes, Profile, Scenario, Setup};
+use run_log::{LogLevel, MemoryLog};
+use scenario::{LearnedTimes, Profile, Scenario, Setup};
 
 const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
 
@@ -37,7 +37,7 @@ pub fn mission(lines: &str, seed: u64, profile: Profile) -> Mission {
         profile,
         ..Setup::resolve(scenario, seed, None).unwrap().setup
     };
-    let mut team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
+    let mut team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
     let outcome = team
         .go_on_for(u64::MAX, Outcome::TimeLimit, |_| {})
         .unwrap();
@@ -65,7 +65,7 @@ pub fn ten(lines: &str, first: u64, begin: Profile) -> Vec<Mission> {
 #[must_use]
 pub fn wrong_by(factor: f64) -> Profile {
     let tasks = UNITS_S.map(|(task, unit_s)| {
-        let known = KnownTimes {
+        let known = LearnedTimes {
             trials: 7,
             latest_s: vec![unit_s * factor; 7],
         };

@@ -119,7 +119,7 @@ impl RunArgs {
     #[must_use]
     pub fn log(&self, setup: &Setup) -> LogLevel {
         self.log
-            .unwrap_or_else(|| LogLevel::of_a_team(setup.behavior_sets()))
+            .unwrap_or_else(|| LogLevel::default_for(setup.behavior_sets()))
     }
 
     fn options(&self, setup: &Setup, run: String, folder: PathBuf) -> Options {
@@ -170,7 +170,7 @@ impl WorldArgs {
                 return ExitCode::from(2);
             }
         };
-        let told_truth = known.vocabulary.told_truth(&setup.scenario);
+        let told_truth = known.vocabulary.ground_truth_robots(&setup.scenario);
         match self.serve(setup, mission, folder, told_truth, network) {
             Ok(Outcome::Complete) => ExitCode::SUCCESS,
             Ok(_) => ExitCode::from(1),
@@ -184,10 +184,7 @@ impl WorldArgs {
     /// Rejects faults of processes if no launcher started this world: only a launcher starts and signals processes.
     fn refuse_process_faults(&self, setup: &Setup) -> anyhow::Result<()> {
         let timeline = &setup.scenario.faults.timeline;
-        match timeline
-            .iter()
-            .find(|order| order.fault.is_about_a_process())
-        {
+        match timeline.iter().find(|order| order.fault.affects_process()) {
             Some(order) if !self.launched => bail!(
                 "scenario '{}': its fault '{}' needs a launcher; start it with `alliance run`",
                 setup.scenario.name,

@@ -1,13 +1,13 @@
 //! The world part of the drill: a test mission without tasks in the world.
 
 use glam::Vec2;
-use proto::mission::{Deed, Sensed};
+use proto::mission::{Action, SensorReading};
 use proto::tick::Outcome;
 use scenario::ids::RobotId;
 use scenario::testkit;
 use scenario::time::SimTime;
 
-use crate::mission::{Happened, MissionWorld, Validity, Value, WorldMission};
+use crate::mission::{FigureValue, Happened, MissionWorld, Validity, WorldMission};
 use crate::world::Floor;
 /// The drill. Robots start at the middle of the left wall.
 /// The drill: robots begin in the middle of the left wall.
@@ -26,10 +26,10 @@ pub(crate) const DRILL: MissionWorld = MissionWorld {
 struct Drill;
 
 impl WorldMission for Drill {
-    fn act(&mut self, _: RobotId, _: &Deed, _: &mut Floor, _: &mut Happened) {}
+    fn act(&mut self, _: RobotId, _: &Action, _: &mut Floor, _: &mut Happened) {}
 
-    fn sense(&self, _: RobotId, _: &Floor, sensed: &mut Sensed) -> Validity {
-        *sensed = Sensed::Nothing;
+    fn sense(&self, _: RobotId, _: &Floor, sensed: &mut SensorReading) -> Validity {
+        *sensed = SensorReading::Nothing;
         Validity::UntilChange
     }
 
@@ -37,9 +37,9 @@ impl WorldMission for Drill {
         None
     }
 
-    fn row(&self, row: &mut Vec<Value>) {
-        row.extend([1, 0, 0, 0].map(Value::Count));
-        row.push(Value::None);
+    fn row(&self, row: &mut Vec<FigureValue>) {
+        row.extend([1, 0, 0, 0].map(FigureValue::Count));
+        row.push(FigureValue::None);
     }
 
     fn state(&self) -> u64 {

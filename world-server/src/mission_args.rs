@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
-use scenario::{ParameterFile, Profile, Scenario, Setup, StepOrder, Vocabulary, instead, text_of};
+use scenario::{
+    ParameterFile, Profile, Scenario, Setup, StepOrder, Vocabulary, decode_text, name_remedy,
+};
 use terminal::tell;
 
 use crate::mission::Worlds;
@@ -119,11 +121,11 @@ pub fn read_scenario(requested: &str, known: &Known) -> anyhow::Result<Scenario>
         let builtins = known.vocabulary.builtins().map(|builtin| builtin.name);
         bail!(
             "'{requested}' is neither a built-in scenario nor a file; {}",
-            instead(requested, builtins)
+            name_remedy(requested, builtins)
         );
     }
     let bytes = std::fs::read(path).with_context(|| requested.to_owned())?;
-    let text = text_of(requested, bytes)?;
+    let text = decode_text(requested, bytes)?;
     Ok(Scenario::parse(requested, &text, &known.vocabulary)?)
 }
 
@@ -134,12 +136,15 @@ fn read_profile(
 ) -> anyhow::Result<Profile> {
     let name = path.display().to_string();
     let mut robots = scenario.robots.iter();
-    if !robots.any(|robot| vocabulary.learns(scenario.allocator_of(robot))) {
-        let learners = vocabulary.allocators.iter().filter(|spec| spec.learns);
+    if !robots.any(|robot| vocabulary.learns(scenario.decider_of(robot))) {
+        let learners = vocabulary
+            .allocators
+            .iter()
+            .filter(|spec| spec.learns_times);
         let learners: Vec<&str> = learners.map(|spec| spec.name).collect();
         bail!(
             "--profile {name}: the robots' allocator is {}, which learns nothing; use one that learns: {}",
-            scenario.allocators_in_words(),
+            scenario.allocator_list(),
             learners.join(", ")
         );
     }
@@ -148,7 +153,7 @@ fn read_profile(
     }
     match std::fs::read(path) {
         Ok(bytes) => {
-            let text = text_of(&name, bytes)?;
+            let text = decode_text(&name, bytes)?;
             Ok(Profile::parse(&name, &text, scenario, vocabulary)?)
         }
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(Profile::default()),

@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use cluster::rendezvous::Rendezvous;
-use proto::control::wire::Form;
-use proto::keys::Keys;
+use proto::control::wire::Format;
+use proto::keys::KeyExpressions;
 use proto::tick::Outcome;
 use run_log::LogLevel;
 use scenario::ids::RobotId;
@@ -82,12 +82,12 @@ pub async fn serve(
     handlers: Vec<Box<dyn InterruptionHandler>>,
 ) -> Result<Finished, WorldError> {
     let started = Instant::now();
-    panics::this_is(format!("world (mission {})", mission.data.name()));
+    panics::set_process_name(format!("world (mission {})", mission.data.name()));
     let folder = Folder::create(&options.folder)?;
     let recorder = Recorder::telling(&setup, options.log, &options.minds, folder)?;
     // The link is a convenience. The run continues without it.
     let _ = link_latest(Path::new("runs"), &options.folder);
-    let keys = Keys::new(&options.run);
+    let keys = KeyExpressions::new(&options.run);
     let network = options.network.as_ref();
     let (session, rendezvous, gateway) = open(&options.run, network, &setup.scenario).await?;
     let seals = Seals::new(&rendezvous.token, keys.clone(), &setup.scenario, network);
@@ -172,7 +172,7 @@ async fn open(
 
 async fn declare_publishers(
     session: &Session,
-    keys: &Keys,
+    keys: &KeyExpressions,
     setup: &Setup,
 ) -> zenoh::Result<Publishers> {
     let mut ticks = Vec::new();
@@ -191,7 +191,7 @@ async fn declare_publishers(
 
 async fn subscribe(
     session: &Session,
-    keys: &Keys,
+    keys: &KeyExpressions,
     seals: &Arc<Seals>,
     server: &Arc<Mutex<Server>>,
 ) -> zenoh::Result<()> {
@@ -232,7 +232,7 @@ async fn subscribe(
     session
         .declare_subscriber(keys.control())
         .callback(move |sample| {
-            let form = Form::of(&sample.encoding().to_string());
+            let form = Format::from_zenoh(&sample.encoding().to_string());
             let attachment = sample.attachment().map(|seal| seal.to_bytes());
             // A put needs no answer.
             let _ =
@@ -245,7 +245,7 @@ async fn subscribe(
     session
         .declare_queryable(keys.control())
         .callback(move |query| {
-            let form = Form::of(
+            let form = Format::from_zenoh(
                 &query
                     .encoding()
                     .map_or_else(String::new, ToString::to_string),
@@ -312,12 +312,12 @@ async fn answer(
 /// connection.
 async fn overhear(
     session: &Session,
-    keys: &Keys,
+    keys: &KeyExpressions,
     seals: &Arc<Seals>,
     server: &Arc<Mutex<Server>>,
 ) -> zenoh::Result<()> {
     let scenario = lock(server).simulation().setup().scenario.clone();
-    if scenario.minds().is_empty() {
+    if scenario.external_controllers().is_empty() {
         return Ok(());
     }
     let (shared, opener) = (Arc::clone(server), Arc::clone(seals));

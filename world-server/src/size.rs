@@ -31,7 +31,7 @@ pub fn with_size_words(mut command: Command, vocabulary: &Vocabulary) -> Command
     if command.get_arguments().any(|known| known.get_id() == SIZE) {
         let mut group = ArgGroup::new(WORDS).arg(SIZE);
         for mission in vocabulary.missions.iter() {
-            if let Some(word) = mission.size_word() {
+            if let Some(word) = mission.size_option() {
                 let help = format!(
                     "Size of the mission '{}', instead of --size",
                     mission.scenario_name()
@@ -64,7 +64,7 @@ impl SizeArgs {
         let mut missions = vocabulary.missions.iter();
         let mission = match (requested, word) {
             (Some(requested), _) => missions.find(|mission| mission.scenario_name() == requested),
-            (None, Some(word)) => missions.find(|mission| mission.size_word() == Some(word)),
+            (None, Some(word)) => missions.find(|mission| mission.size_option() == Some(word)),
             (None, None) => missions.next(),
         };
         let robots = self.robots.unwrap_or(DEFAULT_ROBOTS);
@@ -83,12 +83,12 @@ impl SizeArgs {
             );
         };
         if let Some(word) = word
-            && mission.size_word() != Some(word)
+            && mission.size_option() != Some(word)
         {
             bail!(
                 "--{word}: '{}' has another size option; use --{}",
                 mission.scenario_name(),
-                mission.size_word().unwrap_or(SIZE)
+                mission.size_option().unwrap_or(SIZE)
             );
         }
         Ok(Some(sized))

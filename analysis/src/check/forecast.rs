@@ -44,7 +44,7 @@ pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
         let body = scenario.body_of(robot);
         catalog
             .mission
-            .unit_s(scenario, &body, robot.skill_at(set), set)
+            .work_unit_s(scenario, &body, robot.skill_at(set), set)
     };
     let params_of = |robot: &str, set: &str| &setup.alliance.robots[robot].sets[set];
     let mut forecasts = Vec::new();
@@ -108,9 +108,12 @@ struct Rival<'a> {
 impl Rival<'_> {
     fn takeover(&self, setup: &Setup, params: &BehaviorParams) -> Takeover {
         let switches = &setup.alliance.switches;
-        let (tau_s, phi_s) = (params.ceased_after_s, params.phi_toward(self.name));
+        let (tau_s, phi_s) = (
+            params.ceased_after_s,
+            params.willing_to_affect_toward_s(self.name),
+        );
         let rise = |slow_s: f64| {
-            let slow = params.slow_toward(self.name);
+            let slow = params.slow_impatience_toward(self.name);
             rise_s(
                 setup.alliance.threshold,
                 slow,
@@ -144,7 +147,7 @@ impl Rival<'_> {
         rise: &impl Fn(f64) -> f64,
     ) -> f64 {
         let tau_s = params.ceased_after_s;
-        let phi_s = params.phi_toward(self.name);
+        let phi_s = params.willing_to_affect_toward_s(self.name);
         let (psi_s, lambda_s) = (
             self.params.before_yielding_s,
             self.params.before_giving_up_s,

@@ -65,7 +65,7 @@ impl CheckCommand {
                 if self.json {
                     let json = show::json(&setup, &check);
                     let text = format_args!("{json:#}\n");
-                    return terminal::answer("alliance check", text, ExitCode::SUCCESS);
+                    return terminal::print_result("alliance check", text, ExitCode::SUCCESS);
                 }
                 tell!("{}", show::text(&setup, &check).trim_end_matches('\n'));
                 ExitCode::SUCCESS

@@ -96,7 +96,7 @@ fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(Kind, String)> {
         takeovers.map(|takeover| params(&takeover.teammate, &takeover.set))
     };
     let patience_s = rivals()
-        .map(|theirs| theirs.phi_toward(&forecast.robot))
+        .map(|theirs| theirs.willing_to_affect_toward_s(&forecast.robot))
         .fold(0.0, f64::max);
     if lambda_s < patience_s {
         found.push((
@@ -138,9 +138,9 @@ fn heartbeat_period_s(setup: &Setup, params: &BehaviorParams) -> f64 {
 fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
     let scenario = &setup.scenario;
     let catalog = &setup.catalog;
-    let set = catalog.behavior_named(&forecast.set)?;
+    let set = catalog.find_behavior(&forecast.set)?;
     let mission = catalog.mission;
-    let period_s = mission.due_every_s(scenario, &catalog.sets[set.index()])?;
+    let period_s = mission.recurrence_s(scenario, &catalog.sets[set.index()])?;
     let takes_s = forecast.activates_s + forecast.work_s;
     if takes_s > period_s {
         return Some((
@@ -152,7 +152,7 @@ fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
     }
     let moving = || {
         let sets = catalog.sets.iter();
-        sets.filter(move |set| mission.goes_on(set))
+        sets.filter(move |set| mission.is_long_running(set))
     };
     let places: u64 = moving()
         .map(|set| u64::from(catalog.tasks[set.task.index()].max_robots))

@@ -19,13 +19,13 @@ use super::memory;
 use super::page::Page;
 use super::tables::tables;
 use crate::sweep::comparison::{Axes, Comparison};
+use crate::sweep::execution::{Arguments, Study, counted, quoted};
 use crate::sweep::folder::put;
 use crate::sweep::journal::Header;
 use crate::sweep::parquet::parquet;
 use crate::sweep::plan::{Plan, setup};
 use crate::sweep::results::{csv, figures as figures_of, table};
 use crate::sweep::run::{Row, attempt};
-use crate::sweep::execution::{Arguments, Study, counted, quoted};
 use crate::sweep::workers::work;
 
 const PAGE: &str = "comparison.html";

@@ -7,7 +7,7 @@
 //! level corrected for the number of parts, lies outside. Otherwise it is undecided.
 
 use anyhow::bail;
-use scenario::instead;
+use scenario::name_remedy;
 
 use super::analysis::LEVEL;
 use super::data::{Block, Data, mean};
@@ -87,7 +87,7 @@ pub fn check(
             let known = known.iter().copied();
             anyhow::anyhow!(
                 "{place}: there is no {what} '{wrong}'; {}",
-                instead(wrong, known)
+                name_remedy(wrong, known)
             )
         };
         let names = [

@@ -1,7 +1,7 @@
 //! The compared metrics.
 
 use proto::tick::Outcome;
-use scenario::mission::Value;
+use scenario::mission::FigureValue;
 
 use crate::sweep::measures::Measures;
 use crate::sweep::run::Figures;
@@ -176,7 +176,7 @@ impl Metric {
             Self::Takeover => measures.takeover_s,
             Self::Lateness => figures.lateness_ms().map(|ms| ms as f64 / 1000.0),
             Self::Observed => match figures.mission.get("a") {
-                Value::Real(share) => Some(share),
+                FigureValue::Real(share) => Some(share),
                 _ => None,
             },
         }

@@ -178,7 +178,7 @@ impl Done {
 #[cfg(test)]
 mod tests {
     use missions::waste::data::default_scenario;
-    use run_log::{LogLevel, Memory, Table};
+    use run_log::{LogLevel, MemoryLog, Table};
     use serde_json::{Value, json};
 
     use super::*;
@@ -193,18 +193,18 @@ mod tests {
 
     fn run(scenario: Scenario, inputs: &[(Tick, Value)]) -> RunLog {
         let setup = Setup::resolve(scenario, 3, None).unwrap().setup;
-        let log = |team: Team<Memory>| {
+        let log = |team: Team<MemoryLog>| {
             let (_, recorder) = team.run().unwrap();
             RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap()
         };
-        let calm = Team::new(setup.clone(), LogLevel::Full, Memory::default()).unwrap();
+        let calm = Team::new(setup.clone(), LogLevel::Full, MemoryLog::default()).unwrap();
         let mut all = log(calm).inputs().unwrap();
         all.extend(inputs.iter().map(|(tick, input)| InputLine {
             tick: *tick,
             input: serde_json::from_value(input.clone()).unwrap(),
         }));
         all.sort_by_key(|line| line.tick);
-        log(Team::with_inputs(setup, all, LogLevel::Full, Memory::default()).unwrap())
+        log(Team::with_inputs(setup, all, LogLevel::Full, MemoryLog::default()).unwrap())
     }
 
     fn order(order: Value) -> Value {

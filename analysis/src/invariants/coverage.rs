@@ -4,7 +4,7 @@ use glam::Vec2;
 use proto::control::Phase;
 use scenario::Scenario;
 use scenario::fault::{ActuatorMode, Fault};
-use scenario::mission::expected_properties::Promises;
+use scenario::mission::expected_properties::ExpectedProperties;
 
 use super::solids::distance;
 use super::{RobotState, WorldState, is_delivered};
@@ -52,7 +52,11 @@ pub fn is_sound(scenario: &Scenario, state: &WorldState, rank: usize) -> bool {
 
 /// Returns whether a sound robot has paths to all remaining items and other targets, around all static obstacles.
 #[must_use]
-pub fn is_within_reach(scenario: &Scenario, promises: &Promises, state: &WorldState) -> bool {
+pub fn is_within_reach(
+    scenario: &Scenario,
+    promises: &ExpectedProperties,
+    state: &WorldState,
+) -> bool {
     let sound = |rank: &usize| is_sound(scenario, state, *rank);
     let map = Map::of(scenario, state);
     (0..state.robots.len())
@@ -103,7 +107,7 @@ impl Map {
     fn reaches_all(
         &self,
         scenario: &Scenario,
-        promises: &Promises,
+        promises: &ExpectedProperties,
         state: &WorldState,
         robot: &RobotState,
     ) -> bool {

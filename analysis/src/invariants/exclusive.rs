@@ -130,7 +130,7 @@ impl Exclusive {
     /// another allocator learn their values.
     fn uses_learned_times(&self, state: &WorldState, rank: usize, set: BehaviorId) -> bool {
         let scenario = &self.setup.scenario;
-        let allocator = scenario.allocator_of(&scenario.robots[rank]);
+        let allocator = scenario.decider_of(&scenario.robots[rank]);
         let learns =
             allocator != Scenario::DEFAULT_ALLOCATOR && !state.robots[rank].motivations.is_empty();
         let wait = self.waits.get(&(rank, set)).copied().unwrap_or_default();

@@ -3,7 +3,7 @@
 use scenario::Scenario;
 use scenario::fault::Fault;
 use scenario::ids::{ItemId, RobotId};
-use scenario::mission::expected_properties::Promises;
+use scenario::mission::expected_properties::ExpectedProperties;
 
 use super::{Item, WorldState, is_delivered};
 
@@ -15,13 +15,13 @@ pub struct Items {
     total: usize,
     /// `true` for each delivered item, by id.
     delivered: Vec<bool>,
-    promises: Promises,
+    promises: ExpectedProperties,
 }
 
 impl Items {
     #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
-        let promises = scenario.mission().promises(scenario);
+        let promises = scenario.mission().expected_properties(scenario);
         Self {
             total: promises.items,
             delivered: Vec::new(),

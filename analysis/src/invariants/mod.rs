@@ -9,9 +9,9 @@
 pub mod activity;
 pub mod coverage;
 pub mod exclusive;
-pub mod reception;
 pub mod items;
 pub mod numbers;
+pub mod reception;
 pub mod replayed;
 pub mod solids;
 pub mod strewn;

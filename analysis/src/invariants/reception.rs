@@ -2,7 +2,7 @@
 
 use proto::control::Phase;
 use scenario::Scenario;
-use scenario::fault::{Fault, Who};
+use scenario::fault::{Fault, LinkEnd};
 
 use super::WorldState;
 
@@ -37,8 +37,9 @@ fn apart_m(state: &WorldState, one: usize, other: usize) -> f32 {
 /// Returns whether a fault changes the messages that `to` receives from `from`.
 fn affects(scenario: &Scenario, state: &WorldState, fault: &Fault, from: usize, to: usize) -> bool {
     let name = |rank: usize| scenario.robots[rank].name.as_str();
-    let link =
-        |sender: &Who, receiver: &Who| sender.includes(name(from)) && receiver.includes(name(to));
+    let link = |sender: &LinkEnd, receiver: &LinkEnd| {
+        sender.includes(name(from)) && receiver.includes(name(to))
+    };
     match fault {
         Fault::Drop(spec) => link(&spec.from, &spec.to),
         Fault::Delay(spec) => link(&spec.from, &spec.to),

@@ -4,7 +4,7 @@
 //! a search.
 
 use scenario::Scenario;
-use scenario::mission::expected_properties::Promises;
+use scenario::mission::expected_properties::ExpectedProperties;
 
 use super::{Item, WorldState, is_delivered};
 
@@ -33,10 +33,10 @@ impl Strewn {
 
     /// Returns the number of strewn items that robots find only by a search.
     #[must_use]
-    pub fn off_the_ways(&self, scenario: &Scenario, promises: &Promises) -> usize {
+    pub fn off_the_ways(&self, scenario: &Scenario, promises: &ExpectedProperties) -> usize {
         let mission = scenario.mission();
         let is_off = |item: &Item| {
-            !is_delivered(promises, item) && !mission.is_looked_for(scenario, item.position)
+            !is_delivered(promises, item) && !mission.is_searched(scenario, item.position)
         };
         let strewn = self.items.iter().filter(|(_, strewn)| *strewn);
         strewn.filter(|(item, _)| is_off(item)).count()

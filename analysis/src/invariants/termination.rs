@@ -8,7 +8,7 @@
 
 use missions::Registry;
 use proto::control::{FaultStatus, Phase};
-use scenario::mission::expected_properties::Promises;
+use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::time::SimTime;
 use scenario::{BehaviorParams, Body, Robot, Scenario, Setup};
 
@@ -48,7 +48,7 @@ pub struct Termination {
     /// The time since which the mission is due, and its bound, s.
     due: Option<(SimTime, f64)>,
     strewn: Strewn,
-    promises: Promises,
+    promises: ExpectedProperties,
 }
 
 impl Termination {
@@ -67,7 +67,7 @@ impl Termination {
             let able = skills.filter(|skill| *skill > 0.0);
             let least = able.reduce(f64::min).unwrap_or(1.0);
             let mission = setup.catalog.mission;
-            mission.unit_s(scenario, &slowest, least, set)
+            mission.work_unit_s(scenario, &slowest, least, set)
         });
         let unit_s = units.fold(0.0, f64::max);
         let across_m = scenario.room.width_m.hypot(scenario.room.height_m);
@@ -94,7 +94,7 @@ impl Termination {
         let bring = catalog
             .sets
             .iter()
-            .filter(|set| catalog.mission.goes_on(set));
+            .filter(|set| catalog.mission.is_long_running(set));
         let robots = setup.alliance.robots.values();
         let bringing =
             robots.flat_map(|robot| bring.clone().filter_map(|set| robot.sets.get(&set.name)));
@@ -110,7 +110,7 @@ impl Termination {
             });
         let has_fixed_assignment = |robot: &Robot| {
             let allocators = Registry::of_this_program().agents();
-            let prepared = allocators.prepare(scenario.allocator_of(robot), setup);
+            let prepared = allocators.prepare(scenario.decider_of(robot), setup);
             prepared.is_ok_and(|allocator| allocator.wants_assignment())
         };
         let robots = scenario.robots.iter().enumerate();
@@ -123,7 +123,7 @@ impl Termination {
             kept_s: 2.0 * rise_s + slow_s + wait_s,
             due: None,
             strewn: Strewn::default(),
-            promises: setup.catalog.mission.promises(scenario),
+            promises: setup.catalog.mission.expected_properties(scenario),
         }
     }
 

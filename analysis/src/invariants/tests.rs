@@ -6,7 +6,7 @@ use missions::waste::data::{default_scenario, default_setup};
 use proto::control::{FaultStatus, Phase};
 use proto::telemetry::{BehaviorState, Motivation};
 use proto::tick::Outcome;
-use run_log::{LogLevel, Memory, RunLog};
+use run_log::{LogLevel, MemoryLog, RunLog};
 use scenario::fault::Order;
 use scenario::ids::{BehaviorId, ItemId, RobotId};
 use scenario::time::SimTime;
@@ -25,7 +25,7 @@ fn setup() -> Setup {
 
 /// Returns the default mission after its first tick.
 fn beginning() -> WorldState {
-    let mut team = Team::new(setup(), LogLevel::Off, Memory::default()).unwrap();
+    let mut team = Team::new(setup(), LogLevel::Off, MemoryLog::default()).unwrap();
     team.tick().unwrap();
     WorldState::of(team.simulation())
 }
@@ -90,7 +90,7 @@ fn the_next_tick_is_accepted() {
 #[test]
 fn a_whole_mission_is_accepted() {
     let mut invariants = Invariants::new(&setup());
-    let mut team = Team::new(setup(), LogLevel::Off, Memory::default()).unwrap();
+    let mut team = Team::new(setup(), LogLevel::Off, MemoryLog::default()).unwrap();
     let outcome = loop {
         let outcome = team.tick().unwrap();
         invariants.see(team.simulation()).unwrap();
@@ -111,7 +111,7 @@ fn a_whole_mission_is_accepted() {
 
 #[test]
 fn figures_that_differ_in_the_replay_are_a_violation() {
-    let team = Team::new(setup(), LogLevel::Off, Memory::default()).unwrap();
+    let team = Team::new(setup(), LogLevel::Off, MemoryLog::default()).unwrap();
     let (_, recorder) = team
         .run_for(20, proto::tick::Outcome::Interrupted, |_| ())
         .unwrap();
@@ -137,7 +137,7 @@ fn a_run_that_ends_without_robots_is_replayed_to_its_last_fault() {
     let scenario =
         Scenario::parse("mission.toml", text, &Registry::built_in().vocabulary()).unwrap();
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-    let team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
+    let team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
     let (outcome, recorder) = team.run().unwrap();
     assert_eq!(outcome, proto::tick::Outcome::NoRobotLeft);
     let log =
@@ -170,7 +170,7 @@ fn a_restart_and_a_kill_in_one_tick_are_replayed() {
         let scenario =
             Scenario::parse("mission.toml", &text, &Registry::built_in().vocabulary()).unwrap();
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-        let team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
+        let team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
         let (_, recorder) = team.run().unwrap();
         let log =
             RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
@@ -188,7 +188,7 @@ fn ticks_that_are_left_out_or_do_not_end() {
         "ticks go on: tick 2: tick 1 was expected"
     );
     let mut invariants = Invariants::new(&setup());
-    let mut team = Team::new(setup(), LogLevel::Off, Memory::default()).unwrap();
+    let mut team = Team::new(setup(), LogLevel::Off, MemoryLog::default()).unwrap();
     team.tick().unwrap();
     invariants.see(team.simulation()).unwrap();
     let stuck = invariants.see(team.simulation()).unwrap_err();
@@ -751,7 +751,7 @@ fn strewn_waste_is_found() {
         let scenario = Scenario::parse("strewn.toml", &text, &vocabulary).unwrap();
         let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
         let mut invariants = Invariants::new(&setup);
-        let mut team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
+        let mut team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
         let outcome = loop {
             let outcome = team.tick().unwrap();
             invariants.see(team.simulation()).unwrap();

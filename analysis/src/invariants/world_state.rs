@@ -6,7 +6,7 @@ use proto::readings::Pose;
 use proto::telemetry::Motivation;
 use proto::view::View;
 use scenario::ids::{ItemId, RobotId, Tick};
-use scenario::mission::expected_properties::Promises;
+use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::time::SimTime;
 use world_server::barrier::Presence;
 use world_server::simulation::Simulation;
@@ -92,7 +92,7 @@ impl WorldState {
 
 /// Returns whether an item lies at one of its goals.
 #[must_use]
-pub fn is_delivered(promises: &Promises, item: &Item) -> bool {
+pub fn is_delivered(promises: &ExpectedProperties, item: &Item) -> bool {
     let mut goals = promises.goals.iter();
     item.carrier.is_none() && goals.any(|goal| goal.contains(item.position))
 }

@@ -3,8 +3,8 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use scenario::fault::{
-    Chance, Delay, Fault, FaultRange, Happening, Link, Loss, MissionFault, MoveRobot, Order,
-    Partition, RadioQuality, RangeFault, SkillFault, When, Who,
+    Delay, EventTrigger, Fault, FaultRange, LinkChance, LinkEnd, LinkSelection, Loss, MissionFault,
+    MoveRobot, Order, Partition, RadioQuality, RangeFault, SkillFault, TriggerEvent,
 };
 use scenario::ids::BehaviorId;
 use scenario::{Catalog, Obstacle, Robot, Scenario};
@@ -58,7 +58,7 @@ const DRAWS: [Draw; 26] = [
     |dice| Some(Fault::Add(dice.absent_robot()?)),
     |dice| Some(Fault::Remove(dice.robot().name)),
     |dice| {
-        let Link { from, to } = dice.link();
+        let LinkSelection { from, to } = dice.link();
         Some(Fault::Drop(Loss {
             from,
             to,
@@ -67,7 +67,7 @@ const DRAWS: [Draw; 26] = [
         }))
     },
     |dice| {
-        let Link { from, to } = dice.link();
+        let LinkSelection { from, to } = dice.link();
         Some(Fault::Delay(Delay {
             from,
             to,
@@ -160,7 +160,7 @@ struct Dice<'a> {
 
 impl Dice<'_> {
     fn order(&mut self, fault: Fault, until_s: f64) -> Order {
-        let lasts = !fault.is_momentary();
+        let lasts = !fault.is_instantaneous();
         let mut order = Order::now(fault);
         if self.rng.random_bool(BY_EVENT) {
             order.when = Some(self.event());
@@ -186,15 +186,15 @@ impl Dice<'_> {
         order
     }
 
-    fn event(&mut self) -> When {
+    fn event(&mut self) -> EventTrigger {
         let robot = self.robot().name;
-        let verbs: Vec<&str> = Happening::verbs(self.scenario.mission()).collect();
-        let mut when = When {
+        let verbs: Vec<&str> = TriggerEvent::verbs(self.scenario.mission()).collect();
+        let mut when = EventTrigger {
             robot: self.rng.random_bool(0.5).then_some(robot),
             what: self.any(&verbs).to_owned(),
             subject: None,
         };
-        if when.is_about_a_set() && self.rng.random_bool(0.5) {
+        if when.has_behavior_set_subject() && self.rng.random_bool(0.5) {
             when.subject = self.set_of(when.robot.as_deref());
         }
         when
@@ -202,7 +202,7 @@ impl Dice<'_> {
 
     /// Draws the name of a behavior set of `robot`, or of any robot.
     fn set_of(&mut self, robot: Option<&str>) -> Option<String> {
-        let catalog = Catalog::of(self.scenario);
+        let catalog = Catalog::new(self.scenario);
         let mut robots = self.scenario.robots.iter();
         let sets: Vec<BehaviorId> = match robots.find(|spec| robot == Some(&spec.name)) {
             Some(robot) => catalog.behaviors_of(robot).collect(),
@@ -227,26 +227,26 @@ impl Dice<'_> {
         place.map(|place| absent[place].name.clone())
     }
 
-    fn link(&mut self) -> Link {
+    fn link(&mut self) -> LinkSelection {
         let (from, to) = (self.endpoint(), self.endpoint());
         // A robot does not receive its own messages.
-        let to = if to == from { Who::All } else { to };
-        Link { from, to }
+        let to = if to == from { LinkEnd::All } else { to };
+        LinkSelection { from, to }
     }
 
-    fn endpoint(&mut self) -> Who {
+    fn endpoint(&mut self) -> LinkEnd {
         let robot = self.robot().name;
         if self.rng.random_bool(0.5) {
-            Who::All
+            LinkEnd::All
         } else {
-            Who::Robot(robot)
+            LinkEnd::Robot(robot)
         }
     }
 
-    fn chance(&mut self) -> Chance {
-        let Link { from, to } = self.link();
+    fn chance(&mut self) -> LinkChance {
+        let LinkSelection { from, to } = self.link();
         let p = self.between(0.1, 1.0);
-        Chance { from, to, p }
+        LinkChance { from, to, p }
     }
 
     /// Draws a partition: each robot is in one of two groups or in none.
@@ -290,7 +290,7 @@ impl Dice<'_> {
         let specs = mission.faults();
         let spec = (!specs.is_empty()).then(|| self.any(specs))?;
         let (x_m, y_m) = self.place_of_interest();
-        let items = mission.promises(self.scenario).items as u32;
+        let items = mission.expected_properties(self.scenario).items as u32;
         let values = spec.arguments.iter().map(|argument| {
             let value = match argument.range {
                 FaultRange::X => written(x_m),
@@ -323,7 +323,7 @@ impl Dice<'_> {
         for _ in 0..TRIES {
             let place = self.place();
             let mission = self.scenario.mission();
-            if mission.is_looked_for(self.scenario, place.into()) {
+            if mission.is_searched(self.scenario, place.into()) {
                 return place;
             }
         }
@@ -372,7 +372,7 @@ mod tests {
                 order.check(&setup.scenario, &setup.catalog).unwrap();
                 let Some(at_s) = order.at_s else {
                     assert!(order.when.is_some());
-                    assert!(order.for_s.is_none() || !order.fault.is_momentary());
+                    assert!(order.for_s.is_none() || !order.fault.is_instantaneous());
                     continue;
                 };
                 let ends_s = at_s + order.for_s.unwrap_or_default();
@@ -388,18 +388,18 @@ mod tests {
     fn triggers_of_every_kind_and_waste_anywhere() {
         let orders = orders(240.0);
         let whens = || orders.iter().filter_map(|order| order.when.as_ref());
-        for verb in Happening::verbs(default_scenario().mission()) {
+        for verb in TriggerEvent::verbs(default_scenario().mission()) {
             let with_verb = || whens().filter(|when| when.what == verb);
             assert!(with_verb().any(|when| when.robot.is_some() && when.subject.is_none()));
             assert!(with_verb().any(|when| when.robot.is_none()));
-            let about_a_set = with_verb().any(When::is_about_a_set);
+            let about_a_set = with_verb().any(EventTrigger::has_behavior_set_subject);
             assert_eq!(with_verb().any(|when| when.subject.is_some()), about_a_set);
         }
         assert!(orders.iter().any(|order| order.at_s == Some(0.0)));
         let room = default_scenario().room;
         let strewn = |x_m: f64, y_m: f64| {
             let mission = default_scenario().mission();
-            !mission.is_looked_for(&default_scenario(), Vec2::new(x_m as f32, y_m as f32))
+            !mission.is_searched(&default_scenario(), Vec2::new(x_m as f32, y_m as f32))
         };
         let places = orders.iter().filter_map(|order| match &order.fault {
             Fault::Mission(fault) => Some((fault.get("x_m")?, fault.get("y_m")?)),
@@ -431,7 +431,7 @@ mod tests {
         near(share(|order| order.when.is_some()), BY_EVENT);
         near(share(|order| order.every_s.is_some()), PERIODIC);
         let stays = |order: &Order| {
-            order.when.is_none() && order.for_s.is_none() && !order.fault.is_momentary()
+            order.when.is_none() && order.for_s.is_none() && !order.fault.is_instantaneous()
         };
         near(share(stays), FOR_GOOD * 20.0 / 25.0);
     }

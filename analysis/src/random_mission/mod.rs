@@ -13,9 +13,9 @@ use missions::Registry;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use scenario::mission::data::Draw;
+use scenario::mission::data::DrawSection;
 use scenario::mission::registry::Mission;
-use scenario::{Scenario, instead};
+use scenario::{Scenario, name_remedy};
 use serde::{Deserialize, Serialize};
 
 use faults::{RandomFaults, timeline};
@@ -72,12 +72,12 @@ enum Stream {
 }
 
 /// Returns the draw function of a mission that this program contains.
-fn draw_of(name: &str) -> Option<Draw> {
+fn draw_of(name: &str) -> Option<DrawSection> {
     let missions = Registry::of_this_program().vocabulary().missions;
     missions
         .iter()
         .find(|mission| mission.name() == name)?
-        .random()
+        .random_section()
 }
 
 impl Between {
@@ -125,9 +125,11 @@ impl RandomMission {
             && draw_of(name).is_none()
         {
             let missions = Registry::of_this_program().vocabulary().missions;
-            let drawn = missions.iter().filter(|mission| mission.random().is_some());
+            let drawn = missions
+                .iter()
+                .filter(|mission| mission.random_section().is_some());
             let what = format!("mission '{name}' does not support random generation");
-            let remedy = instead(name, drawn.map(Mission::name));
+            let remedy = name_remedy(name, drawn.map(Mission::name));
             return Some(("mission", what, remedy));
         }
         let until_s = self.faults.as_ref().map(|faults| faults.until_s);
@@ -247,7 +249,9 @@ mod tests {
     #[test]
     fn every_drawn_mission_can_be_run() {
         let missions = Registry::of_this_program().vocabulary().missions;
-        let drawing = missions.iter().filter(|mission| mission.random().is_some());
+        let drawing = missions
+            .iter()
+            .filter(|mission| mission.random_section().is_some());
         let names: Vec<&str> = drawing.map(Mission::name).collect();
         assert!(names.contains(&"service"));
         for name in names {

@@ -67,7 +67,7 @@ pub fn obstacles(scenario: &Scenario, count: u32, rng: &mut ChaCha8Rng) -> Vec<O
 
 /// Returns the areas that the mission reserves.
 fn kept_free(scenario: &Scenario) -> Vec<Rectangle> {
-    let kept = scenario.mission().kept_free(scenario).into_iter();
+    let kept = scenario.mission().free_areas(scenario).into_iter();
     kept.map(|[low, high]| [low.x, low.y, high.x, high.y])
         .collect()
 }

@@ -11,13 +11,13 @@ use run_log::{LogLevel, RunLog};
 use scenario::time::{SimTime, seconds};
 use terminal::tell;
 
+use super::comparison_page::{SIDES, page_of_two};
 use super::figures::canvas::{Sheet, TEXT_PX, WIDTH_PX};
 use super::figures::{Figure, Room, Wanted, figures};
 use super::history::History;
 use super::made::Made;
 use super::metrics::Metrics;
 use super::page::{Part, page};
-use super::comparison_page::{SIDES, page_of_two};
 use super::pdf;
 use crate::diff::compare;
 use crate::replay_views::retrace;

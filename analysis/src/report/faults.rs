@@ -100,7 +100,7 @@ pub fn fault_spans(events: &[EventRow], end: SimTime) -> Vec<FaultSpan> {
         if let Some((owner, label)) = begun {
             let kind = event.detail.split(' ').next().unwrap_or_default();
             let lasts =
-                event.kind != "applied" || !scenario::fault::Fault::is_name_of_momentary(kind);
+                event.kind != "applied" || !scenario::fault::Fault::is_instantaneous_name(kind);
             if lasts {
                 open.push(all.len());
             }
@@ -131,7 +131,7 @@ pub fn fault_spans(events: &[EventRow], end: SimTime) -> Vec<FaultSpan> {
 fn short_label(detail: &str) -> String {
     let words: Vec<&str> = detail.split(' ').collect();
     let kind = words[0];
-    if kind == "obstacle" || !scenario::fault::Fault::COMMON.contains(&kind) {
+    if kind == "obstacle" || !scenario::fault::Fault::COMMON_NAMES.contains(&kind) {
         return kind.to_owned();
     }
     let option = |name: &str| {

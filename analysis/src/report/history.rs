@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use missions::Registry;
-use proto::view::{ItemView, Mark, Measure};
+use proto::view::{ItemView, LevelUnit, Mark};
 use run_log::{
     AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, ReadError, RunLog,
 };
@@ -44,7 +44,7 @@ pub struct RobotHistory {
     /// The behavior sets, in catalog order.
     pub sets: Vec<SetHistory>,
     /// The meaning of the behavior sets' levels.
-    pub measure: Measure,
+    pub measure: LevelUnit,
     /// Task claims from teammates, in order of receipt.
     pub heard: Vec<Claim>,
     /// The position at the start of each tick.
@@ -177,7 +177,7 @@ impl History {
                         SetHistory::new(set.name.clone(), set.task, params.clone())
                     })
                     .collect(),
-                measure: Measure::Motivation,
+                measure: LevelUnit::Motivation,
                 heard: Vec::new(),
                 track: Vec::new(),
                 may_reset: Vec::new(),
@@ -218,7 +218,7 @@ impl History {
     fn find_other_allocators(&mut self) {
         let others = self.robots.iter_mut();
         for robot in others.filter(|robot| robot.present.iter().next().is_none()) {
-            robot.measure = Measure::Utility;
+            robot.measure = LevelUnit::Utility;
             let mut since = None;
             for event in self.events.iter().filter(|row| row.robot == robot.name) {
                 match event.kind.as_str() {
@@ -258,21 +258,21 @@ impl History {
         let row = self.mission.last();
         let columns = self.columns().iter().zip(row.into_iter().cycle());
         columns
-            .map(|(column, row)| column.seen(row.get(column.name)))
+            .map(|(column, row)| column.with_number(row.get(column.name)))
             .collect()
     }
 
     #[must_use]
     pub fn columns(&self) -> &'static [Column] {
-        self.catalog.mission.terms().columns
+        self.catalog.mission.vocabulary().columns
     }
 
     /// Adds a row of messages.csv. Rows must come in file order.
     pub fn add_message(&mut self, row: &MessageRow) -> Result<(), HistoryError> {
         const TABLE: &str = "messages.csv";
-        let received = matches!(row.fate.as_str(), "heard" | "delayed");
+        let received = matches!(row.delivery.as_str(), "heard" | "delayed");
         // A bulletin that names a task counts as a claim of that task.
-        let bulletins = self.catalog.mission.terms().bulletins;
+        let bulletins = self.catalog.mission.vocabulary().bulletins;
         let names_task = bulletins.contains(&row.kind.as_str()) && !row.task.is_empty();
         let claims = row.state == "executing" || names_task;
         if !received || !(claims || row.state == "waiting") {
@@ -302,7 +302,7 @@ impl History {
         let tick = self.tick(row.t_ms);
         let robot = &mut self.robots[rank];
         // For robots with motivations, motivations.csv contains this.
-        if robot.measure == Measure::Utility {
+        if robot.measure == LevelUnit::Utility {
             let active = robot.sets.iter_mut();
             for set in active.filter(|set| set.name == row.behavior_set) {
                 set.active.push(tick);
@@ -318,12 +318,12 @@ impl History {
 
     #[must_use]
     pub fn rank(&self, robot: &str) -> Option<usize> {
-        self.setup.roster.robot_named(robot).map(RobotId::index)
+        self.setup.roster.find(robot).map(RobotId::index)
     }
 
     #[must_use]
     pub fn task_named(&self, name: &str) -> Option<TaskId> {
-        self.catalog.task_named(name)
+        self.catalog.find_task(name)
     }
 
     /// Returns all tasks in catalog order.

@@ -180,7 +180,7 @@ fn recurring(history: &History) -> Vec<Recurring> {
     let events = times.filter_map(|column| Some((column.event?, column.name)));
     events
         .map(|(event, name)| {
-            let period = mission.period_s(scenario, name);
+            let period = mission.max_event_interval_s(scenario, name);
             let period = period.map(SimTime::from_secs_f64);
             let late =
                 |interval: SimTime| period.map_or(SimTime::ZERO, |wanted| interval.since(wanted));

@@ -10,6 +10,7 @@
 //! definitions of all metrics.
 
 pub mod command;
+mod comparison_page;
 pub(crate) mod failures;
 mod faults;
 pub(crate) mod figures;
@@ -17,10 +18,9 @@ pub(crate) mod history;
 mod made;
 pub(crate) mod metrics;
 pub(crate) mod page;
-mod comparison_page;
 mod pdf;
+mod simplify;
 mod spans;
 mod stints;
 #[cfg(test)]
 mod tests;
-mod simplify;

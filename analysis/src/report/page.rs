@@ -2,8 +2,8 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use run_log::{RunFile, RunOutcome};
-use scenario::mission::Value;
-use scenario::mission::columns::{in_short, label, told};
+use scenario::mission::FigureValue;
+use scenario::mission::columns::{display_name, format_value, short_summary};
 use scenario::time::SimTime;
 
 use super::failures::{Aftermath, Cause, Loss, Sign};
@@ -217,7 +217,7 @@ pub(super) fn facts(part: &Part<'_>) -> Vec<(String, Markup)> {
     };
     let so_far = match history.latest().as_slice() {
         [] => "not in the log".to_owned(),
-        row => in_short(row),
+        row => short_summary(row),
     };
     let detection = metrics.failures.iter().filter_map(|failure| {
         let found = failure.orphan.as_ref()?.detection?;
@@ -239,7 +239,7 @@ pub(super) fn facts(part: &Part<'_>) -> Vec<(String, Markup)> {
         "{}, seed {}, {}, preset {}",
         setup.scenario.name,
         setup.seed,
-        setup.scenario.allocators_in_words(),
+        setup.scenario.allocator_list(),
         setup.scenario.alliance.preset.name()
     );
     let mut facts = Vec::new();
@@ -342,7 +342,9 @@ fn tasks(history: &History, metrics: &Metrics) -> Markup {
 /// Returns the mission's figures of the run and of each robot, from run.json.
 fn mission(run: &RunFile) -> Markup {
     let figures = run.result.mission.iter();
-    let figures: Vec<String> = figures.map(|(name, value)| told(name, value)).collect();
+    let figures: Vec<String> = figures
+        .map(|(name, value)| format_value(name, value))
+        .collect();
     let robots = &run.result.robots;
     let names = robots.values().next().map(|robot| robot.mission.iter());
     let names: Vec<&str> = names.into_iter().flatten().map(|(name, _)| name).collect();
@@ -352,7 +354,7 @@ fn mission(run: &RunFile) -> Markup {
         }
         @if !names.is_empty() {
             table {
-                thead { tr { th { "robot" } @for name in &names { th { (label(name)) } } } }
+                thead { tr { th { "robot" } @for name in &names { th { (display_name(name)) } } } }
                 tbody {
                     @for (robot, figures) in robots {
                         tr {
@@ -366,11 +368,11 @@ fn mission(run: &RunFile) -> Markup {
     }
 }
 
-fn number(value: Value) -> String {
+fn number(value: FigureValue) -> String {
     match value {
-        Value::Count(count) => count.to_string(),
-        Value::Real(number) => format!("{number:.2}"),
-        Value::None => "–".to_owned(),
+        FigureValue::Count(count) => count.to_string(),
+        FigureValue::Real(number) => format!("{number:.2}"),
+        FigureValue::None => "–".to_owned(),
     }
 }
 

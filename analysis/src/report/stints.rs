@@ -54,7 +54,7 @@ impl Stint {
 /// Returns all stints, sorted by start and then rank.
 #[must_use]
 pub fn stints(history: &History) -> Vec<Stint> {
-    let continuous = history.catalog.mission.terms().continuous;
+    let continuous = history.catalog.mission.vocabulary().continuous;
     let mut stints: Vec<Stint> = history
         .robots
         .iter()
@@ -79,7 +79,7 @@ pub fn stints(history: &History) -> Vec<Stint> {
 fn effects(history: &History, rank: usize, task: TaskId, span: Span) -> Vec<SimTime> {
     let name = &history.robots[rank].name;
     let task = history.catalog.task_name(task);
-    let terms = history.catalog.mission.terms();
+    let terms = history.catalog.mission.vocabulary();
     let is_effect = |kind: &str| {
         terms
             .columns

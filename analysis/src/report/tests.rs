@@ -6,9 +6,9 @@ use std::sync::Arc;
 use missions::Registry;
 use missions::waste::data::default_scenario;
 use proto::tick::Outcome;
-use proto::view::Measure;
+use proto::view::LevelUnit;
 use run_log::{
-    AllocationRow, EventRow, Figures, LogLevel, Memory, MessageRow, MotivationRow, PoseRow,
+    AllocationRow, EventRow, Figures, LogLevel, MemoryLog, MessageRow, MotivationRow, PoseRow,
     RobotFigures, RunFile, RunLog, RunOutcome, Table,
 };
 use scenario::ids::TaskId;
@@ -152,7 +152,7 @@ impl Made {
             task: task.to_owned(),
             progress: None,
             sent_ms: at(seconds - 0.5),
-            fate: fate.to_owned(),
+            delivery: fate.to_owned(),
         };
         self.history.add_message(&row).unwrap();
     }
@@ -540,7 +540,7 @@ fn only_reductions_of_motivation_count_as_resets() {
 
 /// Runs a setup in this process and returns its history and run.json.
 pub fn run_of(setup: Setup) -> (History, RunFile) {
-    let team = Team::new(setup, LogLevel::Full, Memory::default()).unwrap();
+    let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
     let (_, recorder) = team.run().unwrap();
     let log =
         RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
@@ -747,7 +747,7 @@ fn utilities_are_drawn_where_there_are_no_motivations() {
         to: history.end,
     };
     for robot in &history.robots {
-        assert_eq!(robot.measure, Measure::Utility);
+        assert_eq!(robot.measure, LevelUnit::Utility);
         assert_eq!(robot.present.iter().collect::<Vec<_>>(), [whole]);
         assert!(robot.sets.iter().any(|set| !set.levels.is_empty()));
         let active = robot.active();
@@ -782,7 +782,7 @@ fn shipped(scenario: &str, limit_s: f64) -> Metrics {
     scenario.limit_s = limit_s;
     scenario.faults.timeline.clear();
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-    let team = Team::new(setup, LogLevel::Full, Memory::default()).unwrap();
+    let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
     let (_, recorder) = team.run().unwrap();
     let log = RunLog::from_memory(&recorder.into_sink(), &vocabulary).unwrap();
     Metrics::of(&History::read(&log).unwrap(), &log.run)

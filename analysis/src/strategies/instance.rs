@@ -6,7 +6,7 @@ use std::fmt::Write;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use scenario::{KnownTimes, Profile, RobotTimes};
+use scenario::{LearnedTimes, LearnedTimesByTask, Profile};
 
 use super::design::{Condition, Mishap, Rule};
 
@@ -122,7 +122,7 @@ impl Instance {
             let able = (0..).zip(&self.times_s);
             let able = able.filter_map(move |(robot, times_s)| Some((robot, times_s[task]?)));
             able.map(|(robot, time_s): (usize, u32)| {
-                let known = KnownTimes {
+                let known = LearnedTimes {
                     trials: 1,
                     latest_s: vec![f64::from(time_s)],
                 };
@@ -130,7 +130,7 @@ impl Instance {
             })
             .collect::<BTreeMap<_, _>>()
         };
-        let known_to = |times_s: &Vec<Option<u32>>| -> RobotTimes {
+        let known_to = |times_s: &Vec<Option<u32>>| -> LearnedTimesByTask {
             let able = (0..self.tasks()).filter(|&task| times_s[task].is_some());
             able.map(|task| (format!("serve(t{task})"), times(task)))
                 .collect()

@@ -2,7 +2,7 @@
 
 use missions::Registry;
 use proto::tick::Outcome;
-use run_log::{LogLevel, Memory};
+use run_log::{LogLevel, MemoryLog};
 use scenario::{Scenario, Setup};
 
 use super::design::{Condition, Rule};
@@ -33,7 +33,7 @@ pub fn attempt(condition: &Condition, rule: &Rule, seed: u64) -> anyhow::Result<
         profile: instance.profile(),
         ..Setup::resolve(scenario, seed, None)?.setup
     };
-    let mut team = Team::new(setup, LogLevel::Off, Memory::default())?;
+    let mut team = Team::new(setup, LogLevel::Off, MemoryLog::default())?;
     let outcome = team.go_on_for(u64::MAX, Outcome::TimeLimit, |_| {})?;
     let result = team.end(outcome)?.0.result;
     let worked_s = |robot: usize, figure: &str| {

@@ -8,6 +8,7 @@ use comfy_table::{CellAlignment, Table};
 use terminal::tell;
 use world_server::mission_args::Known;
 
+use super::execution::{Arguments, Study, counted, quoted, repeat};
 use super::figures::draw;
 use super::folder::{FAILURES, put};
 use super::journal::Header;
@@ -17,7 +18,6 @@ use super::results::{csv, table};
 use super::run::{End, FaultCount, Row};
 use super::statistics::Estimate;
 use super::summary::{Summary, by_column, by_condition, failed_by_reason, faults_by_kind, overall};
-use super::execution::{Arguments, Study, counted, quoted, repeat};
 use crate::table;
 
 const FAULTS: &str = "faults.csv";

@@ -1,7 +1,7 @@
 //! The part of a plan that a comparison needs after its runs. Journals contain it, so shards can be merged without the plan.
 
 use scenario::Scenario;
-use scenario::fault::{Fault, Who};
+use scenario::fault::{Fault, LinkEnd};
 use serde::{Deserialize, Serialize};
 
 use super::plan::hypothesis::Hypothesis;
@@ -33,7 +33,7 @@ impl Axes {
             [] => Some(0.0),
             [order] => match &order.fault {
                 Fault::Drop(loss)
-                    if (&loss.from, &loss.to) == (&Who::All, &Who::All)
+                    if (&loss.from, &loss.to) == (&LinkEnd::All, &LinkEnd::All)
                         && order.at_s.unwrap_or(0.0) == 0.0
                         && loss.burst_s == 0.0
                         && (order.for_s, order.every_s) == (None, None)

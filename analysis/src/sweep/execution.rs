@@ -8,7 +8,7 @@ use std::thread::available_parallelism;
 
 use anyhow::{Context, bail};
 use clap::Args;
-use scenario::text_of;
+use scenario::decode_text;
 use terminal::tell;
 use world_server::mission_args::{Known, read_scenario};
 
@@ -119,7 +119,7 @@ impl Arguments {
         };
         let name = file.display().to_string();
         let bytes = fs::read(file).with_context(|| name.clone())?;
-        let text = text_of(&name, bytes)?;
+        let text = decode_text(&name, bytes)?;
         Ok((read_plan(file, &text, known)?, text))
     }
 

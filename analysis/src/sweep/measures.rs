@@ -64,7 +64,7 @@ impl Measures {
         });
         let takeovers = metrics.takeovers.iter();
         let takeovers = takeovers.filter(|takeover| matches!(takeover.cause, Cause::Lost(_)));
-        let bulletins = history.catalog.mission.terms().bulletins;
+        let bulletins = history.catalog.mission.vocabulary().bulletins;
         let sent = traffic
             .by_kind()
             .filter(|(_, traffic)| traffic.messages > 0);

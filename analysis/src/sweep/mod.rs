@@ -10,6 +10,7 @@
 pub mod command;
 pub(crate) mod comparison;
 pub(crate) mod design;
+pub(crate) mod execution;
 mod figures;
 pub(crate) mod folder;
 pub(crate) mod journal;
@@ -25,7 +26,6 @@ mod sampling;
 mod shard;
 pub(crate) mod statistics;
 mod summary;
-pub(crate) mod execution;
 pub(crate) mod workers;
 
 pub use journal::parse as parse_journal;

@@ -3,10 +3,10 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::design::{Cell, Design};
+use super::execution::counted;
 use super::run::{End, FaultCount, Row};
 use super::statistics::Estimate;
 use super::summary::{Summary, failed_by_reason, faults_by_kind};
-use super::execution::counted;
 use crate::page_head::head;
 
 /// The largest number of rows in a table of the page; the files contain the rest.

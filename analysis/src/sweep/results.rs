@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use scenario::mission::{MissionFigures, Value};
+use scenario::mission::{FigureValue, MissionFigures};
 
 use super::design::{Cell, Design};
 use super::measures::{Measures, Sent};
@@ -161,11 +161,11 @@ fn of_mission(rows: &[Row]) -> impl Iterator<Item = Column> {
     }
     names.into_iter().map(|name| {
         let values = || rows.iter().map(|row| Some(figures(row)?.mission.get(name)));
-        let has = |wanted: fn(&Value) -> bool| values().flatten().any(|value| wanted(&value));
-        let is_whole = has(|value| matches!(value, Value::Count(_)))
-            && !has(|value| matches!(value, Value::Real(_)));
+        let has = |wanted: fn(&FigureValue) -> bool| values().flatten().any(|value| wanted(&value));
+        let is_whole = has(|value| matches!(value, FigureValue::Count(_)))
+            && !has(|value| matches!(value, FigureValue::Real(_)));
         let values = if is_whole {
-            let whole = |value: Value| value.number().map(|_| value.count() as i64);
+            let whole = |value: FigureValue| value.number().map(|_| value.count() as i64);
             Integers(values().map(|value| whole(value?)).collect())
         } else {
             Numbers(values().map(|value| value?.number()).collect())
@@ -307,8 +307,8 @@ pub(crate) mod tests {
             ] {
                 mission.add(name, count);
             }
-            mission.add("report_lateness_mean_ms", Value::None);
-            mission.add("report_lateness_max_ms", Value::None);
+            mission.add("report_lateness_mean_ms", FigureValue::None);
+            mission.add("report_lateness_max_ms", FigureValue::None);
         }
         row
     }

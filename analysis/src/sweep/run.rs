@@ -6,10 +6,10 @@ use std::path::Path;
 
 use proto::control::FaultStatus;
 use proto::tick::Outcome;
-use run_log::{LogLevel, Memory, RunFile, RunLog, RunOutcome};
+use run_log::{LogLevel, MemoryLog, RunFile, RunLog, RunOutcome};
 use scenario::fault::Fault;
 use scenario::mission::columns::{ColumnKind, ColumnValue, Progress};
-use scenario::mission::{MissionFigures, Value};
+use scenario::mission::{FigureValue, MissionFigures};
 use serde::{Deserialize, Serialize};
 use terminal::panics::catch;
 
@@ -126,7 +126,7 @@ fn simulate(
     } else {
         LogLevel::Off
     };
-    let mut team = Team::new(setup, level, Memory::default())?;
+    let mut team = Team::new(setup, level, MemoryLog::default())?;
     if plan.measures {
         team.count_traffic();
     }
@@ -182,7 +182,7 @@ impl Figures {
     pub fn lateness_ms(&self) -> Option<u64> {
         let figures = self.mission.iter();
         let late = figures.filter(|(name, _)| name.ends_with("lateness_max_ms"));
-        late.filter(|(_, value)| *value != Value::None)
+        late.filter(|(_, value)| *value != FigureValue::None)
             .map(|(_, value)| value.count())
             .max()
     }
@@ -208,11 +208,11 @@ impl FaultCount {
 
 fn of_mission(run: &RunFile) -> MissionFigures {
     let reported = &run.result.mission;
-    let columns = run.setup.catalog.mission.terms().columns;
+    let columns = run.setup.catalog.mission.vocabulary().columns;
     let row = columns.iter();
-    let row = row.filter_map(|column| Some(column.with(reported.column(column.name)?)));
+    let row = row.filter_map(|column| Some(column.with_value(reported.column(column.name)?)));
     let row: Vec<ColumnValue> = row.collect();
-    let total = Progress::of(&row).map(|progress| progress.total);
+    let total = Progress::from_row(&row).map(|progress| progress.total);
     let mut figures = MissionFigures::default();
     for (name, value) in reported.iter() {
         let name = name.replace('.', "_");
@@ -315,7 +315,7 @@ mod tests {
             panic!("{row:?}")
         };
         let setup = setup(&plan.scenario(0).unwrap(), 7).unwrap();
-        let team = Team::new(setup, LogLevel::Full, Memory::default()).unwrap();
+        let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
         let (outcome, recorder) = team.run().unwrap();
         assert_eq!(
             (figures.outcome, &figures.hash),
@@ -327,11 +327,11 @@ mod tests {
         );
         let of_mission: Vec<_> = figures.mission.iter().collect();
         let expected = [
-            ("items_delivered", Value::Count(0)),
-            ("items_total", Value::Count(24)),
-            ("reports_made", Value::Count(0)),
-            ("report_lateness_mean_ms", Value::None),
-            ("report_lateness_max_ms", Value::None),
+            ("items_delivered", FigureValue::Count(0)),
+            ("items_total", FigureValue::Count(24)),
+            ("reports_made", FigureValue::Count(0)),
+            ("report_lateness_mean_ms", FigureValue::None),
+            ("report_lateness_max_ms", FigureValue::None),
         ];
         assert_eq!(of_mission, expected);
         assert_eq!(figures.lateness_ms(), None);

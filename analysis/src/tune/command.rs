@@ -8,7 +8,7 @@ use std::thread::available_parallelism;
 
 use anyhow::Context;
 use clap::Args;
-use scenario::text_of;
+use scenario::decode_text;
 use terminal::tell;
 use world_server::mission_args::Known;
 
@@ -20,11 +20,11 @@ use super::tuning::{Runs, Tuned, tune};
 use super::verdict::{Verdict, verdicts};
 use crate::interrupted::Interrupted;
 use crate::sweep::design::change;
+use crate::sweep::execution::{jobs, quoted, read_plan};
 use crate::sweep::folder::{PLAN, put};
 use crate::sweep::progress::Progress;
 use crate::sweep::results::Values::{Flags, Integers, Numbers, Texts};
 use crate::sweep::results::{Column, Values, csv};
-use crate::sweep::execution::{jobs, quoted, read_plan};
 
 /// The file name of the scenario with the best parameters.
 pub const TUNED: &str = "tuned.toml";
@@ -80,7 +80,7 @@ impl TuneCommand {
     fn prepare(&self, known: &Known) -> anyhow::Result<(Task, Record, PathBuf)> {
         let file = self.plan.display().to_string();
         let bytes = fs::read(&self.plan).with_context(|| file.clone())?;
-        let text = text_of(&file, bytes)?;
+        let text = decode_text(&file, bytes)?;
         let plan = read_plan(&self.plan, &text, known)?;
         let header = Header {
             tune: self.name(),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, bail};
-use scenario::instead;
+use scenario::name_remedy;
 
 use super::space::{Parameter, changes, values};
 use crate::compare::metrics::Metric;
@@ -84,7 +84,7 @@ impl Task {
             bail!(
                 "tune.metric: there is no metric '{}' to tune by; {}",
                 tuning.metric,
-                instead(&tuning.metric, known)
+                name_remedy(&tuning.metric, known)
             );
         };
         check_seeds(&tuning)?;
@@ -250,7 +250,7 @@ fn conditions(plan: &Plan, tuning: &Tuning) -> anyhow::Result<Vec<Condition>> {
         let known = &mut known.iter().map(String::as_str);
         bail!(
             "tune.unseen: there is no class of faults '{class}'; {}",
-            instead(class, known)
+            name_remedy(class, known)
         );
     }
     if all.iter().all(|condition| condition.is_unseen) {

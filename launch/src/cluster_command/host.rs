@@ -15,7 +15,7 @@ use nix::sys::signal::{Signal as NixSignal, kill};
 use nix::unistd::Pid;
 use proto::identity;
 use proto::keys::LAUNCHER_HOST;
-use proto::process::ProcessAct;
+use proto::process::ProcessAction;
 use scenario::names::is_name;
 use terminal::tell;
 use tokio::signal::unix::{Signal, SignalKind, signal};
@@ -103,7 +103,7 @@ impl Daemon {
     fn new(name: &str, far: &FarArgs, listen: &[String], once: bool) -> anyhow::Result<Self> {
         let mut places = Vec::new();
         for at in listen {
-            let locator = Locator::of_option(at, far.unencrypted).context("--listen")?;
+            let locator = Locator::from_option(at, far.unencrypted).context("--listen")?;
             places.push(locator.to_string());
         }
         let (login, keys) = far.login(&identity::host(name))?.context(
@@ -161,7 +161,7 @@ impl Daemon {
                 _ = children.recv() => {}
                 call = bus.call() => if let Call::Order(order, query) = call {
                     let done = crew.obey(&order).await;
-                    if let (Ok(pid), ProcessAct::Start) = (&done, order.act) {
+                    if let (Ok(pid), ProcessAction::Start) = (&done, order.act) {
                         say(&format!("{} is process {pid} now", order.robot));
                     }
                     bus.answer(&query, order.number, done).await;

@@ -53,7 +53,9 @@ impl KeysCommand {
         let (status, error) = match prepared {
             Err(error) => (2, error),
             Ok((team, folder)) => match self.carry_out(&team, &folder) {
-                Ok(text) => return terminal::answer("alliance keys", text, ExitCode::SUCCESS),
+                Ok(text) => {
+                    return terminal::print_result("alliance keys", text, ExitCode::SUCCESS);
+                }
                 Err(error) => (3, error),
             },
         };

@@ -7,13 +7,13 @@ use clap::{Args, Subcommand};
 use missions::Registry;
 use scenario::Obstacle;
 use scenario::fault::{
-    ActuatorFault, Chance, Delay, Device, Fault, Link, Loss, MoveRobot, Order, Partition,
-    RadioQuality, RangeFault, SensorFault, SkillFault, Who,
+    ActuatorFault, Delay, Device, Fault, LinkChance, LinkEnd, LinkSelection, Loss, MoveRobot,
+    Order, Partition, RadioQuality, RangeFault, SensorFault, SkillFault,
 };
 use scenario::time::seconds;
 
-use super::modes::{ACTUATOR_MODES, SENSOR_MODES, actuator_mode, sensor_mode};
 use super::mission_fault::OwnFault;
+use super::modes::{ACTUATOR_MODES, SENSOR_MODES, actuator_mode, sensor_mode};
 use super::timing::Timing;
 
 #[derive(Subcommand, Clone, Debug)]
@@ -98,10 +98,10 @@ pub struct OneRobot {
 pub struct Ends {
     /// Sender: a robot or all
     #[arg(long, value_name = "ROBOT|all", default_value = "all", value_parser = parse_end)]
-    from: Who,
+    from: LinkEnd,
     /// Receiver: a robot or all
     #[arg(long, value_name = "ROBOT|all", default_value = "all", value_parser = parse_end)]
-    to: Who,
+    to: LinkEnd,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -260,10 +260,10 @@ impl OrderArgs {
         let robot = |timed: Timed<OneRobot>, fault: fn(String) -> Fault| {
             timed.order(|one| fault(one.robot))
         };
-        let chance = |timed: Timed<ChanceArgs>, fault: fn(Chance) -> Fault| {
+        let chance = |timed: Timed<ChanceArgs>, fault: fn(LinkChance) -> Fault| {
             timed.order(|ChanceArgs { ends, p }| {
                 let Ends { from, to } = ends;
-                fault(Chance { from, to, p })
+                fault(LinkChance { from, to, p })
             })
         };
         let radio = |timed: Timed<Nothing>, quality| timed.order(|_| Fault::Radio(quality));
@@ -297,7 +297,9 @@ impl OrderArgs {
             }),
             Self::Duplicate(timed) => chance(timed, Fault::Duplicate),
             Self::Reorder(timed) => chance(timed, Fault::Reorder),
-            Self::Hold(timed) => timed.order(|Ends { from, to }| Fault::Hold(Link { from, to })),
+            Self::Hold(timed) => {
+                timed.order(|Ends { from, to }| Fault::Hold(LinkSelection { from, to }))
+            }
             Self::Partition(timed) => timed.order(|partition| {
                 Fault::Partition(Partition {
                     groups: groups(&partition.groups),
@@ -356,8 +358,8 @@ impl OrderArgs {
 }
 
 /// Parses the name of a robot, or `all`.
-fn parse_end(text: &str) -> Result<Who, Infallible> {
-    Ok(Who::from(text.to_owned()))
+fn parse_end(text: &str) -> Result<LinkEnd, Infallible> {
+    Ok(LinkEnd::from(text.to_owned()))
 }
 
 /// Parses groups such as `blue,gold / green` from one or several arguments.
@@ -374,12 +376,12 @@ fn groups(arguments: &[String]) -> Vec<Vec<String>> {
 fn device() -> impl TypedValueParser<Value = Device> {
     let missions = Registry::of_this_program().vocabulary().missions;
     let mut names: Vec<&str> = Vec::new();
-    for name in missions.into_iter().flat_map(Device::of) {
+    for name in missions.into_iter().flat_map(Device::names_for) {
         if !names.contains(&name) {
             names.push(name);
         }
     }
-    PossibleValuesParser::new(names).map(|name| Device::named(&name))
+    PossibleValuesParser::new(names).map(|name| Device::new(&name))
 }
 
 /// Returns a parser for one of these values by name.

@@ -1,8 +1,8 @@
 //! `alliance fault`: injects, lists and clears faults in a live run.
 
 mod args;
-mod modes;
 mod mission_fault;
+mod modes;
 #[cfg(test)]
 mod tests;
 mod timing;
@@ -96,7 +96,7 @@ fn refuse(why: &str) -> ExitCode {
 
 /// Returns the acknowledgement of a fault, such as "f3: kill gold from tick 1234 (61.700 s)".
 fn acknowledge(armed: &Armed, order: &Order) -> String {
-    let begins = if order.fault.is_momentary() {
+    let begins = if order.fault.is_instantaneous() {
         "at"
     } else {
         "from"

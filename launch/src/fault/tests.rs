@@ -188,7 +188,7 @@ fn the_text_form_of_every_fault_is_a_command() {
         }
     }
     let mission_faults = missions::waste::data::WASTE.faults();
-    let all = Fault::COMMON
+    let all = Fault::COMMON_NAMES
         .into_iter()
         .chain(mission_faults.iter().map(|spec| spec.name));
     assert_eq!(known, all.map(str::to_owned).collect());

@@ -1,7 +1,7 @@
 //! The options for the trigger and the duration of a fault.
 
 use clap::Args;
-use scenario::fault::{Fault, Order, When};
+use scenario::fault::{EventTrigger, Fault, Order};
 use scenario::time::seconds;
 
 // No doc comment, because clap would use it as the description of the mission's fault commands.
@@ -15,7 +15,7 @@ pub struct Timing {
     every_s: Option<f64>,
     /// Next event that starts the fault: "ROBOT|any VERB [SUBJECT]", as in "blue activates report-progress"
     #[arg(long, value_name = "EVENT")]
-    when: Option<When>,
+    when: Option<EventTrigger>,
     /// Duration [default: until it is cleared]
     #[arg(long = "for", value_name = "TIME", value_parser = seconds)]
     for_s: Option<f64>,

@@ -21,7 +21,7 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
         .iter()
         .map(|set| json!({"name": set.name, "task": set.task}))
         .collect();
-    let terms = catalog.mission.terms();
+    let terms = catalog.mission.vocabulary();
     let room = setup.scenario.room;
     let mission_faults = catalog.mission.faults().iter();
     let mission = json!({
@@ -50,11 +50,11 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
 
 /// Returns the sensing devices that can fail, in display order.
 fn devices(mission: Mission) -> Vec<Value> {
-    let devices = Device::of(mission).map(|name| {
+    let devices = Device::names_for(mission).map(|name| {
         json!({
             "name": name,
-            "label": Device::label(name),
-            "tells_lengths": Device::named(name).tells_lengths(mission),
+            "label": Device::display_name(name),
+            "tells_lengths": Device::new(name).measures_lengths(mission),
             "tells_heading": name == Device::POSITION,
             "is_optional": Device::is_optional(name, mission),
         })
@@ -65,8 +65,8 @@ fn devices(mission: Mission) -> Vec<Value> {
 /// Returns the names of the faults without a duration.
 fn momentary(mission: Mission) -> Vec<&'static str> {
     let mission_names = mission.faults().iter().map(|spec| spec.name);
-    let all = Fault::COMMON.into_iter().chain(mission_names);
-    all.filter(|name| Fault::is_name_of_momentary(name))
+    let all = Fault::COMMON_NAMES.into_iter().chain(mission_names);
+    all.filter(|name| Fault::is_instantaneous_name(name))
         .collect()
 }
 

@@ -5,9 +5,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use anyhow::{Context, bail};
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
-use cluster::rendezvous::{Rendezvous, User};
+use cluster::rendezvous::{ConnectionRole, Rendezvous};
 use proto::control::{ControlCommand, Reply};
-use proto::event::EventNews;
+use proto::event::TickEvents;
 use proto::tick::Outcome;
 use proto::view::View;
 use scenario::Setup;
@@ -58,7 +58,7 @@ impl Live {
     /// # Errors
     /// If the run cannot be reached or returns no description.
     pub async fn join(run: Rendezvous, stays: bool) -> anyhow::Result<Arc<Self>> {
-        let observer = Observer::join(run, User::Operator).await?;
+        let observer = Observer::join(run, ConnectionRole::Operator).await?;
         let described = control::query(&observer, ControlCommand::Describe).await?;
         let Reply::Description(description) = described else {
             bail!("run '{}' returned no description", observer.run.run);
@@ -244,7 +244,7 @@ impl Received {
         }
     }
 
-    fn events(&self, news: &EventNews) {
+    fn events(&self, news: &TickEvents) {
         let mut memory = self.memory();
         if memory.events.is_some_and(|newest| news.tick <= newest) {
             return;
@@ -283,7 +283,7 @@ impl Received {
 mod tests {
     use proto::event::EventLine;
     use proto::telemetry::BehaviorState;
-    use proto::view::Bend;
+    use proto::view::Corner;
     use scenario::ids::{BehaviorId, RobotId};
     use tokio::sync::broadcast::error::TryRecvError;
 
@@ -298,8 +298,8 @@ mod tests {
         }
     }
 
-    fn news(tick: u64) -> EventNews {
-        EventNews {
+    fn news(tick: u64) -> TickEvents {
+        TickEvents {
             tick,
             events: vec![EventLine {
                 t_ms: SimTime(50 * tick),
@@ -352,7 +352,7 @@ mod tests {
         let received = Received::new(SimTime(50));
         let (_, mut news) = received.catch_up();
         for tick in 0..3 {
-            let bend = Bend {
+            let bend = Corner {
                 robot: RobotId(0),
                 set: BehaviorId(1),
                 at: SimTime(50 * tick),

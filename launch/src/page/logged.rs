@@ -10,7 +10,7 @@ use axum::extract::ws::WebSocket;
 use proto::control::AgentState;
 use proto::event::EventLine;
 use proto::tick::Outcome;
-use proto::view::{Bend, MESSAGES_MAX, View};
+use proto::view::{Corner, MESSAGES_MAX, View};
 use run_log::{EventRow, LogLevel, RunLog, RunOutcome};
 use scenario::ids::{RobotId, Tick};
 use scenario::time::SimTime;
@@ -38,7 +38,7 @@ pub struct Logged {
     views: Vec<View>,
     every: u64,
     /// The corners of all curves of motivation, by robot rank.
-    bends: Vec<Vec<Bend>>,
+    bends: Vec<Vec<Corner>>,
     events: Vec<EventLine>,
     pages: watch::Sender<usize>,
     interrupted: bool,
@@ -166,7 +166,7 @@ impl Logged {
 
     /// Returns the corners of all curves of a robot by time; empty for an unknown robot.
     #[must_use]
-    pub fn bends(&self, rank: usize) -> &[Bend] {
+    pub fn bends(&self, rank: usize) -> &[Corner] {
         self.bends.get(rank).map_or(&[], Vec::as_slice)
     }
 
@@ -177,12 +177,12 @@ impl Logged {
 }
 
 /// Returns the ends of the curves of present robots if `view` is the last one. They belong to the step before the view.
-fn last_levels(view: &View, step: SimTime) -> Vec<Bend> {
+fn last_levels(view: &View, step: SimTime) -> Vec<Corner> {
     let present = (0..).zip(&view.robots);
     let present = present.filter(|(_, robot)| robot.state == AgentState::Present);
     present
         .flat_map(|(rank, robot)| {
-            robot.sets.iter().map(move |set| Bend {
+            robot.sets.iter().map(move |set| Corner {
                 robot: RobotId(rank),
                 set: set.motivation.set,
                 at: view.now - step,
@@ -251,7 +251,7 @@ mod tests {
             })
             .collect();
         let robots = about["scenario"]["robots"].as_array().unwrap();
-        let bends: Vec<&[Bend]> = (0..robots.len()).map(|rank| logged.bends(rank)).collect();
+        let bends: Vec<&[Corner]> = (0..robots.len()).map(|rank| logged.bends(rank)).collect();
         let data = json!({
             "robots": robots.iter().map(|robot| &robot["name"]).collect::<Vec<_>>(),
             "sets": about["catalog"]["sets"],

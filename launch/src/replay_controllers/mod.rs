@@ -37,7 +37,7 @@ use stage::{Stage, State};
 /// If a value is invalid, no robot has that controller, or the bus fails.
 pub fn ask(logged: &RunLog, words: &[String], kept: Kept) -> anyhow::Result<Box<dyn Foreign>> {
     let setup = logged.run.setup.clone();
-    let minds = setup.scenario.minds();
+    let minds = setup.scenario.external_controllers();
     let mut commands = BTreeMap::new();
     for word in words {
         let mind =
@@ -94,7 +94,7 @@ impl Comparison {
             return Ok(());
         };
         let name = self.name(robot).to_owned();
-        let setup = self.setup.briefing_of(&name).to_json();
+        let setup = self.setup.for_robot(&name).to_json();
         let welcome = Welcome {
             robot,
             incarnation,
@@ -130,7 +130,7 @@ impl Comparison {
             return Err("its controller is not running".to_owned());
         };
         stage.heard.lock().broadcasts.remove(&robot);
-        let bulletins = setup.catalog.mission.terms().bulletins;
+        let bulletins = setup.catalog.mission.vocabulary().bulletins;
         for broadcast in arrived.iter().flatten() {
             let kind = broadcast.body.kind().name(bulletins);
             let sender = setup.roster.name(broadcast.sender);

@@ -9,7 +9,7 @@ use anyhow::Context;
 use cluster::rendezvous::{Announcement, Rendezvous};
 use cluster::router;
 use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
-use proto::keys::Keys;
+use proto::keys::KeyExpressions;
 use proto::secret::Secret;
 use proto::team::Broadcast;
 use proto::tick::Report;
@@ -36,7 +36,7 @@ pub(super) struct Stage {
     /// The id of the run, by which controllers find it.
     pub run: String,
     pub session: Session,
-    pub keys: Keys,
+    pub keys: KeyExpressions,
     token: String,
     pub logs: PathBuf,
     pub heard: Arc<Heard>,
@@ -78,7 +78,7 @@ impl Stage {
         let run = format!("replay-{}", std::process::id());
         let mut rendezvous = Rendezvous::new(run.clone())?;
         let session = router::open_for_team(&mut rendezvous, None).await?;
-        let (keys, token) = (Keys::new(&run), rendezvous.token.clone());
+        let (keys, token) = (KeyExpressions::new(&run), rendezvous.token.clone());
         let heard = Arc::new(Heard::default());
         subscribe(&session, &keys, &token, &heard, setup)
             .await
@@ -108,7 +108,7 @@ impl Stage {
 
     /// Sends a message of a teammate to all robots.
     pub fn say<T: Serialize>(&self, key: &str, message: &T) -> Result<(), String> {
-        self.put(key, &Secret::of(&self.token), message)
+        self.put(key, &Secret::from_token(&self.token), message)
     }
 
     fn put<T: Serialize>(&self, key: &str, secret: &Secret, message: &T) -> Result<(), String> {
@@ -158,7 +158,7 @@ impl Stage {
 
 async fn subscribe(
     session: &Session,
-    keys: &Keys,
+    keys: &KeyExpressions,
     token: &str,
     heard: &Arc<Heard>,
     setup: &Setup,
@@ -178,7 +178,7 @@ async fn subscribe(
             .background()
             .await?;
 
-        let (received, opener) = (Arc::clone(heard), Secret::of(token));
+        let (received, opener) = (Arc::clone(heard), Secret::from_token(token));
         session
             .declare_subscriber(keys.team(&robot.name, "*"))
             .allowed_origin(zenoh::sample::Locality::Remote)
@@ -223,7 +223,7 @@ async fn subscribe(
         .callback(move |query| {
             let payload = query.payload().map(|payload| payload.to_bytes());
             let key = query.key_expr().as_str();
-            let name = Keys::parse_speaker(key);
+            let name = KeyExpressions::parse_sender(key);
             let secret = Secret::of_robot(&run_token, name);
             let request = secret.open::<JoinRequest>(key, &payload.unwrap_or_default());
             let Ok(request) = request else { return };

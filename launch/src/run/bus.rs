@@ -1,8 +1,8 @@
 //! The launcher's connection to the bus: it receives views, events and process orders, and reports process states to the world.
 
-use cluster::rendezvous::{Rendezvous, User};
+use cluster::rendezvous::{ConnectionRole, Rendezvous};
 use proto::event::EventLine;
-use proto::keys::{Keys, LAUNCHER_HOST};
+use proto::keys::{KeyExpressions, LAUNCHER_HOST};
 use proto::process::{ProcessNews, ProcessOrder, ProcessReply, ProcessState};
 use proto::secret::Secret;
 use proto::view::View;
@@ -17,7 +17,7 @@ const QUEUE_CAPACITY: usize = 256;
 
 pub struct Bus {
     session: Session,
-    keys: Keys,
+    keys: KeyExpressions,
     secret: Secret,
     /// The name of this host; [`LAUNCHER_HOST`] for the launcher of a run.
     host: String,
@@ -37,7 +37,7 @@ pub enum Call {
 
 impl Bus {
     pub async fn join(run: &str, views: watch::Sender<Option<View>>) -> anyhow::Result<Self> {
-        let observer = Observer::join(Rendezvous::find(Some(run))?, User::Team).await?;
+        let observer = Observer::join(Rendezvous::find(Some(run))?, ConnectionRole::Team).await?;
         let (event_sender, events) = mpsc::channel(QUEUE_CAPACITY);
         observer
             .on_view(move |view| {
@@ -72,7 +72,7 @@ impl Bus {
     /// Creates the connection of a host daemon, which receives no views and no events.
     pub async fn of_host(
         session: Session,
-        keys: Keys,
+        keys: KeyExpressions,
         secret: Secret,
         host: &str,
     ) -> anyhow::Result<Self> {
@@ -82,7 +82,7 @@ impl Bus {
 
     async fn open(
         session: Session,
-        keys: Keys,
+        keys: KeyExpressions,
         secret: Secret,
         host: &str,
         events: mpsc::Receiver<EventLine>,

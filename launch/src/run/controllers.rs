@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use anyhow::bail;
 use robot_agent::args::{ROBOT, RUN};
 use scenario::names::is_name;
-use scenario::{Scenario, instead};
+use scenario::{Scenario, name_remedy};
 
 /// A value of `--mind`: `NAME[@VERSION]=COMMAND`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,7 +53,7 @@ pub fn commands(
     scenario: &Scenario,
     stated: &[MindCommand],
 ) -> anyhow::Result<BTreeMap<String, String>> {
-    let names = scenario.minds();
+    let names = scenario.external_controllers();
     for (index, mind) in stated.iter().enumerate() {
         let name = mind.name.as_str();
         if stated[..index].iter().any(|other| other.name == name) {
@@ -66,7 +66,7 @@ pub fn commands(
             );
         }
         if !names.contains(name) {
-            let remedy = instead(name, names.iter().copied());
+            let remedy = name_remedy(name, names.iter().copied());
             bail!(
                 "--mind {name}: no robot of '{}' has that controller; {remedy}",
                 scenario.name

@@ -3,8 +3,8 @@
 pub mod args;
 pub mod bus;
 pub mod child_processes;
-pub mod crew;
 pub mod controllers;
+pub mod crew;
 mod one_process;
 mod orders;
 pub mod plan;

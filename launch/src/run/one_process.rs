@@ -29,10 +29,10 @@ const TICKS_PER_CLOCK_READING: u64 = 64;
 
 /// Runs the mission to its end or to the first violated invariant. Returns `true` if the mission is complete and nothing is violated.
 pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
-    panics::this_is(format!(
+    panics::set_process_name(format!(
         "alliance run (mission {}, allocator {})",
         plan.setup.catalog.mission.name(),
-        plan.setup.scenario.allocators_in_words(),
+        plan.setup.scenario.allocator_list(),
     ));
     let interrupted = Interrupted::watch()?;
     let mut progress = Progress::new(&plan.setup);

@@ -5,7 +5,7 @@ use std::time::Duration;
 use anyhow::{Context, bail};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
-use proto::process::{ProcessAct, ProcessOrder};
+use proto::process::{ProcessAction, ProcessOrder};
 use tokio::time::{Instant, sleep};
 
 use super::child_processes::Process;
@@ -23,14 +23,14 @@ impl Crew {
     /// # Errors
     /// If the signal cannot be sent or does not take effect.
     pub async fn obey(&mut self, order: &ProcessOrder) -> anyhow::Result<u32> {
-        if order.act == ProcessAct::Start {
+        if order.act == ProcessAction::Start {
             return self.start(&order.robot);
         }
         let signal = match order.act {
-            ProcessAct::Kill => Signal::SIGKILL,
-            ProcessAct::Terminate => Signal::SIGTERM,
-            ProcessAct::Stop => Signal::SIGSTOP,
-            ProcessAct::Continue | ProcessAct::Start => Signal::SIGCONT,
+            ProcessAction::Kill => Signal::SIGKILL,
+            ProcessAction::Terminate => Signal::SIGTERM,
+            ProcessAction::Stop => Signal::SIGSTOP,
+            ProcessAction::Continue | ProcessAction::Start => Signal::SIGCONT,
         };
         let Some(pid) = order.pid else {
             bail!("the process of {} is not known", order.robot);
@@ -38,14 +38,14 @@ impl Crew {
         match self.agents.iter_mut().find(|agent| agent.pid() == pid) {
             Some(agent) => {
                 // A stopped process receives SIGTERM only after SIGCONT.
-                let needs_resume = order.act == ProcessAct::Terminate && agent.is_stopped();
+                let needs_resume = order.act == ProcessAction::Terminate && agent.is_stopped();
                 agent.signal(signal);
                 if needs_resume {
                     agent.signal(Signal::SIGCONT);
                 }
                 let wanted = match order.act {
-                    ProcessAct::Stop => true,
-                    ProcessAct::Continue => false,
+                    ProcessAction::Stop => true,
+                    ProcessAction::Continue => false,
                     // The world detects the end by the agent's liveliness token.
                     _ => return Ok(pid),
                 };
@@ -55,8 +55,8 @@ impl Crew {
                 let process = Pid::from_raw(i32::try_from(pid).context("process id")?);
                 kill(process, signal).with_context(|| format!("process {pid}"))?;
                 match order.act {
-                    ProcessAct::Stop => wait_for_other(pid, true).await?,
-                    ProcessAct::Continue => wait_for_other(pid, false).await?,
+                    ProcessAction::Stop => wait_for_other(pid, true).await?,
+                    ProcessAction::Continue => wait_for_other(pid, false).await?,
                     _ => {}
                 }
             }

@@ -8,7 +8,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use proto::control::AgentState;
 use proto::event::EventLine;
 use proto::view::{RobotView, View};
-use scenario::mission::columns::{Column, ColumnValue, Progress as MissionProgress, in_short};
+use scenario::mission::columns::{Column, ColumnValue, Progress as MissionProgress, short_summary};
 use scenario::{Catalog, Setup};
 use terminal::tell;
 use tokio::time::Instant;
@@ -74,7 +74,7 @@ impl Progress {
         Self {
             names,
             catalog: Arc::clone(&setup.catalog),
-            columns: setup.catalog.mission.terms().columns,
+            columns: setup.catalog.mission.vocabulary().columns,
             started: None,
             waits_for: None,
             style,
@@ -115,18 +115,18 @@ impl Progress {
         }
         let columns = self.columns.iter().zip(&view.mission);
         let row: Vec<ColumnValue> = columns
-            .map(|(column, number)| column.seen(*number))
+            .map(|(column, number)| column.with_number(*number))
             .collect();
         match &mut self.style {
             Style::Terminal {
                 mission, robots, ..
             } => {
-                if let Some(MissionProgress { done, total, .. }) = MissionProgress::of(&row) {
+                if let Some(MissionProgress { done, total, .. }) = MissionProgress::from_row(&row) {
                     mission.set_style(template("{bar:24} {msg}"));
                     mission.set_length(total);
                     mission.set_position(done);
                 }
-                mission.set_message(format!("{}  {clock}", in_short(&row)));
+                mission.set_message(format!("{}  {clock}", short_summary(&row)));
                 for (line, doing) in robots.iter().zip(doing) {
                     line.set_message(doing);
                 }
@@ -134,7 +134,7 @@ impl Progress {
             Style::Lines { last } => {
                 if last.is_none_or(|last| now.duration_since(last) >= LINE_INTERVAL) {
                     *last = Some(now);
-                    tell!("{clock}, {}; {}", in_short(&row), doing.join("; "));
+                    tell!("{clock}, {}; {}", short_summary(&row), doing.join("; "));
                 }
             }
         }

@@ -4,8 +4,8 @@ use analysis::table;
 use comfy_table::{CellAlignment, Table};
 use proto::control::FaultStatus;
 use run_log::{LogLevel, RunFile, RunOutcome};
-use scenario::mission::Value;
-use scenario::mission::columns::{ColumnValue, Progress, label, told};
+use scenario::mission::FigureValue;
+use scenario::mission::columns::{ColumnValue, Progress, display_name, format_value};
 use serde_json::json;
 use terminal::tell;
 
@@ -51,7 +51,7 @@ pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
     tell!("seed    {}", run.setup.seed);
     tell!("hash    {}", run.hash.as_deref().unwrap_or("none"));
     let sets = run.setup.behavior_sets();
-    if run.log != LogLevel::Full && LogLevel::of_a_team(sets) == run.log {
+    if run.log != LogLevel::Full && LogLevel::default_for(sets) == run.log {
         tell!(
             "log     {}, because the team has {sets} behavior sets; use --log full for a report",
             run.log.as_str()
@@ -77,19 +77,21 @@ fn outcome(run: &RunFile) -> &'static str {
 /// Returns the progress of the mission and its other figures as text.
 fn mission(run: &RunFile) -> String {
     let figures = &run.result.mission;
-    let columns = run.setup.catalog.mission.terms().columns.iter();
+    let columns = run.setup.catalog.mission.vocabulary().columns.iter();
     let row: Vec<ColumnValue> = columns
-        .filter_map(|column| Some(column.with(figures.column(column.name)?)))
+        .filter_map(|column| Some(column.with_value(figures.column(column.name)?)))
         .collect();
-    let progress = Progress::of(&row);
+    let progress = Progress::from_row(&row);
     let is_in_row = |name: &str| {
         row.iter()
             .any(|column| column.name == name.replace('.', "_"))
     };
     let others = figures
         .iter()
-        .filter(|(name, value)| *value != Value::None && (progress.is_none() || !is_in_row(name)))
-        .map(|(name, value)| told(name, value));
+        .filter(|(name, value)| {
+            *value != FigureValue::None && (progress.is_none() || !is_in_row(name))
+        })
+        .map(|(name, value)| format_value(name, value));
     let parts: Vec<String> = progress
         .iter()
         .map(Progress::to_string)
@@ -138,7 +140,7 @@ fn robots(plan: &Plan, run: &RunFile) -> Table {
     let heads = heads.chain(
         mission_names
             .iter()
-            .map(|name| label(name).replace(' ', "\n")),
+            .map(|name| display_name(name).replace(' ', "\n")),
     );
     let heads = heads.chain(["messages\nsent", "heard", "lost"].map(ToOwned::to_owned));
     let mut table = table::new(heads);
@@ -147,9 +149,9 @@ fn robots(plan: &Plan, run: &RunFile) -> Table {
         let values = mission_names
             .iter()
             .map(|name| match figures.mission.get(name) {
-                Value::Count(count) => count.to_string(),
-                Value::Real(number) => format!("{number:.2}"),
-                Value::None => "–".to_owned(),
+                FigureValue::Count(count) => count.to_string(),
+                FigureValue::Real(number) => format!("{number:.2}"),
+                FigureValue::None => "–".to_owned(),
             });
         let messages = [
             figures.messages_sent,

@@ -13,7 +13,7 @@ use missions::Registry;
 use nix::sys::memfd::{MFdFlags, memfd_create};
 use nix::sys::signal::Signal;
 use proto::control::AgentState;
-use proto::process::{ProcessAct, ProcessState};
+use proto::process::{ProcessAction, ProcessState};
 use proto::view::View;
 use run_log::{RunFile, RunOutcome};
 use tokio::signal::unix::{SignalKind, signal};
@@ -212,7 +212,7 @@ impl Team {
                 call = next_call(bus.as_mut()) => match call {
                     Call::Order(order, query) => {
                         let done = self.crew.obey(&order).await;
-                        if let (Ok(pid), ProcessAct::Start) = (&done, order.act) {
+                        if let (Ok(pid), ProcessAction::Start) = (&done, order.act) {
                             self.progress.say(&format!("{} is process {pid} now", order.robot));
                         }
                         if let Some(bus) = &mut bus {

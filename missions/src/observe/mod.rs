@@ -4,13 +4,14 @@
 //! - [`world`]: the targets and their observation. [`controller`]: the controller of a robot.
 
 pub mod bus;
-pub mod data;
 pub mod controller;
+pub mod data;
 pub mod world;
 
 use crate::MissionParts;
 
-pub const PARTS: MissionParts = MissionParts::of::<world::Observe, controller::Observer>(data::OBSERVE);
+pub const PARTS: MissionParts =
+    MissionParts::of::<world::Observe, controller::Observer>(data::OBSERVE);
 
 #[cfg(test)]
 mod tests;

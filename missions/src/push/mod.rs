@@ -6,8 +6,8 @@
 
 pub mod bar;
 pub mod bus;
-pub mod data;
 pub mod controller;
+pub mod data;
 pub mod world;
 
 use crate::MissionParts;

@@ -4,8 +4,8 @@
 //! - [`world`]: the points, and the board that announces them. [`controller`]: the robot controller.
 
 pub mod bus;
-pub mod data;
 pub mod controller;
+pub mod data;
 pub mod world;
 
 use world_server::mission::MissionWorld;

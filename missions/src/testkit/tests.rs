@@ -81,15 +81,15 @@ impl<const FLAW: u8> TypedMission for Bell<FLAW> {
         None
     }
 
-    fn row(&self, row: &mut Vec<Value>) {
+    fn row(&self, row: &mut Vec<FigureValue>) {
         let shown = if FLAW == REPORTS_A_SECRET {
             self.secret
         } else {
             self.rung
         };
-        row.extend([shown, 0, 0, 0].map(Value::from));
+        row.extend([shown, 0, 0, 0].map(FigureValue::from));
         let last = (FLAW == REPORTS_NAN).then_some(f64::NAN);
-        row.push(Value::from(last));
+        row.push(FigureValue::from(last));
     }
 }
 
@@ -130,7 +130,7 @@ impl<const FLAW: u8> TypedMind for Ringer<FLAW> {
         &mut self,
         moment: &TypedMoment<'_, Self>,
         active: Option<BehaviorId>,
-        action: &mut Action,
+        action: &mut StepOutput,
     ) -> Option<Ring> {
         static STEPS: AtomicU32 = AtomicU32::new(0);
         let steps = match FLAW {

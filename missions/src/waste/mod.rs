@@ -3,8 +3,8 @@
 //! - [`data`]: scenario section, tasks, behaviors and terms.
 //! - [`world`]: spills, items, deposits and the report site. [`controller`]: the robot controller.
 
-pub mod data;
 pub mod controller;
+pub mod data;
 pub mod world;
 
 #[cfg(test)]

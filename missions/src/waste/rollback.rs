@@ -6,8 +6,8 @@ use glam::Vec2;
 use proptest::prelude::*;
 use proto::codec::encode;
 use proto::link::{LinkState, Probability};
-use proto::mission::Sensed;
-use proto::mission::items::{ItemsSensed, Zone};
+use proto::mission::SensorReading;
+use proto::mission::items::{ItemsReading, Zone};
 use proto::readings::{Pose, Proximity, Readings};
 use proto::secret::Secret;
 use proto::tick::ManifestEntry;
@@ -78,7 +78,7 @@ fn readings() -> impl Strategy<Value = Readings> {
             front_border: Some(front),
             side_border: Some(side),
             proximity: Some(Proximity::default()),
-            mission: Sensed::Items(ItemsSensed {
+            mission: SensorReading::Items(ItemsReading {
                 items: Some(waste.into_iter().map(Vec2::from).collect()),
                 zone: Some([Zone::None, Zone::Source, Zone::Target][usize::from(zone)]),
                 at_site: Some(report_site),
@@ -90,7 +90,7 @@ fn readings() -> impl Strategy<Value = Readings> {
 }
 
 fn link() -> impl Strategy<Value = LinkState> {
-    let chance = || prop_oneof![Just(0.0), 0.0..1.0].prop_map(Probability::of);
+    let chance = || prop_oneof![Just(0.0), 0.0..1.0].prop_map(Probability::from_share);
     let late = prop_oneof![Just(0), 0..4 * STEP_MS].prop_map(SimTime);
     (
         chance(),
@@ -177,7 +177,7 @@ fn a_step_that_did_not_count_returns_its_sequence_numbers() {
 #[test]
 fn a_report_contains_the_size_of_its_broadcasts_on_the_bus() {
     let mut agent = agent(BLUE, &setup());
-    let secret = Secret::of("token");
+    let secret = Secret::from_token("token");
     let mut broadcasts = 0;
     // Blue's motivation to find the locations reaches the threshold after 5 s.
     for tick in 0..20 {

@@ -16,12 +16,12 @@ pub const ELIGIBLE_MAX: usize = 64;
 pub struct Eligibility {
     /// The entries in descending order of utility, at most [`ELIGIBLE_MAX`].
     #[serde(with = "short_list")]
-    pub entries: SmallVec<[Eligible; 6]>,
+    pub entries: SmallVec<[EligibleTask; 6]>,
 }
 
 /// The eligibility of a robot for a task.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Eligible {
+pub struct EligibleTask {
     pub task: TaskId,
     /// The time since which the task has been due again, according to the sender.
     pub round: SimTime,

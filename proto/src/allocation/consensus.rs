@@ -15,39 +15,39 @@ pub const BLOCK_TASKS: u16 = 32;
 
 /// The largest number of time stamps in a block. With all of them and all tasks of a block, a message takes less than
 /// 1,200 bytes.
-pub const NEWS_MAX: usize = 64;
+pub const TIME_STAMPS_MAX: usize = 64;
 
 /// A robot's winning bids for one block of tasks.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Table {
+pub struct BidTable {
     /// The number of the block; see [`BLOCK_TASKS`].
     pub block: u16,
     /// The slot of each task that the table is about. An exclusive task has only slot 0.
     pub slot: u16,
     /// The entries of the tasks that the sender can execute, in ascending order: y, z, and the round.
-    pub beliefs: Vec<Belief>,
+    pub beliefs: Vec<TableEntry>,
     /// s: the time stamps of the other robots, in ascending order of rank.
-    pub news: Vec<News>,
+    pub news: Vec<TimeStamp>,
 }
 
 /// A robot's entry for one slot of one task.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Belief {
+pub struct TableEntry {
     pub task: TaskId,
     /// The time since which the task has been due, ms. Entries of an older round are void.
     pub round: SimTime,
     /// The winning bid; `None` if there is no winner.
-    pub claim: Option<Claim>,
+    pub claim: Option<WinningBid>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Claim {
+pub struct WinningBid {
     pub robot: RobotId,
     /// The bid y of the winner; finite and not negative.
     pub value: f32,
 }
 
-impl Claim {
+impl WinningBid {
     /// Returns whether this claim wins against another one. The larger bid wins; of equal bids, the one of the lower
     /// rank wins.
     #[must_use]
@@ -58,7 +58,7 @@ impl Claim {
 
 /// The age of the latest information from a robot that has reached the sender, directly or through other robots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct News {
+pub struct TimeStamp {
     pub robot: RobotId,
     /// The age at the time of sending, ms.
     pub age_ms: u32,
@@ -71,15 +71,15 @@ pub const DELTAS_MAX: usize = 36;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Deltas {
     /// The changes, at most [`DELTAS_MAX`].
-    pub entries: Vec<Delta>,
+    pub entries: Vec<BidChange>,
 }
 
 /// The latest information about one robot's bid for one slot of one task.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Delta {
+pub struct BidChange {
     /// The task, its round and the bid. A bid of 0 has been withdrawn. `None` means that the slot is free and only the
     /// round is transmitted.
-    pub belief: Belief,
+    pub belief: TableEntry,
     pub slot: u16,
     /// t: the time at which the robot made or withdrew the bid.
     pub made: SimTime,

@@ -11,7 +11,7 @@ pub const MEMBERS_MAX: usize = 75;
 /// A partition of the robots into coalitions, or a part of it. All robots send the same contents for a pair of
 /// evolution and stamp, except for the `seen` times.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Partition {
+pub struct CoalitionPartition {
     /// The number of decisions that led to the partition.
     pub evolution: u64,
     /// A random number in [0, 1) of the robot that made the last decision. Of two partitions with the same evolution,
@@ -22,12 +22,12 @@ pub struct Partition {
     /// The number of parts.
     pub parts: u16,
     /// The robots with a task, in ascending order; at most [`MEMBERS_MAX`].
-    pub members: Vec<Member>,
+    pub members: Vec<CoalitionMember>,
 }
 
 /// A robot in the coalition of a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Member {
+pub struct CoalitionMember {
     pub robot: RobotId,
     pub task: TaskId,
     /// The time of the latest message of the robot that any robot reported.

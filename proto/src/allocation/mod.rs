@@ -5,9 +5,9 @@
 
 pub mod ble;
 pub mod consensus;
-mod short_list;
 pub mod grape;
 pub mod murdoch;
+mod short_list;
 
 use serde::{Deserialize, Serialize};
 
@@ -22,9 +22,9 @@ pub enum AllocationMessage {
     Open(OpenMessage),
     Ble(ble::Eligibility),
     Murdoch(murdoch::Negotiation),
-    Table(consensus::Table),
+    Table(consensus::BidTable),
     Deltas(consensus::Deltas),
-    Partition(grape::Partition),
+    Partition(grape::CoalitionPartition),
 }
 
 /// A message in the allocator's own encoding.

@@ -12,7 +12,7 @@ pub struct Negotiation {
     /// The time since which the task has been due again, according to the sender.
     pub round: SimTime,
     pub auction: AuctionId,
-    pub word: Word,
+    pub word: NegotiationKind,
 }
 
 /// The identification of an auction, unique within a run.
@@ -24,7 +24,7 @@ pub struct AuctionId {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Word {
+pub enum NegotiationKind {
     /// The auctioneer offers the task.
     Announce {
         /// The time until which bids count.
@@ -36,14 +36,14 @@ pub enum Word {
     Renew { winner: RobotId },
     /// The winner acknowledges the contract.
     Ack {
-        status: Status,
+        status: ContractStatus,
         /// The number of effects on the task since the winner started it.
         progress: u32,
     },
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Status {
+pub enum ContractStatus {
     /// The winner works on the task.
     Ongoing,
     /// The task has no more work.

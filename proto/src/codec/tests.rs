@@ -6,29 +6,30 @@ use proptest::option;
 use proptest::prelude::*;
 
 use super::*;
-use crate::allocation::ble::{Eligibility, Eligible};
-use crate::allocation::murdoch::{AuctionId, Negotiation, Status, Word};
+use crate::allocation::ble::{Eligibility, EligibleTask};
+use crate::allocation::murdoch::{AuctionId, ContractStatus, Negotiation, NegotiationKind};
 use crate::allocation::{AllocationMessage, OpenMessage};
 use crate::control::{AgentState, ClockStatus, FaultStatus, Phase};
 use crate::join::{JoinReply, JoinRequest, Refusal, Welcome};
 use crate::link::{LinkState, Probability};
 use crate::mission::items::{
-    Fact, Gripper, ItemsBulletin, ItemsDeed, ItemsSensed, Knowledge, Locations, LooseItem,
+    Fact, Gripper, ItemsAction, ItemsBulletin, ItemsKnowledge, ItemsReading, Locations, LooseItem,
     Withdrawal, Zone,
 };
-use crate::mission::{Bytes, Deed, Lore, Payload, Sensed};
+use crate::mission::{Action, Bytes, Payload, SensorReading, SharedKnowledge};
 use crate::process::{ProcessNews, ProcessState};
 use crate::readings::{Actuation, Ground, Hit, Pose, Proximity, Readings};
 use crate::team::{
-    About, Broadcast, BroadcastKind, Bulletin, BulletinKind, Content, Heartbeat, TaskState,
+    Broadcast, BroadcastContent, BroadcastKind, Bulletin, BulletinKind, BulletinSubject, Heartbeat,
+    TaskState,
 };
 use crate::telemetry::{
-    AllocationRow, BehaviorState, Delivery, Motivation, Note, NoteKind, Reason, Reception, Said,
-    StateChange,
+    AllocationRow, BehaviorState, BroadcastSummary, Delivery, Motivation, Note, NoteKind, Reason,
+    Reception, StateChange,
 };
-use crate::tick::{ManifestEntry, Offer, Outcome, Report, TickMessage, ToAgent};
+use crate::tick::{ManifestEntry, Outcome, Report, TaskOffer, TickMessage, ToAgent};
 use crate::view::{
-    BehaviorView, ItemView, Mark, MarkOutline, MarkRole, Measure, MessageView, RobotView, View,
+    BehaviorView, ItemView, LevelUnit, Mark, MarkOutline, MarkRole, MessageView, RobotView, View,
 };
 use scenario::Obstacle;
 use scenario::fault::{Fault, Order};
@@ -103,7 +104,7 @@ fn readings() -> impl Strategy<Value = Readings> {
     )
 }
 
-fn sensed() -> impl Strategy<Value = Sensed> {
+fn sensed() -> impl Strategy<Value = SensorReading> {
     let zone = prop::sample::select(vec![Zone::None, Zone::Source, Zone::Target]);
     let items = (
         option::of(vec(point(), 0..4).prop_map(|items| items.into_iter().collect())),
@@ -111,9 +112,9 @@ fn sensed() -> impl Strategy<Value = Sensed> {
         any::<(Option<bool>, Option<bool>)>(),
     );
     prop_oneof![
-        Just(Sensed::Nothing),
+        Just(SensorReading::Nothing),
         items.prop_map(
-            |(items, zone, (at_site, holding))| Sensed::Items(ItemsSensed {
+            |(items, zone, (at_site, holding))| SensorReading::Items(ItemsReading {
                 items,
                 zone,
                 at_site,
@@ -121,7 +122,7 @@ fn sensed() -> impl Strategy<Value = Sensed> {
             })
         ),
         vec(any::<u8>(), 0..100)
-            .prop_map(|bytes| Sensed::Open(Box::new(Bytes::encode(&bytes).unwrap()))),
+            .prop_map(|bytes| SensorReading::Open(Box::new(Bytes::encode(&bytes).unwrap()))),
     ]
 }
 
@@ -130,11 +131,11 @@ fn to_agent() -> impl Strategy<Value = ToAgent> {
         |((cut, hold, drop, duplicate, reorder), delay, jitter)| LinkState {
             cut,
             hold,
-            drop: Probability::of(drop),
+            drop: Probability::from_share(drop),
             delay,
             jitter,
-            duplicate: Probability::of(duplicate),
-            reorder: Probability::of(reorder),
+            duplicate: Probability::from_share(duplicate),
+            reorder: Probability::from_share(reorder),
         },
     );
     let entry = (robot(), any::<(u64, u32, u16)>(), option::of(link)).prop_map(
@@ -182,8 +183,8 @@ fn to_agent() -> impl Strategy<Value = ToAgent> {
     ]
 }
 
-fn offer() -> impl Strategy<Value = Offer> {
-    (robot(), any::<(u16, u16, f64)>()).prop_map(|(robot, (behavior, task, utility))| Offer {
+fn offer() -> impl Strategy<Value = TaskOffer> {
+    (robot(), any::<(u16, u16, f64)>()).prop_map(|(robot, (behavior, task, utility))| TaskOffer {
         robot,
         behavior: BehaviorId(behavior),
         task: TaskId(task),
@@ -207,7 +208,7 @@ fn withdrawal() -> impl Strategy<Value = Withdrawal> {
     (robot(), time()).prop_map(|(finder, seen)| Withdrawal { finder, seen })
 }
 
-fn knowledge() -> impl Strategy<Value = Knowledge> {
+fn knowledge() -> impl Strategy<Value = ItemsKnowledge> {
     let loose = (point(), any::<bool>()).prop_map(|(at, present)| LooseItem { at, present });
     (
         option::of(locations()),
@@ -217,7 +218,7 @@ fn knowledge() -> impl Strategy<Value = Knowledge> {
         option::of(fact(Just(()))),
     )
         .prop_map(
-            |(locations, withdrawn, empty, loose, last_report)| Knowledge {
+            |(locations, withdrawn, empty, loose, last_report)| ItemsKnowledge {
                 locations,
                 withdrawn,
                 empty,
@@ -227,17 +228,17 @@ fn knowledge() -> impl Strategy<Value = Knowledge> {
         )
 }
 
-fn lore() -> impl Strategy<Value = Lore> {
+fn lore() -> impl Strategy<Value = SharedKnowledge> {
     prop_oneof![
-        Just(Lore::Nothing),
-        knowledge().prop_map(Lore::Items),
-        vec(any::<u8>(), 0..9).prop_map(Lore::Open),
+        Just(SharedKnowledge::Nothing),
+        knowledge().prop_map(SharedKnowledge::Items),
+        vec(any::<u8>(), 0..9).prop_map(SharedKnowledge::Open),
     ]
 }
 
 fn bulletin() -> impl Strategy<Value = Bulletin> {
     let kind = prop::sample::select(vec![BulletinKind::First, BulletinKind::Second]);
-    let about = (task(), set(), any::<u32>()).prop_map(|(task, set, progress)| About {
+    let about = (task(), set(), any::<u32>()).prop_map(|(task, set, progress)| BulletinSubject {
         task,
         set,
         progress,
@@ -262,22 +263,27 @@ fn task_state() -> impl Strategy<Value = TaskState> {
 fn allocation() -> impl Strategy<Value = AllocationMessage> {
     let open = (any::<String>(), vec(any::<u8>(), 0..40))
         .prop_map(|(schema, bytes)| AllocationMessage::Open(OpenMessage { schema, bytes }));
-    let eligible = (task(), time(), -1e30..1e30_f32).prop_map(|(task, round, utility)| Eligible {
-        task,
-        round,
-        utility,
-    });
+    let eligible =
+        (task(), time(), -1e30..1e30_f32).prop_map(|(task, round, utility)| EligibleTask {
+            task,
+            round,
+            utility,
+        });
     let eligibility = vec(eligible, 0..20).prop_map(|entries| {
         AllocationMessage::Ble(Eligibility {
             entries: entries.into(),
         })
     });
     let word = prop_oneof![
-        time().prop_map(|closes| Word::Announce { closes }),
-        (-1e30..1e30_f32).prop_map(|utility| Word::Bid { utility }),
-        robot().prop_map(|winner| Word::Renew { winner }),
-        (any::<u32>(), 0..3_usize).prop_map(|(progress, status)| Word::Ack {
-            status: [Status::Ongoing, Status::Done, Status::Abort][status],
+        time().prop_map(|closes| NegotiationKind::Announce { closes }),
+        (-1e30..1e30_f32).prop_map(|utility| NegotiationKind::Bid { utility }),
+        robot().prop_map(|winner| NegotiationKind::Renew { winner }),
+        (any::<u32>(), 0..3_usize).prop_map(|(progress, status)| NegotiationKind::Ack {
+            status: [
+                ContractStatus::Ongoing,
+                ContractStatus::Done,
+                ContractStatus::Abort
+            ][status],
             progress,
         }),
     ];
@@ -303,7 +309,7 @@ fn broadcast() -> impl Strategy<Value = Broadcast> {
     let subject = (option::of(set()), option::of(task()), option::of(point()));
     let heartbeat = (task_state(), time(), subject, any::<(u32, bool)>(), lore()).prop_map(
         |(state, since, (set, task, position), (progress, carrying), lore)| {
-            Content::Heartbeat(Heartbeat {
+            BroadcastContent::Heartbeat(Heartbeat {
                 state,
                 since,
                 set,
@@ -317,8 +323,8 @@ fn broadcast() -> impl Strategy<Value = Broadcast> {
     );
     let body = prop_oneof![
         heartbeat,
-        bulletin().prop_map(Content::Bulletin),
-        allocation().prop_map(Content::Allocation)
+        bulletin().prop_map(BroadcastContent::Bulletin),
+        allocation().prop_map(BroadcastContent::Allocation)
     ];
     (robot(), any::<(u32, u64, u16, u64)>(), time(), body).prop_map(
         |(sender, (incarnation, tick, index, seq), sent, body)| Broadcast {
@@ -394,15 +400,17 @@ fn reception() -> impl Strategy<Value = Reception> {
         about,
         numbers,
     )
-        .prop_map(|(kind, state, since, (set, task), (seq, progress))| Said {
-            seq,
-            kind,
-            state,
-            since,
-            set,
-            task,
-            progress,
-        });
+        .prop_map(
+            |(kind, state, since, (set, task), (seq, progress))| BroadcastSummary {
+                seq,
+                kind,
+                state,
+                since,
+                set,
+                task,
+                progress,
+            },
+        );
     let delivery = prop::sample::select(vec![
         Delivery::Heard,
         Delivery::Lost,
@@ -446,11 +454,12 @@ fn allocation_row() -> impl Strategy<Value = AllocationRow> {
 
 fn report() -> impl Strategy<Value = Report> {
     let gripper = prop::sample::select(vec![Gripper::Keep, Gripper::Pick, Gripper::Drop]);
-    let deed = (gripper, any::<bool>()).prop_map(|(gripper, report)| ItemsDeed { gripper, report });
+    let deed =
+        (gripper, any::<bool>()).prop_map(|(gripper, report)| ItemsAction { gripper, report });
     let deed = prop_oneof![
-        Just(Deed::Nothing),
-        deed.prop_map(Deed::Items),
-        any::<[u8; 5]>().prop_map(|bytes| Deed::Open(Bytes::encode(&bytes).unwrap())),
+        Just(Action::Nothing),
+        deed.prop_map(Action::Items),
+        any::<[u8; 5]>().prop_map(|bytes| Action::Open(Bytes::encode(&bytes).unwrap())),
     ];
     let actuation = (real(), real(), deed).prop_map(|(speed_m_s, turn_rad_s, deed)| Actuation {
         speed_m_s,
@@ -632,7 +641,7 @@ fn robot_view() -> impl Strategy<Value = RobotView> {
             readings,
             sensed,
             active,
-            measure: Measure::Utility,
+            measure: LevelUnit::Utility,
             sets,
         }
     })

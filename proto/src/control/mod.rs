@@ -34,7 +34,7 @@ pub fn schema() -> serde_json::Value {
             "type": "object",
             "minProperties": 1,
             "maxProperties": 1,
-            "propertyNames": { "not": { "enum": Fault::COMMON } },
+            "propertyNames": { "not": { "enum": Fault::COMMON_NAMES } },
             "additionalProperties": {
                 "type": "object",
                 "additionalProperties": { "type": "number" },

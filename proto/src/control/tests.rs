@@ -23,5 +23,5 @@ fn the_schema_describes_requests_and_replies() {
     assert!(schema["$defs"]["Reply"]["oneOf"].is_array(), "{schema:#}");
     let nonce = &schema["properties"]["nonce"];
     assert_eq!(nonce["type"], "string");
-    assert_eq!(vocabulary(), Fault::COMMON.map(str::to_owned).into());
+    assert_eq!(vocabulary(), Fault::COMMON_NAMES.map(str::to_owned).into());
 }

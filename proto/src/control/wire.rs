@@ -5,7 +5,7 @@ use serde::de::DeserializeOwned;
 
 use super::{Reply, Request};
 use crate::codec::{CodecError, LIMIT_BYTES};
-use crate::keys::Keys;
+use crate::keys::KeyExpressions;
 use crate::secret::{OpenError, SEAL_BYTES, Secret};
 
 /// The maximum length of a nonce, bytes.
@@ -16,17 +16,17 @@ const MAX_QUOTED: usize = 300;
 
 /// The encoding of a request and of its reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
+pub enum Format {
     /// bincode, with the seal at its end.
     Bincode,
     /// JSON, with the seal in the attachment.
     Json,
 }
 
-impl Form {
+impl Format {
     /// Returns the form for a zenoh encoding. Every encoding except `application/json` means bincode.
     #[must_use]
-    pub fn of(encoding: &str) -> Self {
+    pub fn from_zenoh(encoding: &str) -> Self {
         // A parameter such as the character set may follow.
         match encoding.split(';').next() {
             Some("application/json") => Self::Json,
@@ -45,7 +45,7 @@ impl Form {
 
 /// A message in the form that is sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Written {
+pub struct EncodedMessage {
     pub payload: Vec<u8>,
     /// The seal, if the form puts it into the attachment.
     pub attachment: Option<String>,
@@ -108,15 +108,15 @@ fn quotable(error: &serde_json::Error) -> String {
 
 /// The encoder and decoder of a run's control topic.
 #[derive(Clone)]
-pub struct Wire {
+pub struct ControlTopic {
     key: String,
     secret: Secret,
 }
 
-impl Wire {
+impl ControlTopic {
     /// Creates the control topic of the run with these keys and this secret.
     #[must_use]
-    pub fn new(keys: &Keys, secret: Secret) -> Self {
+    pub fn new(keys: &KeyExpressions, secret: Secret) -> Self {
         Self {
             key: keys.control(),
             secret,
@@ -133,7 +133,11 @@ impl Wire {
     ///
     /// # Errors
     /// Returns an error if the request is too large or its nonce is invalid.
-    pub fn write_request(&self, form: Form, request: &Request) -> Result<Written, WireError> {
+    pub fn write_request(
+        &self,
+        form: Format,
+        request: &Request,
+    ) -> Result<EncodedMessage, WireError> {
         check_nonce(&request.nonce)?;
         self.write(form, &self.key, request)
     }
@@ -144,7 +148,7 @@ impl Wire {
     /// Returns any [`WireError`]. Its text goes to the client in zenoh's error reply.
     pub fn read_request(
         &self,
-        form: Form,
+        form: Format,
         payload: &[u8],
         attachment: Option<&[u8]>,
     ) -> Result<Request, WireError> {
@@ -156,10 +160,10 @@ impl Wire {
     /// Encodes and seals the world's reply to the request of this form and nonce.
     pub fn write_reply(
         &self,
-        form: Form,
+        form: Format,
         nonce: &str,
         reply: &Reply,
-    ) -> Result<Written, WireError> {
+    ) -> Result<EncodedMessage, WireError> {
         self.write(form, &self.reply_key(nonce), reply)
     }
 
@@ -169,7 +173,7 @@ impl Wire {
     /// Returns any [`WireError`]. The seal of a reply to another request is wrong.
     pub fn read_reply(
         &self,
-        form: Form,
+        form: Format,
         nonce: &str,
         payload: &[u8],
         attachment: Option<&[u8]>,
@@ -184,20 +188,20 @@ impl Wire {
 
     fn write<T: Serialize>(
         &self,
-        form: Form,
+        form: Format,
         key: &str,
         message: &T,
-    ) -> Result<Written, WireError> {
+    ) -> Result<EncodedMessage, WireError> {
         match form {
-            Form::Bincode => Ok(Written {
+            Format::Bincode => Ok(EncodedMessage {
                 payload: self.secret.seal(key, message)?,
                 attachment: None,
             }),
-            Form::Json => {
+            Format::Json => {
                 let payload = serde_json::to_vec(message).map_err(WireError::Json)?;
                 check_size(payload.len(), LIMIT_BYTES)?;
                 let attachment = Some(self.secret.mark_text(key, &payload));
-                Ok(Written {
+                Ok(EncodedMessage {
                     payload,
                     attachment,
                 })
@@ -207,13 +211,13 @@ impl Wire {
 
     fn read<T: DeserializeOwned>(
         &self,
-        form: Form,
+        form: Format,
         key: &str,
         payload: &[u8],
         attachment: Option<&[u8]>,
     ) -> Result<T, WireError> {
         match form {
-            Form::Bincode => {
+            Format::Bincode => {
                 check_size(payload.len(), LIMIT_BYTES + SEAL_BYTES)?;
                 self.secret.open(key, payload).map_err(|error| match error {
                     OpenError::Unsealed => WireError::Unsealed {
@@ -222,7 +226,7 @@ impl Wire {
                     OpenError::Codec(error) => error.into(),
                 })
             }
-            Form::Json => {
+            Format::Json => {
                 check_size(payload.len(), LIMIT_BYTES)?;
                 let mark = attachment.ok_or(WireError::NoSeal)?;
                 let expected = self.secret.mark_text(key, payload);
@@ -261,10 +265,10 @@ mod tests {
     use scenario::testkit::one_of_each;
     use scenario::time::SimTime;
 
-    const FORMS: [Form; 2] = [Form::Bincode, Form::Json];
+    const FORMS: [Format; 2] = [Format::Bincode, Format::Json];
 
-    fn wire() -> Wire {
-        Wire::new(&Keys::new("r"), Secret::of("abc"))
+    fn wire() -> ControlTopic {
+        ControlTopic::new(&KeyExpressions::new("r"), Secret::from_token("abc"))
     }
 
     fn request(nonce: &str, command: ControlCommand) -> Request {
@@ -281,7 +285,11 @@ mod tests {
         )
     }
 
-    fn reread(wire: &Wire, form: Form, written: &Written) -> Result<Request, WireError> {
+    fn reread(
+        wire: &ControlTopic,
+        form: Format,
+        written: &EncodedMessage,
+    ) -> Result<Request, WireError> {
         let attachment = written.attachment.as_ref().map(String::as_bytes);
         wire.read_request(form, &written.payload, attachment)
     }
@@ -290,7 +298,7 @@ mod tests {
     fn read_text(text: &[u8]) -> Result<Request, WireError> {
         let wire = wire();
         let mark = wire.secret.mark_text(wire.key(), text);
-        wire.read_request(Form::Json, text, Some(mark.as_bytes()))
+        wire.read_request(Format::Json, text, Some(mark.as_bytes()))
     }
 
     #[track_caller]
@@ -344,19 +352,22 @@ mod tests {
     #[test]
     fn the_encoding_determines_the_form() {
         for form in FORMS {
-            assert_eq!(Form::of(form.encoding()), form);
+            assert_eq!(Format::from_zenoh(form.encoding()), form);
         }
-        assert_eq!(Form::of("application/json;charset=utf-8"), Form::Json);
-        assert_eq!(Form::of(""), Form::Bincode);
-        assert_eq!(Form::of("text/plain"), Form::Bincode);
+        assert_eq!(
+            Format::from_zenoh("application/json;charset=utf-8"),
+            Format::Json
+        );
+        assert_eq!(Format::from_zenoh(""), Format::Bincode);
+        assert_eq!(Format::from_zenoh("text/plain"), Format::Bincode);
     }
 
     #[test]
     fn a_missing_or_wrong_seal_is_refused_with_a_remedy() {
         let wire = wire();
-        let json = wire.write_request(Form::Json, &kill()).unwrap();
+        let json = wire.write_request(Format::Json, &kill()).unwrap();
         let how = "attach the HMAC-SHA256 of key expression, zero byte and text in hexadecimal, with the run's token as the key";
-        let read = |attachment| wire.read_request(Form::Json, &json.payload, attachment);
+        let read = |attachment| wire.read_request(Format::Json, &json.payload, attachment);
         refused(read(None), &format!("no seal; {how}"));
         refused(read(Some(b"")), &format!("wrong seal; {how}"));
         let other = wire
@@ -366,11 +377,11 @@ mod tests {
         let upper_case = json.attachment.as_ref().unwrap().to_uppercase();
         assert_eq!(read(Some(upper_case.as_bytes())).unwrap(), kill());
         refused(
-            wire.read_request(Form::Bincode, &json.payload, None),
+            wire.read_request(Format::Bincode, &json.payload, None),
             "not sealed by a member of this run for this key; send JSON with the encoding application/json",
         );
         refused(
-            wire.read_request(Form::Bincode, b"\x01\x02", None),
+            wire.read_request(Format::Bincode, b"\x01\x02", None),
             "not sealed by a member of this run for this key",
         );
     }
@@ -435,7 +446,7 @@ mod tests {
             }
         }
         let long = request(&"n".repeat(64), ControlCommand::List);
-        assert!(wire().write_request(Form::Json, &long).is_ok());
+        assert!(wire().write_request(Format::Json, &long).is_ok());
     }
 
     #[test]
@@ -466,9 +477,9 @@ mod tests {
         fn arbitrary_sealed_bytes_never_panic(mut bytes: Vec<u8>) {
             let _ = read_text(&bytes);
             let wire = wire();
-            let mark = wire.secret.mark(wire.key(), &bytes);
+            let mark = wire.secret.seal_of(wire.key(), &bytes);
             bytes.extend(mark);
-            let _ = wire.read_request(Form::Bincode, &bytes, None);
+            let _ = wire.read_request(Format::Bincode, &bytes, None);
         }
 
         /// Checks sealed requests with one changed byte, which are closer to valid ones than arbitrary bytes.

@@ -30,7 +30,7 @@ pub(super) struct Draws {
 
 impl Draws {
     /// Creates the draws of the `index`-th message of its kind in its tick, on the link to `receiver`.
-    pub fn of(seed: u64, receiver: RobotId, broadcast: &Broadcast, index: u16) -> Self {
+    pub fn new(seed: u64, receiver: RobotId, broadcast: &Broadcast, index: u16) -> Self {
         let mut rng = link_stream(seed, Purpose::Link, broadcast.sender, receiver);
         let kind = broadcast.body.kind() as u16;
         let block = u128::from(broadcast.tick) << 19 | u128::from(kind) << 16 | u128::from(index);
@@ -44,7 +44,7 @@ impl Draws {
     }
 
     /// Returns a time between 0 and `jitter`, uniformly distributed over whole milliseconds.
-    pub fn share_of(self, jitter: SimTime) -> SimTime {
+    pub fn jitter_within(self, jitter: SimTime) -> SimTime {
         let choices = u128::from(jitter.0) + 1;
         SimTime(((choices * u128::from(self.jitter)) >> 32) as u64)
     }

@@ -15,10 +15,10 @@ use super::*;
 const RECEIVER: RobotId = RobotId(2);
 const STEP: SimTime = SimTime(50);
 
-fn links(seed: u64) -> Links {
-    Links {
+fn links(seed: u64) -> IncomingLinks {
+    IncomingLinks {
         seed,
-        ..Links::new(RECEIVER, &default_setup(1))
+        ..IncomingLinks::new(RECEIVER, &default_setup(1))
     }
 }
 
@@ -31,7 +31,7 @@ fn broadcast(sender: u16, tick: Tick, index: u16) -> Broadcast {
         index,
         seq: tick * 10 + u64::from(index),
         sent: SimTime(tick * STEP.0),
-        body: Content::Bulletin(Bulletin {
+        body: BroadcastContent::Bulletin(Bulletin {
             kind: BulletinKind::Second,
             about: None,
             payload: Payload::Open(vec![7; 4]),
@@ -72,17 +72,17 @@ fn arrived(tick: Tick, sent: &[Sent]) -> Vec<Option<Arc<Broadcast>>> {
         .collect()
 }
 
-fn receive(links: &mut Links, tick: Tick, sent: &[Sent], held: &[u16]) -> Heard {
+fn receive(links: &mut IncomingLinks, tick: Tick, sent: &[Sent], held: &[u16]) -> Heard {
     receive_message(links, &message(tick, sent, held), arrived(tick, sent))
 }
 
 fn receive_message(
-    links: &mut Links,
+    links: &mut IncomingLinks,
     message: &TickMessage,
     mut arrived: Vec<Option<Arc<Broadcast>>>,
 ) -> Heard {
     let mut heard = Heard::default();
-    links.hear(message, &mut arrived, &mut heard);
+    links.receive(message, &mut arrived, &mut heard);
     assert!(arrived.is_empty());
     heard
 }
@@ -200,8 +200,8 @@ fn a_delay_is_rounded_up_to_whole_steps() {
 fn jitter_takes_every_value_evenly() {
     let mut counts = [0; 5];
     for tick in 0..10_000 {
-        let draws = Draws::of(1, RECEIVER, &broadcast(1, tick, 0), 0);
-        counts[draws.share_of(SimTime(4)).0 as usize] += 1;
+        let draws = Draws::new(1, RECEIVER, &broadcast(1, tick, 0), 0);
+        counts[draws.jitter_within(SimTime(4)).0 as usize] += 1;
     }
     // The expected count is 2000, with a standard deviation of 40.
     assert!(
@@ -217,8 +217,8 @@ fn observed_frequencies_match_the_probabilities() {
         let mut counts = BTreeMap::new();
         for tick in 1..=10_000 {
             let link = state(|link| {
-                link.drop = Probability::of(0.3);
-                link.duplicate = Probability::of(0.1);
+                link.drop = Probability::from_share(0.3);
+                link.duplicate = Probability::from_share(0.1);
             });
             for reception in receive(&mut links, tick, &[(0, 1, link)], &[]).receptions {
                 *counts.entry(reception.delivery.as_str()).or_insert(0) += 1;
@@ -362,7 +362,7 @@ fn the_number_of_kept_messages_is_limited() {
 #[test]
 fn a_message_of_another_kind_does_not_change_the_draws() {
     let drawn =
-        |seed, sender, tick, index| Draws::of(seed, RECEIVER, &broadcast(sender, tick, 7), index);
+        |seed, sender, tick, index| Draws::new(seed, RECEIVER, &broadcast(sender, tick, 7), index);
     let draws = [
         drawn(1, 0, 4, 0),
         drawn(2, 0, 4, 0),
@@ -375,7 +375,7 @@ fn a_message_of_another_kind_does_not_change_the_draws() {
     }
     // The index among all broadcasts of a tick depends on other kinds, so it does not affect the draws.
     assert_eq!(
-        Draws::of(1, RECEIVER, &broadcast(0, 4, 0), 0),
+        Draws::new(1, RECEIVER, &broadcast(0, 4, 0), 0),
         drawn(1, 0, 4, 0)
     );
 }
@@ -393,7 +393,7 @@ fn probability() -> impl Strategy<Value = Probability> {
     prop_oneof![
         4 => Just(Probability::NEVER),
         1 => Just(Probability::ALWAYS),
-        2 => (0.0..1.0_f64).prop_map(Probability::of),
+        2 => (0.0..1.0_f64).prop_map(Probability::from_share),
     ]
 }
 
@@ -524,16 +524,16 @@ proptest! {
             let dropped = deliveries.filter(|delivery| delivery.2 == Delivery::Dropped);
             dropped.map(|delivery| delivery.1).collect::<BTreeSet<_>>()
         };
-        let lossy = LinkState { drop: Probability::of(drop), ..LinkState::default() };
+        let lossy = LinkState { drop: Probability::from_share(drop), ..LinkState::default() };
         let late = LinkState {
             delay: SimTime(delay_ms),
             jitter: SimTime(delay_ms),
-            duplicate: Probability::of(more),
-            reorder: Probability::of(more),
+            duplicate: Probability::from_share(more),
+            reorder: Probability::from_share(more),
             ..lossy
         };
         prop_assert_eq!(dropped(lossy), dropped(late));
-        let lossier = LinkState { drop: lossy.drop.or(Probability::of(more)), ..late };
+        let lossier = LinkState { drop: lossy.drop.or(Probability::from_share(more)), ..late };
         prop_assert!(dropped(lossy).is_subset(&dropped(lossier)));
     }
 }

@@ -8,7 +8,7 @@ use arrayvec::ArrayVec;
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
-use super::Deed;
+use super::Action;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
@@ -25,14 +25,14 @@ pub enum Zone {
 }
 
 /// The maximum number of items in a sensor reading. A full reading omits the items beyond the last one.
-pub const ITEMS_MOST: usize = 8;
+pub const MAX_SENSED_ITEMS: usize = 8;
 
 /// Offsets of items on the floor in the robot's frame, nearest first, m.
-pub type SensedItems = ArrayVec<Vec2, ITEMS_MOST>;
+pub type SensedItems = ArrayVec<Vec2, MAX_SENSED_ITEMS>;
 
 /// The readings of the devices for items. A reading is `None` if the robot lacks the device or the device is dead.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ItemsSensed {
+pub struct ItemsReading {
     /// The items on the floor within range.
     pub items: Option<SensedItems>,
     /// The reading of the zone sensor.
@@ -43,7 +43,7 @@ pub struct ItemsSensed {
     pub holding: Option<bool>,
 }
 
-impl ItemsSensed {
+impl ItemsReading {
     /// The readings if all devices are dead.
     pub const NOTHING: Self = Self {
         items: None,
@@ -67,7 +67,7 @@ pub enum Gripper {
 
 /// The actions of a robot with a gripper besides driving.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ItemsDeed {
+pub struct ItemsAction {
     /// The command to the gripper.
     pub gripper: Gripper,
     /// True to report the mission's progress, which has an effect only at the place for reports.
@@ -75,10 +75,10 @@ pub struct ItemsDeed {
 }
 
 /// Converts the default action to [`Deed::Nothing`], so that doing nothing has a single form.
-impl From<ItemsDeed> for Deed {
+impl From<ItemsAction> for Action {
     #[inline]
-    fn from(action: ItemsDeed) -> Self {
-        if action == ItemsDeed::default() {
+    fn from(action: ItemsAction) -> Self {
+        if action == ItemsAction::default() {
             Self::Nothing
         } else {
             Self::Items(action)
@@ -86,12 +86,12 @@ impl From<ItemsDeed> for Deed {
     }
 }
 
-impl From<Gripper> for Deed {
+impl From<Gripper> for Action {
     #[inline]
     fn from(gripper: Gripper) -> Self {
-        ItemsDeed {
+        ItemsAction {
             gripper,
-            ..ItemsDeed::default()
+            ..ItemsAction::default()
         }
         .into()
     }
@@ -137,7 +137,7 @@ pub struct LooseItem {
 
 /// A robot's knowledge about a mission with items, repeated in every heartbeat.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Knowledge {
+pub struct ItemsKnowledge {
     /// The locations, once a robot has found them.
     pub locations: Option<Fact<Locations>>,
     /// The latest known withdrawal of each finder, by rank of the finder.
@@ -152,7 +152,7 @@ pub struct Knowledge {
 }
 
 /// Implements `clone_from` by hand to reuse the buffers of the old value, so a heartbeat does not allocate.
-impl Clone for Knowledge {
+impl Clone for ItemsKnowledge {
     fn clone(&self) -> Self {
         let mut copy = Self::default();
         copy.clone_from(self);

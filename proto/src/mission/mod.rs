@@ -11,37 +11,37 @@ use serde::de::{DeserializeOwned, Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::codec::{self, CodecError};
-use items::{ItemsBulletin, ItemsDeed, ItemsSensed, Knowledge};
+use items::{ItemsAction, ItemsBulletin, ItemsKnowledge, ItemsReading};
 
 /// The maximum size of an open mission's sensor readings in a step, bytes.
-pub const SENSED_MAX: usize = 160;
+pub const MAX_READING_BYTES: usize = 160;
 
 /// The maximum size of an open mission's action, bytes.
-pub const DEED_MAX: usize = 32;
+pub const MAX_ACTION_BYTES: usize = 32;
 
 /// The maximum size of an open mission's shared knowledge, and of its bulletins, bytes.
-pub const LORE_MAX: usize = 600;
+pub const MAX_KNOWLEDGE_BYTES: usize = 600;
 
 /// The readings of a mission's own sensors in a step.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Sensed {
+pub enum SensorReading {
     /// No readings of mission devices.
     #[default]
     Nothing,
     /// The readings of missions with [`items`].
-    Items(ItemsSensed),
+    Items(ItemsReading),
     /// The readings of any other mission: the encoding of its own type. The box keeps a robot's readings close
     /// together.
-    Open(Box<Bytes<SENSED_MAX>>),
+    Open(Box<Bytes<MAX_READING_BYTES>>),
 }
 
-impl Sensed {
+impl SensorReading {
     /// Returns the readings of the devices for [`items`]. They are empty in a mission without items.
     #[inline]
     #[must_use]
-    pub fn items(&self) -> &ItemsSensed {
-        const NOTHING: &ItemsSensed = &ItemsSensed::NOTHING;
+    pub fn items(&self) -> &ItemsReading {
+        const NOTHING: &ItemsReading = &ItemsReading::NOTHING;
         match self {
             Self::Items(sensed) => sensed,
             Self::Nothing | Self::Open(_) => NOTHING,
@@ -50,9 +50,9 @@ impl Sensed {
 
     /// Returns the same readings for writing.
     #[inline]
-    pub fn items_mut(&mut self) -> &mut ItemsSensed {
+    pub fn items_mut(&mut self) -> &mut ItemsReading {
         if !matches!(self, Self::Items(_)) {
-            *self = Self::Items(ItemsSensed::NOTHING);
+            *self = Self::Items(ItemsReading::NOTHING);
         }
         let Self::Items(sensed) = self else {
             unreachable!("the variant was set above")
@@ -64,24 +64,24 @@ impl Sensed {
 /// A robot's action in a step besides driving.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Deed {
+pub enum Action {
     /// No action besides driving.
     #[default]
     Nothing,
     /// The action of missions with [`items`].
-    Items(ItemsDeed),
+    Items(ItemsAction),
     /// The action of any other mission: the encoding of its own type.
-    Open(Bytes<DEED_MAX>),
+    Open(Bytes<MAX_ACTION_BYTES>),
 }
 
-impl Deed {
+impl Action {
     /// Returns the action with [`items`], or the default action in other missions.
     #[inline]
     #[must_use]
-    pub fn items(&self) -> ItemsDeed {
+    pub fn items(&self) -> ItemsAction {
         match self {
             Self::Items(action) => *action,
-            Self::Nothing | Self::Open(_) => ItemsDeed::default(),
+            Self::Nothing | Self::Open(_) => ItemsAction::default(),
         }
     }
 }
@@ -90,12 +90,12 @@ impl Deed {
 /// special handling.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Lore {
+pub enum SharedKnowledge {
     /// No knowledge to share.
     #[default]
     Nothing,
     /// The knowledge of missions with [`items`].
-    Items(Knowledge),
+    Items(ItemsKnowledge),
     /// The knowledge of any other mission: the encoding of its own type, at most [`LORE_MAX`] bytes.
     Open(#[serde(deserialize_with = "bounded_knowledge")] Vec<u8>),
 }
@@ -112,8 +112,8 @@ pub enum Payload {
 
 fn bounded_knowledge<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D::Error> {
     let bytes = Vec::deserialize(deserializer)?;
-    if bytes.len() > LORE_MAX {
-        let expected = format!("at most {LORE_MAX} bytes");
+    if bytes.len() > MAX_KNOWLEDGE_BYTES {
+        let expected = format!("at most {MAX_KNOWLEDGE_BYTES} bytes");
         return Err(D::Error::invalid_length(bytes.len(), &expected.as_str()));
     }
     Ok(bytes)
@@ -155,7 +155,7 @@ impl<const N: usize> Bytes<N> {
 
     /// Copies bytes without decoding them. Returns `None` above `N` bytes.
     #[must_use]
-    pub fn copied(bytes: &[u8]) -> Option<Self> {
+    pub fn from_slice(bytes: &[u8]) -> Option<Self> {
         let mut new = Self::default();
         new.bytes.get_mut(..bytes.len())?.copy_from_slice(bytes);
         new.length = u8::try_from(bytes.len()).ok()?;
@@ -202,7 +202,7 @@ impl<'de, const N: usize> Deserialize<'de> for Bytes<N> {
             }
 
             fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Self::Value, E> {
-                Bytes::copied(bytes).ok_or_else(|| E::invalid_length(bytes.len(), &self))
+                Bytes::from_slice(bytes).ok_or_else(|| E::invalid_length(bytes.len(), &self))
             }
 
             // JSON represents bytes as a list.
@@ -234,32 +234,32 @@ mod tests {
 
     #[test]
     fn bytes_are_encoded_within_their_bounds() {
-        let bytes = Bytes::<DEED_MAX>::encode(&[1_u8, 2, 3]).unwrap();
-        let action = Deed::Open(bytes);
+        let bytes = Bytes::<MAX_ACTION_BYTES>::encode(&[1_u8, 2, 3]).unwrap();
+        let action = Action::Open(bytes);
         let encoded = codec::encode(&action).unwrap();
         assert_eq!(encoded, [2, 3, 1, 2, 3]);
-        assert_eq!(codec::decode::<Deed>(&encoded).unwrap(), action);
+        assert_eq!(codec::decode::<Action>(&encoded).unwrap(), action);
         let json = serde_json::to_string(&action).unwrap();
-        assert_eq!(serde_json::from_str::<Deed>(&json).unwrap(), action);
-        let mut too_long = vec![2, DEED_MAX as u8 + 1];
-        too_long.extend([0; DEED_MAX + 1]);
-        assert!(codec::decode::<Deed>(&too_long).is_err());
+        assert_eq!(serde_json::from_str::<Action>(&json).unwrap(), action);
+        let mut too_long = vec![2, MAX_ACTION_BYTES as u8 + 1];
+        too_long.extend([0; MAX_ACTION_BYTES + 1]);
+        assert!(codec::decode::<Action>(&too_long).is_err());
     }
 
     #[test]
     fn shared_knowledge_is_bounded() {
-        let encoded = |length| codec::encode(&Lore::Open(vec![7; length])).unwrap();
-        assert!(codec::decode::<Lore>(&encoded(LORE_MAX)).is_ok());
-        assert!(codec::decode::<Lore>(&encoded(LORE_MAX + 1)).is_err());
+        let encoded = |length| codec::encode(&SharedKnowledge::Open(vec![7; length])).unwrap();
+        assert!(codec::decode::<SharedKnowledge>(&encoded(MAX_KNOWLEDGE_BYTES)).is_ok());
+        assert!(codec::decode::<SharedKnowledge>(&encoded(MAX_KNOWLEDGE_BYTES + 1)).is_err());
     }
 
     #[test]
     fn readings_of_another_mission_contain_no_items() {
-        let mut sensed = Sensed::Open(Box::default());
-        assert_eq!(*sensed.items(), ItemsSensed::default());
+        let mut sensed = SensorReading::Open(Box::default());
+        assert_eq!(*sensed.items(), ItemsReading::default());
         sensed.items_mut().holding = Some(true);
         assert_eq!(sensed.items().holding, Some(true));
-        let action = Deed::Open(Bytes::default());
-        assert_eq!(action.items(), ItemsDeed::default());
+        let action = Action::Open(Bytes::default());
+        assert_eq!(action.items(), ItemsAction::default());
     }
 }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use glam::Vec2;
-use proto::team::{Content, Heartbeat, TaskState};
+use proto::team::{BroadcastContent, Heartbeat, TaskState};
 use robot_agent::allocator::{
     Allocator, Choice, ConfigError, Decision, Framed, Input, Kind, Me, Mind, Prepared,
 };
@@ -74,8 +74,8 @@ impl Kind for Puppets {
             name: NAME,
             about: "the decisions of an environment's user",
             parameters: Vec::new(),
-            wants_truth: false,
-            learns: false,
+            needs_ground_truth: false,
+            learns_times: false,
         }
     }
 
@@ -117,7 +117,7 @@ impl Allocator for Puppet {
         let mut hand = self.hands.of(self.me);
         let hand = &mut *hand;
         for broadcast in input.heard {
-            if let Content::Heartbeat(heartbeat) = &broadcast.body
+            if let BroadcastContent::Heartbeat(heartbeat) = &broadcast.body
                 && let Some(mate) = hand.mates.get_mut(broadcast.sender.index())
             {
                 *mate = Some(Mate::of(heartbeat, input.now));

@@ -4,8 +4,8 @@ use std::f32::consts::FRAC_PI_2;
 
 use glam::Vec2;
 use missions::{observe, push};
-use proto::mission::Sensed;
-use proto::mission::items::{ITEMS_MOST, ItemsSensed, Zone};
+use proto::mission::SensorReading;
+use proto::mission::items::{ItemsReading, MAX_SENSED_ITEMS, Zone};
 use proto::readings::{Hit, Readings};
 use scenario::Setup;
 
@@ -206,7 +206,7 @@ fn beam_of(row: &mut Row<'_>, side: &str, beam: usize, hit: Option<Hit>, range_m
 }
 
 /// Writes the readings of the mission's devices; nothing for an unknown mission.
-fn mission(row: &mut Row<'_>, sensed: &Sensed, setup: &Setup) {
+fn mission(row: &mut Row<'_>, sensed: &SensorReading, setup: &Setup) {
     let section = setup.catalog.mission.name();
     let range_m = setup.scenario.sensors.item_range_m;
     match (section, sensed) {
@@ -243,9 +243,9 @@ fn mission(row: &mut Row<'_>, sensed: &Sensed, setup: &Setup) {
     }
 }
 
-fn items(row: &mut Row<'_>, sensed: &ItemsSensed, range_m: f32) {
+fn items(row: &mut Row<'_>, sensed: &ItemsReading, range_m: f32) {
     row.flag("items.works", sensed.items.is_some());
-    for place in 0..ITEMS_MOST {
+    for place in 0..MAX_SENSED_ITEMS {
         let items = sensed.items.as_ref();
         let offset = items.and_then(|items| items.get(place).copied());
         row.offset(|| format!("item{place}"), offset, range_m);
@@ -260,9 +260,9 @@ fn items(row: &mut Row<'_>, sensed: &ItemsSensed, range_m: f32) {
 }
 
 /// Decodes the readings of a mission. Missing readings become the default value.
-fn open<T: serde::de::DeserializeOwned + Default>(sensed: &Sensed) -> T {
+fn open<T: serde::de::DeserializeOwned + Default>(sensed: &SensorReading) -> T {
     match sensed {
-        Sensed::Open(bytes) => bytes.decode().unwrap_or_default(),
+        SensorReading::Open(bytes) => bytes.decode().unwrap_or_default(),
         _ => T::default(),
     }
 }

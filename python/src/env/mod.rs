@@ -4,9 +4,9 @@
 //!   observations.
 //! - [`part`]: the environments of a batch that one of its [`threads`] steps. [`worlds`]: the batch, as a Python class.
 
+mod external_agent;
 mod features;
 mod part;
-mod external_agent;
 mod threads;
 mod world;
 mod worlds;

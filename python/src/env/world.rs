@@ -7,25 +7,25 @@ use in_process::{Command, Spaces, Team, joins_of};
 use launch::Registry;
 use proto::control::{AgentState, Phase};
 use proto::event::EventLine;
-use proto::mission::Deed;
-use proto::mission::items::{Gripper, ItemsDeed};
+use proto::mission::Action;
+use proto::mission::items::{Gripper, ItemsAction};
 use proto::readings::Readings;
 use proto::tick::Outcome;
 use pyo3::prelude::*;
 use robot_agent::allocator::Choice;
 use run_log::recorder::{Folder, RecordError, Sink};
-use run_log::{Document, LogLevel, Memory, Table};
+use run_log::{Document, LogLevel, MemoryLog, Table};
 use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
-use scenario::mission::Value;
+use scenario::mission::FigureValue;
 use scenario::mission::columns::ColumnKind;
 use scenario::time::SimTime;
 
-use super::features::{self, Row};
 use super::external_agent::{Hand, Hands, NAME, Puppets};
-use crate::request::Ready;
-use crate::errors::{failed, mistake};
+use super::features::{self, Row};
 use crate::controller::Failure;
+use crate::errors::{failed, mistake};
+use crate::request::Ready;
 
 /// The level of the external decisions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,7 +40,7 @@ pub const DRIVE: usize = 4;
 
 /// The destination of an episode's log.
 pub enum Place {
-    Nowhere(Memory),
+    Nowhere(MemoryLog),
     Folder(Folder),
 }
 
@@ -92,7 +92,7 @@ impl Common {
             )));
         }
         let robots = setup.scenario.robots.iter().zip(0..);
-        let agents = robots.filter(|(robot, _)| setup.scenario.allocator_of(robot) == NAME);
+        let agents = robots.filter(|(robot, _)| setup.scenario.decider_of(robot) == NAME);
         let agents: Vec<RobotId> = agents.map(|(_, rank)| RobotId(rank)).collect();
         let sets = |robot: &RobotId| {
             let robot = &setup.scenario.robots[robot.index()];
@@ -177,7 +177,7 @@ pub struct World {
     /// The folder for the log of the next episode, if it is recorded.
     pub record: Option<PathBuf>,
     /// The row of mission.csv after the latest tick, and the amount of completed work in it.
-    row: Vec<Value>,
+    row: Vec<FigureValue>,
     done: u64,
     pub events: Vec<EventLine>,
     /// The state of the team at the end of its episode.
@@ -215,7 +215,7 @@ impl World {
     pub fn reset(&mut self, common: &Common, seed: u64, spaces: &mut Spaces) -> PyResult<()> {
         self.close()?;
         let (level, place) = match self.record.take() {
-            None => (LogLevel::Off, Place::Nowhere(Memory::default())),
+            None => (LogLevel::Off, Place::Nowhere(MemoryLog::default())),
             Some(folder) => {
                 let folder = Folder::create(folder).map_err(failed)?;
                 (LogLevel::Full, Place::Folder(folder))
@@ -289,7 +289,7 @@ impl World {
         let [speed, turn, gripper, report] = action;
         let has_gripper = common.setup.catalog.mission.name() == "waste";
         let action = has_gripper.then(|| {
-            Deed::from(ItemsDeed {
+            Action::from(ItemsAction {
                 gripper: match gripper {
                     _ if gripper > 0.5 => Gripper::Pick,
                     _ if gripper < -0.5 => Gripper::Drop,
@@ -341,7 +341,7 @@ impl World {
         self.events.append(&mut team.take_events());
         self.row.clear();
         team.simulation().world().mission().row(&mut self.row);
-        let columns = common.setup.catalog.mission.terms().columns.iter();
+        let columns = common.setup.catalog.mission.vocabulary().columns.iter();
         let all = columns.zip(&self.row);
         let counted = all.filter(|(column, _)| column.kind == ColumnKind::Done);
         let done = counted.map(|(_, value)| value.count()).reduce(|a, b| a + b);

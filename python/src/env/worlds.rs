@@ -11,12 +11,12 @@ use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 
-use super::part::{Actions, Part, Place, actions, width};
 use super::external_agent::{Hands, Puppets};
+use super::part::{Actions, Part, Place, actions, width};
 use super::threads::{Threads, Work, lock};
 use super::world::{Common, DRIVE, Level};
-use crate::request::Asked;
 use crate::errors::mistake;
+use crate::request::Asked;
 
 /// A batch of environments of one scenario.
 #[pyclass(frozen, module = "alliance_sim")]
@@ -217,7 +217,7 @@ impl Worlds {
 
     #[getter]
     fn columns(&self) -> Vec<&'static str> {
-        let columns = self.common.setup.catalog.mission.terms().columns;
+        let columns = self.common.setup.catalog.mission.vocabulary().columns;
         columns.iter().map(|column| column.name).collect()
     }
 

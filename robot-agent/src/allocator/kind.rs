@@ -84,8 +84,8 @@ where
             name: self.name,
             about: self.about,
             parameters: A::parameters(),
-            wants_truth: A::wants_truth(),
-            learns: false,
+            needs_ground_truth: A::wants_truth(),
+            learns_times: false,
         }
     }
 

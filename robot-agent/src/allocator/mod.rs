@@ -35,12 +35,12 @@ use glam::Vec2;
 use proto::allocation::AllocationMessage;
 use proto::team::{Broadcast, TaskState};
 use proto::telemetry::{AllocationRow, Motivation, Reason, StateChange};
-use proto::tick::Offer;
+use proto::tick::TaskOffer;
 use rand_chacha::ChaCha8Rng;
 use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use scenario::rng::{self, Purpose};
 use scenario::time::SimTime;
-use scenario::{KnownTimes, ParameterSpec, Setup, TaskSpec};
+use scenario::{LearnedTimes, ParameterSpec, Setup, TaskSpec};
 use serde::Deserialize;
 
 pub use framed::Framed;
@@ -174,7 +174,9 @@ impl TaskBrief {
                 let behavior = &catalog.sets[id.index()];
                 let brief = &mut all[behavior.task.index()];
                 let skill = robot.skill_at(behavior);
-                let unit_s = catalog.mission.unit_s(scenario, &body, skill, behavior);
+                let unit_s = catalog
+                    .mission
+                    .work_unit_s(scenario, &body, skill, behavior);
                 brief.unit_s = brief.unit_s.max(unit_s);
                 if brief.robots.last() != Some(&RobotId(rank)) {
                     brief.robots.push(RobotId(rank));
@@ -242,7 +244,7 @@ pub struct Input<'a> {
     /// share tasks with this one, directly or through others. Empty unless the allocator
     /// [requests](Allocator::wants_truth) it. An offer is a row of [`Decision::rows`] with a utility above 0, from a
     /// working robot, for a task that is really due.
-    pub truth: &'a [Offer],
+    pub truth: &'a [TaskOffer],
     /// The random numbers of this step.
     pub draws: Draws,
 }
@@ -368,7 +370,7 @@ pub trait Mind: Debug + Send {
 
     /// Returns the learned durations, by task and robot. A later run can start with them, in its
     /// [`Profile`](scenario::Profile).
-    fn learned(&self) -> Vec<(TaskId, RobotId, KnownTimes)> {
+    fn learned(&self) -> Vec<(TaskId, RobotId, LearnedTimes)> {
         Vec::new()
     }
 

@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use proptest::prelude::*;
 use proto::allocation::{AllocationMessage, OpenMessage};
-use proto::mission::Lore;
-use proto::team::{Broadcast, Content, Heartbeat, TaskState};
+use proto::mission::SharedKnowledge;
+use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
 use proto::telemetry::Reason;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -19,9 +19,9 @@ use super::{
 };
 use crate::agent::TeamConfig;
 use crate::allocators::first_come::FirstCome;
-use crate::allocators::static_assignment::Fixed;
 use crate::allocators::nearest::{Nearest, NearestSilent};
 use crate::allocators::random::{self, Random};
+use crate::allocators::static_assignment::Fixed;
 use crate::registry::AgentRegistry;
 use crate::testkit;
 
@@ -132,7 +132,8 @@ fn the_testkit_finds_a_panic_on_a_malformed_message() {
         }
         fn step(&mut self, input: &Input<'_>, decision: &mut super::Decision) {
             for broadcast in input.heard {
-                if let Content::Allocation(AllocationMessage::Open(message)) = &broadcast.body
+                if let BroadcastContent::Allocation(AllocationMessage::Open(message)) =
+                    &broadcast.body
                     && message.schema == "trusts"
                 {
                     assert_eq!(message.bytes.len(), 3, "the length of an own message");
@@ -233,7 +234,7 @@ fn executes(sender: u16, seq: u64, since_ms: u64, task: Option<u16>) -> Arc<Broa
         index: 0,
         seq,
         sent: SimTime::ZERO,
-        body: Content::Heartbeat(Heartbeat {
+        body: BroadcastContent::Heartbeat(Heartbeat {
             state: if task.is_some() {
                 TaskState::Executing
             } else {
@@ -245,7 +246,7 @@ fn executes(sender: u16, seq: u64, since_ms: u64, task: Option<u16>) -> Arc<Broa
             progress: 0,
             position: None,
             carrying: false,
-            lore: Lore::default(),
+            lore: SharedKnowledge::default(),
         }),
     })
 }

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use proto::team::{Content, TaskState};
+use proto::team::{BroadcastContent, TaskState};
 use proto::telemetry::Reason;
 use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -36,7 +36,7 @@ impl FirstCome {
             if sender == self.me.robot || sender.index() >= self.me.team {
                 continue;
             }
-            let Content::Heartbeat(heartbeat) = &broadcast.body else {
+            let BroadcastContent::Heartbeat(heartbeat) = &broadcast.body else {
                 continue;
             };
             if self

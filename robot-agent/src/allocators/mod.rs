@@ -15,13 +15,13 @@ pub mod alliance;
 pub mod ble;
 pub mod cbba;
 pub mod first_come;
-pub mod static_assignment;
 pub mod grape;
 pub mod lalliance;
 pub mod murdoch;
 pub mod nearest;
 pub mod oracle;
 pub mod random;
+pub mod static_assignment;
 #[cfg(test)]
 mod team;
 pub mod threshold;

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use proto::allocation::AllocationMessage;
-use proto::mission::Lore;
-use proto::team::{Broadcast, Content, Heartbeat};
-use proto::tick::Offer;
+use proto::mission::SharedKnowledge;
+use proto::team::{Broadcast, BroadcastContent, Heartbeat};
+use proto::tick::TaskOffer;
 use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 
@@ -237,12 +237,12 @@ impl<A: Allocator> Team<A> {
     }
 
     /// Returns the offers that working robots made in the previous step.
-    fn ground_truth(&self) -> Vec<Offer> {
+    fn ground_truth(&self) -> Vec<TaskOffer> {
         let robots = self.robots.iter().zip(0..);
         let able = robots.filter(|(robot, _)| robot.controller.is_some() && robot.works);
         let offers = able.flat_map(|(robot, rank)| {
             let rows = robot.outcome.rows.iter();
-            rows.map(move |row| Offer {
+            rows.map(move |row| TaskOffer {
                 robot: RobotId(rank),
                 behavior: row.behavior,
                 task: row.task,
@@ -304,7 +304,7 @@ impl<A: Allocator> Team<A> {
             index: 0,
             seq,
             sent: self.now(),
-            body: Content::Allocation(message),
+            body: BroadcastContent::Allocation(message),
         }));
     }
 
@@ -345,7 +345,7 @@ impl<A> Robot<A> {
     fn broadcasts(&mut self, sender: RobotId, tick: u64) -> impl Iterator<Item = Broadcast> {
         let sent = SimTime(tick * STEP.0);
         let heartbeats = self.outcome.announcements.iter().map(|announcement| {
-            Content::Heartbeat(Heartbeat {
+            BroadcastContent::Heartbeat(Heartbeat {
                 state: announcement.state,
                 since: announcement.since,
                 set: announcement.behavior,
@@ -353,12 +353,12 @@ impl<A> Robot<A> {
                 progress: announcement.progress,
                 position: None,
                 carrying: false,
-                lore: Lore::default(),
+                lore: SharedKnowledge::default(),
             })
         });
-        let messages = self.outcome.say.drain(..).map(Content::Allocation);
+        let messages = self.outcome.say.drain(..).map(BroadcastContent::Allocation);
         let (incarnation, first) = (self.incarnation, self.seq);
-        let bodies: Vec<Content> = heartbeats.chain(messages).collect();
+        let bodies: Vec<BroadcastContent> = heartbeats.chain(messages).collect();
         self.seq += bodies.len() as u64;
         bodies
             .into_iter()
@@ -378,7 +378,7 @@ impl<A> Robot<A> {
 /// Returns the allocator messages among the broadcasts, with their senders.
 pub fn words(air: &[Arc<Broadcast>]) -> impl Iterator<Item = (RobotId, &AllocationMessage)> {
     air.iter().filter_map(|broadcast| match &broadcast.body {
-        Content::Allocation(message) => Some((broadcast.sender, message)),
+        BroadcastContent::Allocation(message) => Some((broadcast.sender, message)),
         _ => None,
     })
 }

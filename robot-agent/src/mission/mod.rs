@@ -24,7 +24,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use glam::Vec2;
-use proto::mission::Lore;
+use proto::mission::SharedKnowledge;
 use proto::readings::{Actuation, Readings};
 use proto::team::{Broadcast, Bulletin};
 use proto::telemetry::Note;
@@ -94,11 +94,11 @@ pub trait AgentMission: RouteCost + Debug + Send {
     fn choices(&self, moment: &Moment<'_>, applicable: &[bool], choices: &mut Vec<Choice>);
 
     /// Runs the last part of a step: computes the action of the active behavior. `action` is empty at the start.
-    fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut Action);
+    fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut StepOutput);
 
     /// Writes the shared knowledge for the heartbeat, after [`AgentMission::act`]. `lore` contains an old value whose
     /// memory can be reused.
-    fn lore(&self, lore: &mut Lore);
+    fn lore(&self, lore: &mut SharedKnowledge);
 
     /// Returns the estimated position of the robot, m; `None` without an estimate.
     fn position(&self) -> Option<Vec2>;
@@ -146,7 +146,7 @@ impl Perception {
 
 /// The result of [`AgentMission::act`].
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Action {
+pub struct StepOutput {
     /// The command to the body.
     pub actuation: Actuation,
     /// Broadcasts to send in addition to heartbeats.
@@ -155,7 +155,7 @@ pub struct Action {
     pub notes: Vec<Note>,
 }
 
-impl Action {
+impl StepOutput {
     pub(crate) fn clear(&mut self) {
         self.actuation = Actuation::default();
         self.bulletins.clear();

@@ -8,7 +8,8 @@ pub use scenario::ids::{BehaviorId, RobotId, TaskId};
 pub use scenario::time::SimTime;
 
 pub use super::{
-    Action, Heard, MissionMind, Perception, SharedMission, Typed, TypedMind, TypedMoment, bulletin,
+    Heard, MissionMind, Perception, SharedMission, StepOutput, Typed, TypedMind, TypedMoment,
+    bulletin,
 };
 pub use crate::allocator::{Choice, OwnBehavior};
 pub use crate::body::{Chassis, Driver, Goal, Navigator, Surroundings};

@@ -2,8 +2,8 @@
 //! once.
 
 use proto::codec;
-use proto::mission::{Bytes, Deed, Payload, Sensed};
-use proto::team::{About, BulletinKind, Content};
+use proto::mission::{Action, Bytes, Payload, SensorReading};
+use proto::team::{BroadcastContent, BulletinKind, BulletinSubject};
 use proto::tick::{ManifestEntry, TickMessage};
 use scenario::SetupFile;
 use scenario::testkit::{DRILL, default_setup, unlike_robots, vocabulary};
@@ -98,14 +98,14 @@ impl TypedMind for Visit {
         &mut self,
         moment: &TypedMoment<'_, Self>,
         active: Option<BehaviorId>,
-        action: &mut Action,
+        action: &mut StepOutput,
     ) -> Option<Touch> {
         let (set, task) = *self.own.iter().find(|(id, _)| Some(*id) == active)?;
         if moment.sensed.0 != Some(task.0) {
             return None;
         }
         self.learn(task.0);
-        let about = About {
+        let about = BulletinSubject {
             task,
             set,
             progress: 1,
@@ -146,7 +146,7 @@ fn message(tick: u64, at: Option<u16>) -> TickMessage {
         truth: Vec::new(),
         held: Vec::new(),
         readings: Readings {
-            mission: Sensed::Open(Box::new(Bytes::encode(&At(at)).unwrap())),
+            mission: SensorReading::Open(Box::new(Bytes::encode(&At(at)).unwrap())),
             ..Readings::default()
         },
     }
@@ -173,8 +173,8 @@ fn lore(space: &Workspace) -> Vec<u16> {
         .broadcasts
         .iter()
         .filter_map(|broadcast| match &broadcast.body {
-            Content::Heartbeat(heartbeat) => match &heartbeat.lore {
-                Lore::Open(bytes) => Some(codec::decode(bytes).unwrap()),
+            BroadcastContent::Heartbeat(heartbeat) => match &heartbeat.lore {
+                SharedKnowledge::Open(bytes) => Some(codec::decode(bytes).unwrap()),
                 _ => None,
             },
             _ => None,
@@ -188,7 +188,7 @@ fn an_external_mission_senses_acts_and_broadcasts_in_its_own_types() {
     let mut blue = agent(BLUE, &setup);
     let mut gold = agent(GOLD, &setup);
     let sent = step(&mut blue, message(0, Some(0)), &[]);
-    let Deed::Open(deed) = sent.report.actuation.deed else {
+    let Action::Open(deed) = sent.report.actuation.deed else {
         panic!("{:?}", sent.report);
     };
     assert_eq!(deed.decode::<Touch>().unwrap(), Touch(0));
@@ -197,7 +197,7 @@ fn an_external_mission_senses_acts_and_broadcasts_in_its_own_types() {
         .broadcasts
         .iter()
         .find_map(|broadcast| match &broadcast.body {
-            Content::Bulletin(bulletin) => Some(bulletin),
+            BroadcastContent::Bulletin(bulletin) => Some(bulletin),
             _ => None,
         });
     let bulletin = bulletin.unwrap();
@@ -208,7 +208,7 @@ fn an_external_mission_senses_acts_and_broadcasts_in_its_own_types() {
     assert_eq!(codec::decode::<Touch>(bytes).unwrap(), Touch(0));
 
     // A teammate learns the place from either message and does not visit it.
-    let is_lore = |broadcast: &Broadcast| matches!(broadcast.body, Content::Heartbeat(_));
+    let is_lore = |broadcast: &Broadcast| matches!(broadcast.body, BroadcastContent::Heartbeat(_));
     let (lores, bulletins): (Vec<_>, Vec<_>) = sent.broadcasts.into_iter().partition(is_lore);
     let mut other = agent(GOLD, &setup);
     assert_eq!(lore(&step(&mut gold, message(1, None), &lores)), [0]);
@@ -227,7 +227,7 @@ fn alliance_treats_bulletins_as_messages_about_their_task() {
         let sent = step(&mut blue, message(tick, Some(FASTEST)), &[]);
         let bulletins = sent.broadcasts.into_iter();
         let mut bulletins =
-            bulletins.filter(|broadcast| matches!(broadcast.body, Content::Bulletin(_)));
+            bulletins.filter(|broadcast| matches!(broadcast.body, BroadcastContent::Bulletin(_)));
         if let Some(update) = bulletins.next() {
             break update;
         }
@@ -237,13 +237,13 @@ fn alliance_treats_bulletins_as_messages_about_their_task() {
     // The first message about a task resets the motivation of an impatient teammate.
     let mut gold = agent(GOLD, &setup);
     step(&mut gold, message(tick, None), &[]);
-    let Content::Bulletin(bulletin) = &update.body else {
+    let BroadcastContent::Bulletin(bulletin) = &update.body else {
         unreachable!("the loop ends only with a bulletin");
     };
     // The message also informs about the touched place. A bulletin about another task shows the reset alone.
     let mut about_another = update.clone();
-    about_another.body = Content::Bulletin(Bulletin {
-        about: bulletin.about.map(|about| About {
+    about_another.body = BroadcastContent::Bulletin(Bulletin {
+        about: bulletin.about.map(|about| BulletinSubject {
             task: TaskId(1),
             ..about
         }),
@@ -260,7 +260,7 @@ fn alliance_treats_bulletins_as_messages_about_their_task() {
 /// The briefing from the bus is sufficient to create a controller.
 #[test]
 fn the_briefing_contains_the_abilities_of_all_robots() {
-    let sent = serde_json::to_string(&unlike_robots().briefing()).unwrap();
+    let sent = serde_json::to_string(&unlike_robots().for_robots()).unwrap();
     let file: SetupFile = serde_json::from_str(&sent).unwrap();
     let setup = file.read(&vocabulary()).unwrap();
     setup.check().unwrap();

@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use glam::Vec2;
 use proto::codec;
-use proto::mission::{Bytes, Deed, LORE_MAX, Lore, Payload, Sensed};
+use proto::mission::{Action, Bytes, MAX_KNOWLEDGE_BYTES, Payload, SensorReading, SharedKnowledge};
 use proto::readings::Readings;
-use proto::team::{About, Broadcast, Bulletin, BulletinKind, Content};
+use proto::team::{Broadcast, BroadcastContent, Bulletin, BulletinKind, BulletinSubject};
 use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -16,7 +16,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use smallvec::SmallVec;
 
-use super::{Action, AgentMission, Moment, Perception, SharedMission};
+use super::{AgentMission, Moment, Perception, SharedMission, StepOutput};
 use crate::allocator::{Choice, OwnBehavior, RouteCost};
 
 /// The number of broadcasts in one step that need no allocation.
@@ -58,7 +58,7 @@ const AT_ONCE: usize = 8;
 ///         &mut self,
 ///         moment: &TypedMoment<Self>,
 ///         active: Option<BehaviorId>,
-///         _: &mut Action,
+///         _: &mut StepOutput,
 ///     ) -> Option<Ring> {
 ///         moment.task_of(active)?;
 ///         self.rung += 1;
@@ -135,7 +135,7 @@ pub trait TypedMind: Clone + Debug + Send + 'static {
         &mut self,
         moment: &TypedMoment<'_, Self>,
         active: Option<BehaviorId>,
-        action: &mut Action,
+        action: &mut StepOutput,
     ) -> Option<Self::Deed>;
 
     /// Returns the shared knowledge for the heartbeat, see [`AgentMission::lore`].
@@ -193,15 +193,15 @@ pub struct Heard<'a, M: TypedMind> {
 impl<'a, M: TypedMind> Heard<'a, M> {
     fn from_broadcast(broadcast: &'a Broadcast) -> Self {
         let (lore, bulletin) = match &broadcast.body {
-            Content::Heartbeat(heartbeat) => match &heartbeat.lore {
-                Lore::Open(bytes) => (codec::decode(bytes).ok(), None),
+            BroadcastContent::Heartbeat(heartbeat) => match &heartbeat.lore {
+                SharedKnowledge::Open(bytes) => (codec::decode(bytes).ok(), None),
                 _ => (None, None),
             },
-            Content::Bulletin(bulletin) => match &bulletin.payload {
+            BroadcastContent::Bulletin(bulletin) => match &bulletin.payload {
                 Payload::Open(bytes) => (None, codec::decode(bytes).ok()),
                 _ => (None, None),
             },
-            Content::Allocation(_) => (None, None),
+            BroadcastContent::Allocation(_) => (None, None),
         };
         Self {
             broadcast,
@@ -215,7 +215,11 @@ impl<'a, M: TypedMind> Heard<'a, M> {
 ///
 /// # Panics
 /// Panics if the payload exceeds [`LORE_MAX`] bytes.
-pub fn bulletin<T: Serialize>(kind: BulletinKind, about: Option<About>, content: &T) -> Bulletin {
+pub fn bulletin<T: Serialize>(
+    kind: BulletinKind,
+    about: Option<BulletinSubject>,
+    content: &T,
+) -> Bulletin {
     let mut bytes = Vec::new();
     encode("the content of a bulletin", content, &mut bytes);
     Bulletin {
@@ -226,11 +230,13 @@ pub fn bulletin<T: Serialize>(kind: BulletinKind, about: Option<About>, content:
 }
 
 fn encode<T: Serialize>(subject: &str, value: &T, bytes: &mut Vec<u8>) {
-    bytes.resize(LORE_MAX, 0);
+    bytes.resize(MAX_KNOWLEDGE_BYTES, 0);
     match codec::encode_to_slice(value, bytes) {
-        Ok(length) if length <= LORE_MAX => bytes.truncate(length),
+        Ok(length) if length <= MAX_KNOWLEDGE_BYTES => bytes.truncate(length),
         Ok(length) => {
-            panic!("{subject} takes {length} bytes; at most {LORE_MAX} bytes are allowed")
+            panic!(
+                "{subject} takes {length} bytes; at most {MAX_KNOWLEDGE_BYTES} bytes are allowed"
+            )
         }
         Err(error) => panic!("{subject}: {error}"),
     }
@@ -305,7 +311,7 @@ impl<M: TypedMind> AgentMission for Typed<M> {
         perception: &mut Perception,
     ) {
         self.sensed = match &moment.readings.mission {
-            Sensed::Open(bytes) => bytes.decode().unwrap_or_default(),
+            SensorReading::Open(bytes) => bytes.decode().unwrap_or_default(),
             _ => M::Sensed::default(),
         };
         let heard: SmallVec<[Heard<'_, M>; AT_ONCE]> = heard
@@ -324,19 +330,19 @@ impl<M: TypedMind> AgentMission for Typed<M> {
 
     /// # Panics
     /// Panics if the encoded action is too large.
-    fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut Action) {
+    fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut StepOutput) {
         let moment = TypedMoment::new(moment, &self.sensed, &self.own);
         if let Some(deed) = self.mind.act(&moment, active, action) {
             action.actuation.deed = match Bytes::encode(&deed) {
-                Ok(bytes) => Deed::Open(bytes),
+                Ok(bytes) => Action::Open(bytes),
                 Err(error) => panic!("the action of a robot for its mission: {error}"),
             };
         }
     }
 
-    fn lore(&self, lore: &mut Lore) {
+    fn lore(&self, lore: &mut SharedKnowledge) {
         let mut bytes = match std::mem::take(lore) {
-            Lore::Open(bytes) => bytes,
+            SharedKnowledge::Open(bytes) => bytes,
             _ => Vec::new(),
         };
         encode(
@@ -344,7 +350,7 @@ impl<M: TypedMind> AgentMission for Typed<M> {
             &self.mind.lore(),
             &mut bytes,
         );
-        *lore = Lore::Open(bytes);
+        *lore = SharedKnowledge::Open(bytes);
     }
 
     fn position(&self) -> Option<Vec2> {

@@ -17,7 +17,7 @@ use scenario::time::SimTime;
 use super::encode;
 use super::names::Names;
 use super::{Answer, BodyRecord, Event, Record, RecordError, Recorder, Sink, TickRecord};
-use scenario::mission::{Target, Value};
+use scenario::mission::{FigureValue, Target};
 
 const BATCH_TICKS: usize = 64;
 
@@ -166,7 +166,7 @@ struct OwnedRecord {
     foreign: Vec<bool>,
     said: Vec<Broadcast>,
     events: Vec<Event>,
-    mission: Vec<Value>,
+    mission: Vec<FigureValue>,
     targets: Vec<Target>,
     mission_state: u64,
 }

@@ -7,12 +7,12 @@ use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
 use super::answers::motivation_bits;
-use super::names::Names;
 use super::in_flight::OnTheirWay;
+use super::names::Names;
 use super::record::{EventKind, TickRecord};
 use super::repeated::{Repeated, body_bits};
 use super::row::{Row, Tail};
-use scenario::mission::Value;
+use scenario::mission::FigureValue;
 
 /// Encodes motivations.csv: one row per behavior set of each robot that counted.
 pub(super) fn motivations(
@@ -86,7 +86,7 @@ pub(super) fn messages(
         if let Input::Gone {
             robot, incarnation, ..
         } = input
-            && let Some(receiver) = names.roster.robot_named(robot)
+            && let Some(receiver) = names.roster.find(robot)
         {
             let in_flight = on_their_way.end_of(receiver, *incarnation);
             pending(names, repeated, &in_flight, rows);
@@ -280,9 +280,9 @@ pub(super) fn mission(record: &TickRecord<'_>, rows: &mut Vec<u8>) {
     let first = Row::new(rows).number(record.now.0);
     let values = record.mission.iter();
     let all = values.fold(first, |row, value| match *value {
-        Value::Count(count) => row.number(count),
-        Value::Real(number) => row.real(number),
-        Value::None => row.text(""),
+        FigureValue::Count(count) => row.number(count),
+        FigureValue::Real(number) => row.real(number),
+        FigureValue::None => row.text(""),
     });
     all.end();
 }

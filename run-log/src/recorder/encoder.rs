@@ -3,18 +3,18 @@
 
 use std::collections::BTreeMap;
 
-use crate::external::ForeignWriter;
-use crate::{LogLevel, MindFile, RunFile, RunOutcome, Section, Table};
+use crate::external::ExternalWriter;
+use crate::{ControllerFile, LogLevel, RunFile, RunOutcome, Section, Table};
 use proto::event::EventLine;
 use scenario::Setup;
 use scenario::ids::{RobotId, Tick};
-use scenario::mission::Value;
+use scenario::mission::FigureValue;
 use scenario::time::SimTime;
 
 use super::encode;
 use super::hash::{RunHash, SectionHash};
-use super::names::Names;
 use super::in_flight::OnTheirWay;
+use super::names::Names;
 use super::pages::Pages;
 use super::record::TickRecord;
 use super::repeated::Repeated;
@@ -34,12 +34,12 @@ pub(super) struct Encoder {
     section: SectionHash,
     tally: Tally,
     /// The writer of foreign.bin; created with the first answer of an external controller.
-    foreign: Option<Box<ForeignWriter>>,
-    minds: BTreeMap<String, MindFile>,
+    foreign: Option<Box<ExternalWriter>>,
+    minds: BTreeMap<String, ControllerFile>,
     /// Messages in flight, whose rows follow later.
     on_their_way: OnTheirWay,
     /// The values of the last row of mission.csv.
-    mission: Option<Vec<Value>>,
+    mission: Option<Vec<FigureValue>>,
     /// Events for an observer, see [`Encoder::take_events`]; `None` until the first call.
     events: Option<Vec<EventLine>>,
     latest: Option<(Tick, SimTime)>,
@@ -59,10 +59,10 @@ impl Encoder {
             section: SectionHash::default(),
             tally: Tally::new(setup),
             foreign: None,
-            minds: (setup.scenario.minds().into_iter())
+            minds: (setup.scenario.external_controllers().into_iter())
                 .map(|name| {
                     let version = versions.get(name).cloned();
-                    (name.to_owned(), MindFile { version })
+                    (name.to_owned(), ControllerFile { version })
                 })
                 .collect(),
             on_their_way: OnTheirWay::default(),
@@ -224,7 +224,7 @@ impl Encoder {
                 .iter()
                 .filter(|broadcast| broadcast.sender == report.robot);
             let writer = self.foreign.get_or_insert_default();
-            self.pages.add_optional(Table::Foreign, |bytes| {
+            self.pages.add_optional(Table::External, |bytes| {
                 writer.add(report, broadcasts, bytes);
             });
         }

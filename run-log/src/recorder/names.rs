@@ -5,14 +5,14 @@ use std::sync::Arc;
 use proto::team::BroadcastKind;
 use proto::telemetry::NoteKind;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
-use scenario::mission::data::Terms;
+use scenario::mission::data::MissionVocabulary;
 use scenario::{Catalog, Roster, Setup};
 
 #[derive(Clone, Debug)]
 pub(super) struct Names {
     pub roster: Arc<Roster>,
     catalog: Arc<Catalog>,
-    terms: Terms,
+    terms: MissionVocabulary,
 }
 
 impl Names {
@@ -20,7 +20,7 @@ impl Names {
         Self {
             roster: Arc::clone(&setup.roster),
             catalog: Arc::clone(&setup.catalog),
-            terms: setup.catalog.mission.terms(),
+            terms: setup.catalog.mission.vocabulary(),
         }
     }
 

@@ -32,7 +32,7 @@ impl Pages {
     pub fn new(level: LogLevel, mission: Mission) -> Self {
         let mut pages = Self {
             level,
-            mission_columns: mission.terms().columns,
+            mission_columns: mission.vocabulary().columns,
             tables: Default::default(),
         };
         for table in Table::ALL.into_iter().filter(|table| !table.is_optional()) {

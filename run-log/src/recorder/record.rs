@@ -11,7 +11,7 @@ use scenario::time::SimTime;
 use serde::{Serialize, Serializer};
 
 use super::answers::Answer;
-use scenario::mission::{Target, Value};
+use scenario::mission::{FigureValue, Target};
 
 #[derive(Clone, Copy, Debug)]
 pub struct TickRecord<'a> {
@@ -30,7 +30,7 @@ pub struct TickRecord<'a> {
     /// The world's events in this step, in order. Inputs, state changes and notes are not among them, because their rows of
     /// events.csv are made from [`TickRecord::inputs`] and from the reports.
     pub events: &'a [Event],
-    pub mission: &'a [Value],
+    pub mission: &'a [FigureValue],
     pub targets: &'a [Target],
     /// The hash of the complete mission state after the step.
     pub mission_state: u64,

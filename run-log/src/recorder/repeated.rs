@@ -1,7 +1,7 @@
 //! Cached parts of rows of a full log. All rows of a tick begin with its time, and most values are the same as in the previous
 //! tick.
 
-use crate::WORLD;
+use crate::WORLD_ROBOT;
 use proto::telemetry::Reception;
 use scenario::ids::{BehaviorId, RobotId, Tick};
 use scenario::time::SimTime;
@@ -38,7 +38,7 @@ impl Repeated {
         Self {
             now: Fields::default(),
             tick: Fields::default(),
-            world: Fields::of(|row| row.text(WORLD)),
+            world: Fields::of(|row| row.text(WORLD_ROBOT)),
             motivations: vec![Vec::new(); robots.len()],
             messages: vec![Tail::default(); robots.len()],
             poses: vec![Tail::default(); robots.len()],

@@ -5,7 +5,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use crate::{Document, Memory, Table};
+use crate::{Document, MemoryLog, Table};
 
 use super::RecordError;
 
@@ -77,7 +77,7 @@ impl Sink for Folder {
     }
 }
 
-impl Sink for Memory {
+impl Sink for MemoryLog {
     fn append(&mut self, table: Table, bytes: &[u8]) -> Result<(), RecordError> {
         self.tables
             .entry(table)

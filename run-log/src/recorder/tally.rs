@@ -45,7 +45,7 @@ struct Done {
 impl Tally {
     pub fn new(setup: &Setup) -> Self {
         let scenario = &setup.scenario;
-        let columns = setup.catalog.mission.terms().columns.iter();
+        let columns = setup.catalog.mission.vocabulary().columns.iter();
         let done = columns.filter(|column| column.kind == ColumnKind::Done);
         let done = done.filter_map(|column| {
             Some(Done {
@@ -68,7 +68,7 @@ impl Tally {
         self.figures.sim_time_ms = record.now + self.step;
         for input in record.inputs {
             if let Input::Join { robot, .. } = input
-                && let Some(robot) = self.roster.robot_named(robot)
+                && let Some(robot) = self.roster.find(robot)
             {
                 self.robots[robot.index()].lives += 1;
             }

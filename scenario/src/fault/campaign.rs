@@ -11,26 +11,26 @@ use serde::{Deserialize, Serialize};
 /// repair time is our choice: in the field, robots were out of order about half of the time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Campaign {
+pub struct RandomFaults {
     /// The mean working time from a repair to the next failure, s of simulated time.
     pub mtbf_s: f64,
     /// The mean time to repair, s of simulated time.
     pub mttr_s: f64,
     /// The relative frequencies of the kinds of faults.
-    pub mix: Mix,
+    pub mix: FaultMix,
 }
 
-impl Campaign {
+impl RandomFaults {
     /// The prefix of the ids of random faults. A number follows.
     pub const ID_PREFIX: &'static str = "random-";
 }
 
-impl Default for Campaign {
+impl Default for RandomFaults {
     fn default() -> Self {
         Self {
             mtbf_s: 120.0,
             mttr_s: 30.0,
-            mix: Mix::default(),
+            mix: FaultMix::default(),
         }
     }
 }
@@ -38,7 +38,7 @@ impl Default for Campaign {
 /// Relative frequencies of the kinds of random faults; 0 excludes a kind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Mix {
+pub struct FaultMix {
     /// A killed process, which the repair restarts.
     pub kill: f64,
     /// A stopped process, which the repair continues.
@@ -55,7 +55,7 @@ pub struct Mix {
     pub babble: f64,
 }
 
-impl Default for Mix {
+impl Default for FaultMix {
     fn default() -> Self {
         Self {
             kill: 1.0,

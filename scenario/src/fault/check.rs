@@ -1,9 +1,11 @@
 //! Checks of an order, independent of its source.
 
-use super::{ActuatorMode, Device, Fault, Happening, MissionFault, Order, Role, SensorMode, Who};
+use super::{
+    ActuatorMode, Device, Fault, LinkEnd, MissionFault, Order, Role, SensorMode, TriggerEvent,
+};
 use crate::Obstacle;
 use crate::names::is_name;
-use crate::{Catalog, Robot, Scenario, instead};
+use crate::{Catalog, Robot, Scenario, name_remedy};
 
 /// The longest time, s, as in scenario files.
 const LONGEST_S: f64 = 1e9;
@@ -13,12 +15,12 @@ const FARTHEST_M: f64 = 1e3;
 
 /// An order that is not valid. It displays as one line: field, problem and remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}: {what}; {remedy}", field.join("."))]
+#[error("{}: {problem}; {remedy}", field.join("."))]
 pub struct OrderError {
     /// The path to the value, from the order down.
     pub field: Vec<String>,
     /// The problem with the value.
-    pub what: String,
+    pub problem: String,
     /// A remedy for the problem.
     pub remedy: String,
 }
@@ -49,7 +51,7 @@ impl Order {
         }
         if let Some(for_s) = self.for_s {
             above_zero(&["for_s"], for_s, LONGEST_S, "s")?;
-            if self.fault.is_momentary() {
+            if self.fault.is_instantaneous() {
                 let what = format!("'{}' is instantaneous", self.fault.name());
                 return Err(wrong(&["for_s"], what, "omit the duration"));
             }
@@ -59,7 +61,7 @@ impl Order {
                 let what = format!("{for_s} s is not shorter than the interval of {every_s} s");
                 return Err(wrong(&["for_s"], what, "make it heal before it repeats"));
             }
-        } else if self.every_s.is_some() && !self.fault.is_momentary() {
+        } else if self.every_s.is_some() && !self.fault.is_instantaneous() {
             let what = "the fault repeats but never heals".to_owned();
             return Err(wrong(&["every_s"], what, "give it a duration"));
         }
@@ -77,13 +79,13 @@ impl Order {
         if let Some(robot) = &when.robot {
             checker.robot(&["when"], robot)?;
         }
-        let mut verbs = Happening::verbs(checker.catalog.mission);
+        let mut verbs = TriggerEvent::verbs(checker.catalog.mission);
         if !verbs.clone().any(|verb| verb == when.what) {
             let what = format!("there is no event '{}'", when.what);
-            return Err(wrong(&["when"], what, &instead(&when.what, &mut verbs)));
+            return Err(wrong(&["when"], what, &name_remedy(&when.what, &mut verbs)));
         }
         match &when.subject {
-            Some(set) if when.is_about_a_set() => checker.set(&["when"], set),
+            Some(set) if when.has_behavior_set_subject() => checker.set(&["when"], set),
             _ => Ok(()),
         }
     }
@@ -125,20 +127,20 @@ impl Checker<'_> {
             Fault::Sensor(fault) => {
                 let field = at("mode");
                 let mission = self.catalog.mission;
-                if !Device::of(mission).any(|name| fault.device == *name) {
+                if !Device::names_for(mission).any(|name| fault.device == *name) {
                     let what = format!("there is no choice '{}'", fault.device);
-                    let known = &mut Device::of(mission);
+                    let known = &mut Device::names_for(mission);
                     return Err(wrong(
                         &at("device"),
                         what,
-                        &instead(fault.device.as_str(), known),
+                        &name_remedy(fault.device.as_str(), known),
                     ));
                 }
                 self.has(&at("device"), &fault.robot, fault.device.as_str())?;
                 match fault.mode {
                     SensorMode::Dropout(p) => share(&field, p),
                     SensorMode::Noise(error) | SensorMode::Bias(error) => {
-                        if !fault.device.tells_lengths(mission) {
+                        if !fault.device.measures_lengths(mission) {
                             let what =
                                 format!("'{}' does not measure lengths", fault.device.as_str());
                             return Err(wrong(&field, what, "use dead, stuck or dropout"));
@@ -189,15 +191,15 @@ impl Checker<'_> {
         let mission_faults = self.catalog.mission.faults();
         let Some(spec) = mission_faults.iter().find(|spec| spec.name == name) else {
             let what = format!("there is no choice '{name}'");
-            let known = &mut Fault::COMMON
+            let known = &mut Fault::COMMON_NAMES
                 .into_iter()
                 .chain(mission_faults.iter().map(|spec| spec.name));
-            return Err(wrong(&["fault"], what, &instead(name, known)));
+            return Err(wrong(&["fault"], what, &name_remedy(name, known)));
         };
         for key in values.keys() {
             let mut keys = spec.arguments.iter().map(|argument| argument.key);
             if !keys.clone().any(|known| known == key) {
-                let remedy = instead(key, &mut keys);
+                let remedy = name_remedy(key, &mut keys);
                 let at = ["fault", name, key];
                 return Err(wrong(&at, "unknown key".to_owned(), &remedy));
             }
@@ -228,7 +230,7 @@ impl Checker<'_> {
             return Ok(());
         }
         let what = format!("the scenario has no robot '{robot}'");
-        Err(wrong(field, what, &instead(robot, &mut known)))
+        Err(wrong(field, what, &name_remedy(robot, &mut known)))
     }
 
     fn set(&self, field: &[&str], set: &str) -> Checked {
@@ -237,16 +239,16 @@ impl Checker<'_> {
             return Ok(());
         }
         let what = format!("there is no behavior set '{set}'");
-        Err(wrong(field, what, &instead(set, &mut known)))
+        Err(wrong(field, what, &name_remedy(set, &mut known)))
     }
 
     /// Checks the role that a fault targets. Any robot that executes a task has a process, a radio and power, but
     /// perhaps no other device.
     fn role(&self, name: &str, role: Role<'_>) -> Checked {
         let field = ["fault", name];
-        if !Fault::OF_A_ROLE.contains(&name) {
+        if !Fault::ROLE_TARGETED.contains(&name) {
             let what = format!("'{name}' cannot target a role");
-            let known = Fault::OF_A_ROLE.join(", ");
+            let known = Fault::ROLE_TARGETED.join(", ");
             let remedy = format!("name a robot, or use one of {known}");
             return Err(wrong(&field, what, &remedy));
         }
@@ -265,18 +267,18 @@ impl Checker<'_> {
         let known = &mut absent.by_ref().map(|robot| robot.name.as_str());
         let remedy = format!(
             "name a robot that the scenario marks as absent: {}",
-            instead(robot, known)
+            name_remedy(robot, known)
         );
         Err(wrong(field, what, &remedy))
     }
 
-    fn ends(&self, name: &str, from: &Who, to: &Who) -> Checked {
+    fn ends(&self, name: &str, from: &LinkEnd, to: &LinkEnd) -> Checked {
         for (key, who) in [("from", from), ("to", to)] {
-            if let Who::Robot(robot) = who {
+            if let LinkEnd::Robot(robot) = who {
                 self.robot(&["fault", name, key], robot)?;
             }
         }
-        if let (Who::Robot(from), Who::Robot(to)) = (from, to)
+        if let (LinkEnd::Robot(from), LinkEnd::Robot(to)) = (from, to)
             && from == to
         {
             let what = format!("'{to}' does not receive its own messages");
@@ -295,7 +297,7 @@ impl Checker<'_> {
             return Ok(());
         }
         let known = &mut with.by_ref().map(|robot| robot.name.as_str());
-        let remedy = format!("name one that has it: {}", instead(robot, known));
+        let remedy = format!("name one that has it: {}", name_remedy(robot, known));
         Err(wrong(
             field,
             format!("'{robot}' has no '{device}'"),
@@ -309,7 +311,7 @@ impl Checker<'_> {
         let mut known = known.iter().map(String::as_str);
         if !known.clone().any(|known| known == skill) {
             let what = format!("there is no skill '{skill}'");
-            return Err(wrong(field, what, &instead(skill, &mut known)));
+            return Err(wrong(field, what, &name_remedy(skill, &mut known)));
         }
         let has = |robot: &&Robot| robot.skill(skill).unwrap_or(1.0) > 0.0;
         let able = self.scenario.robots.iter().filter(has);
@@ -318,7 +320,7 @@ impl Checker<'_> {
             return Ok(());
         }
         let what = format!("'{robot}' has no skill '{skill}'");
-        let remedy = format!("name one that has it: {}", instead(robot, &mut able));
+        let remedy = format!("name one that has it: {}", name_remedy(robot, &mut able));
         Err(wrong(field, what, &remedy))
     }
 
@@ -436,7 +438,7 @@ impl OrderError {
     pub fn at(field: &[&str], what: String, remedy: &str) -> Self {
         Self {
             field: field.iter().map(|key| (*key).to_owned()).collect(),
-            what,
+            problem: what,
             remedy: remedy.to_owned(),
         }
     }

@@ -41,21 +41,21 @@ impl Device {
     /// # Panics
     /// Panics if the name has more than 32 bytes.
     #[must_use]
-    pub fn named(name: &str) -> Self {
+    pub fn new(name: &str) -> Self {
         // Device names are constants of missions, so a longer name is a programming error.
         Self(ArrayString::from(name).expect("at most 32 bytes"))
     }
 
     /// Returns all devices of a mission's robots, in display order.
-    pub fn of(mission: Mission) -> impl Iterator<Item = &'static str> {
+    pub fn names_for(mission: Mission) -> impl Iterator<Item = &'static str> {
         let [first @ .., last] = Self::COMMON;
-        let mission_devices = mission.terms().devices.iter().copied();
+        let mission_devices = mission.vocabulary().devices.iter().copied();
         first.into_iter().chain(mission_devices).chain([last])
     }
 
     /// Returns the display name of a device.
     #[must_use]
-    pub fn label(name: &str) -> String {
+    pub fn display_name(name: &str) -> String {
         match name {
             Self::AVOIDANCE => "collision avoidance".to_owned(),
             _ => name.replace('-', " "),
@@ -65,7 +65,7 @@ impl Device {
     /// Returns true if robots may lack the device.
     #[must_use]
     pub fn is_optional(name: &str, mission: Mission) -> bool {
-        name == Self::SIDE_BORDER || mission.terms().optional_devices.contains(&name)
+        name == Self::SIDE_BORDER || mission.vocabulary().optional_devices.contains(&name)
     }
 
     #[must_use]
@@ -75,7 +75,7 @@ impl Device {
 
     /// Returns true if the device measures lengths, so that faults can make it noisy or biased.
     #[must_use]
-    pub fn tells_lengths(&self, mission: Mission) -> bool {
+    pub fn measures_lengths(&self, mission: Mission) -> bool {
         let name = self.as_str();
         let common = [
             Self::POSITION,
@@ -83,7 +83,7 @@ impl Device {
             Self::SIDE_BORDER,
             Self::AVOIDANCE,
         ];
-        common.contains(&name) || mission.terms().measuring_devices.contains(&name)
+        common.contains(&name) || mission.vocabulary().measuring_devices.contains(&name)
     }
 }
 

@@ -101,7 +101,7 @@ impl<'de> Visitor<'de> for FaultVisitor {
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Fault, A::Error> {
         let wrong_form = || A::Error::custom("a fault is a table with a single key, its name");
         let name: String = map.next_key()?.ok_or_else(wrong_form)?;
-        let fault = if Fault::COMMON.contains(&name.as_str()) {
+        let fault = if Fault::COMMON_NAMES.contains(&name.as_str()) {
             // The derived implementation reads common faults.
             let variant = Variant {
                 name,
@@ -110,7 +110,7 @@ impl<'de> Visitor<'de> for FaultVisitor {
             Fault::deserialize(variant)?
         } else {
             let Numbers(values) = map.next_value()?;
-            let unknown = || A::Error::unknown_variant(&name, &Fault::COMMON);
+            let unknown = || A::Error::unknown_variant(&name, &Fault::COMMON_NAMES);
             let values = values.ok_or_else(unknown)?;
             Fault::Mission(MissionFault { name, values })
         };

@@ -26,14 +26,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::Obstacle;
 
-pub use campaign::{Campaign, Mix};
+pub use campaign::{FaultMix, RandomFaults};
 pub use check::OrderError;
 pub use device::Device;
 pub use mission::{FaultArgument, FaultRange, FaultSpec, MissionFault};
 pub use order::{Faults, Order};
-pub use radio::{LinkTerms, RadioQuality};
+pub use radio::{LinkQuality, RadioQuality};
 pub use text::Role;
-pub use when::{Happening, When, WhenError};
+pub use when::{EventTrigger, TriggerEvent, WhenError};
 
 /// A failure and its target. Robots are identified by name.
 // `form` implements the serialization in files.
@@ -60,11 +60,11 @@ pub enum Fault {
     /// Delay of messages on directed links.
     Delay(Delay),
     /// Duplicate delivery of messages on directed links.
-    Duplicate(Chance),
+    Duplicate(LinkChance),
     /// Delivery of messages after the next one of their sender.
-    Reorder(Chance),
+    Reorder(LinkChance),
     /// Retention of messages until the fault heals. Then all are delivered at once.
-    Hold(Link),
+    Hold(LinkSelection),
     /// Isolation of groups of robots from each other. Robots in no group remain connected to all.
     Partition(Partition),
     /// Loss of all messages from this robot.
@@ -101,7 +101,7 @@ pub enum Fault {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(from = "String", into = "String")]
 #[schemars(with = "String")]
-pub enum Who {
+pub enum LinkEnd {
     /// Every robot of the team.
     #[default]
     All,
@@ -109,7 +109,7 @@ pub enum Who {
     Robot(String),
 }
 
-impl Who {
+impl LinkEnd {
     #[must_use]
     pub fn includes(&self, robot: &str) -> bool {
         match self {
@@ -128,7 +128,7 @@ impl Who {
     }
 }
 
-impl From<String> for Who {
+impl From<String> for LinkEnd {
     fn from(name: String) -> Self {
         if name == "all" {
             Self::All
@@ -138,8 +138,8 @@ impl From<String> for Who {
     }
 }
 
-impl From<Who> for String {
-    fn from(who: Who) -> Self {
+impl From<LinkEnd> for String {
+    fn from(who: LinkEnd) -> Self {
         who.as_str().to_owned()
     }
 }
@@ -147,9 +147,9 @@ impl From<Who> for String {
 /// Directed links from senders to receivers.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct Link {
-    pub from: Who,
-    pub to: Who,
+pub struct LinkSelection {
+    pub from: LinkEnd,
+    pub to: LinkEnd,
 }
 
 /// Loss of messages on directed links.
@@ -157,9 +157,9 @@ pub struct Link {
 #[serde(deny_unknown_fields)]
 pub struct Loss {
     #[serde(default)]
-    pub from: Who,
+    pub from: LinkEnd,
     #[serde(default)]
-    pub to: Who,
+    pub to: LinkEnd,
     /// The share of messages that get lost in the long run, 0 to 1.
     pub p: f64,
     /// The mean length of a burst in which every message is lost, s; 0 makes losses independent (Gilbert 1960).
@@ -172,9 +172,9 @@ pub struct Loss {
 #[serde(deny_unknown_fields)]
 pub struct Delay {
     #[serde(default)]
-    pub from: Who,
+    pub from: LinkEnd,
     #[serde(default)]
-    pub to: Who,
+    pub to: LinkEnd,
     /// The delay of every message, s.
     pub delay_s: f64,
     /// The maximum additional delay, uniformly distributed, s.
@@ -185,11 +185,11 @@ pub struct Delay {
 /// A random effect on messages of directed links.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Chance {
+pub struct LinkChance {
     #[serde(default)]
-    pub from: Who,
+    pub from: LinkEnd,
     #[serde(default)]
-    pub to: Who,
+    pub to: LinkEnd,
     /// The share of affected messages, 0 to 1.
     pub p: f64,
 }

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Campaign, Fault, When};
+use super::{EventTrigger, Fault, RandomFaults};
 use crate::time::SimTime;
 
 /// A fault with its trigger and its duration. Without a trigger it takes effect at once.
@@ -23,7 +23,7 @@ pub struct Order {
     pub every_s: Option<f64>,
     /// The event whose next occurrence triggers the fault.
     #[serde(default)]
-    pub when: Option<When>,
+    pub when: Option<EventTrigger>,
     /// The duration, s; absent lasts until the fault is cleared. Instantaneous faults, such as a restart, have none.
     #[serde(default)]
     pub for_s: Option<f64>,
@@ -64,7 +64,7 @@ pub struct Faults {
     pub timeline: Vec<Order>,
     /// Random faults in addition to the schedule.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub random: Option<Campaign>,
+    pub random: Option<RandomFaults>,
 }
 
 impl Faults {

@@ -18,7 +18,7 @@ pub enum RadioQuality {
 
 /// The effect of a radio quality on every link.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LinkTerms {
+pub struct LinkQuality {
     pub loss: f64,
     /// The mean length of a burst of losses, s.
     pub burst_s: f64,
@@ -45,9 +45,9 @@ impl RadioQuality {
     }
 
     #[must_use]
-    pub fn terms(self) -> LinkTerms {
+    pub fn link_quality(self) -> LinkQuality {
         match self {
-            Self::GoodRadio => LinkTerms {
+            Self::GoodRadio => LinkQuality {
                 loss: 0.01,
                 burst_s: 0.0,
                 delay_s: 0.02,
@@ -55,7 +55,7 @@ impl RadioQuality {
                 duplicate: 0.0,
                 reorder: 0.0,
             },
-            Self::PoorRadio => LinkTerms {
+            Self::PoorRadio => LinkQuality {
                 loss: 0.15,
                 burst_s: 0.5,
                 delay_s: 0.1,
@@ -63,7 +63,7 @@ impl RadioQuality {
                 duplicate: 0.01,
                 reorder: 0.0,
             },
-            Self::SevereRadio => LinkTerms {
+            Self::SevereRadio => LinkQuality {
                 loss: 0.4,
                 burst_s: 2.0,
                 delay_s: 0.3,

@@ -31,7 +31,7 @@ fn the_default_team_accepts_every_fault() {
     for fault in one_of_each() {
         let order = Order::now(fault);
         assert_eq!(
-            order.check(&scenario, &Catalog::of(&scenario)),
+            order.check(&scenario, &Catalog::new(&scenario)),
             Ok(()),
             "{order}"
         );
@@ -42,7 +42,9 @@ fn the_default_team_accepts_every_fault() {
 fn refused(json: &str, line: &str) {
     let order: Order = serde_json::from_str(json).unwrap();
     let scenario = default_scenario();
-    let error = order.check(&scenario, &Catalog::of(&scenario)).unwrap_err();
+    let error = order
+        .check(&scenario, &Catalog::new(&scenario))
+        .unwrap_err();
     assert_eq!(error.to_string(), line);
 }
 
@@ -132,10 +134,10 @@ fn mistakes_name_field_problem_and_remedy() {
 
 #[test]
 fn events_are_parsed_from_text() {
-    let when: When = "blue activates move(top)".parse().unwrap();
-    let expected = When {
+    let when: EventTrigger = "blue activates move(top)".parse().unwrap();
+    let expected = EventTrigger {
         robot: Some("blue".to_owned()),
-        what: Happening::Activates.as_str().to_owned(),
+        what: TriggerEvent::Activates.as_str().to_owned(),
         subject: Some("move(top)".to_owned()),
     };
     assert_eq!(when, expected);
@@ -144,14 +146,14 @@ fn events_are_parsed_from_text() {
         r#"{"fault":{"mute":"blue"},"when":"gold naps"}"#,
         "when: there is no event 'naps'; there are activates, hibernates, waits, does, joins, dies",
     );
-    let any = When {
+    let any = EventTrigger {
         robot: None,
         what: "delivers".to_owned(),
         subject: None,
     };
     assert_eq!("any  delivers".parse(), Ok(any));
     for wrong in ["", "blue", "blue dies twice", "blue picks a b"] {
-        assert!(wrong.parse::<When>().is_err(), "{wrong}");
+        assert!(wrong.parse::<EventTrigger>().is_err(), "{wrong}");
     }
 }
 
@@ -166,7 +168,7 @@ fn only_existing_skills_can_get_worse() {
             skill: skill.to_owned(),
             share,
         });
-        let checked = Order::now(fault).check(&scenario, &Catalog::of(&scenario));
+        let checked = Order::now(fault).check(&scenario, &Catalog::new(&scenario));
         checked.unwrap_err().to_string()
     };
     let (weak, other) = (&scenario.robots[0].name, &scenario.robots[1].name);

@@ -2,7 +2,9 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use super::{ActuatorMode, Chance, Fault, Link, Order, SensorError, SensorMode, Side, Who};
+use super::{
+    ActuatorMode, Fault, LinkChance, LinkEnd, LinkSelection, Order, SensorError, SensorMode, Side,
+};
 
 /// A role that selects the target of a fault in place of a robot's name. The fault applies to the robot that holds the
 /// role when it takes effect.
@@ -24,7 +26,7 @@ impl Role<'_> {
 
 impl Fault {
     /// The faults that can target a role.
-    pub const OF_A_ROLE: [&str; 8] = [
+    pub const ROLE_TARGETED: [&str; 8] = [
         "kill",
         "terminate",
         "pause",
@@ -36,7 +38,7 @@ impl Fault {
     ];
 
     /// The names of the faults of every mission.
-    pub const COMMON: [&str; 24] = [
+    pub const COMMON_NAMES: [&str; 24] = [
         "kill",
         "terminate",
         "pause",
@@ -130,7 +132,7 @@ impl Fault {
 
     /// Returns the same fault with this robot as its target.
     #[must_use]
-    pub fn of_robot(&self, name: &str) -> Self {
+    pub fn with_target(&self, name: &str) -> Self {
         let name = name.to_owned();
         match self {
             Self::Kill(_) => Self::Kill(name),
@@ -148,19 +150,19 @@ impl Fault {
 
     /// Returns true if the fault is instantaneous, so that it has no duration and cannot heal.
     #[must_use]
-    pub fn is_momentary(&self) -> bool {
-        Self::is_name_of_momentary(self.name())
+    pub fn is_instantaneous(&self) -> bool {
+        Self::is_instantaneous_name(self.name())
     }
 
     /// Returns true for the name of an instantaneous fault: a few common ones, and all that a mission defines.
     #[must_use]
-    pub fn is_name_of_momentary(name: &str) -> bool {
-        matches!(name, "continue" | "restart" | "move-robot") || !Self::COMMON.contains(&name)
+    pub fn is_instantaneous_name(name: &str) -> bool {
+        matches!(name, "continue" | "restart" | "move-robot") || !Self::COMMON_NAMES.contains(&name)
     }
 
     /// Returns true if the fault acts on the process of an agent, which only the launcher that started it can do.
     #[must_use]
-    pub fn is_about_a_process(&self) -> bool {
+    pub fn affects_process(&self) -> bool {
         matches!(
             self,
             Self::Kill(_)
@@ -191,11 +193,12 @@ impl Display for Fault {
                 write!(f, " --by {}s", delay.delay_s)?;
                 option(f, "jitter", delay.jitter_s, "s")
             }
-            Self::Duplicate(Chance { from, to, p }) | Self::Reorder(Chance { from, to, p }) => {
+            Self::Duplicate(LinkChance { from, to, p })
+            | Self::Reorder(LinkChance { from, to, p }) => {
                 ends(f, from, to)?;
                 write!(f, " --p {p}")
             }
-            Self::Hold(Link { from, to }) => ends(f, from, to),
+            Self::Hold(LinkSelection { from, to }) => ends(f, from, to),
             Self::Partition(partition) => {
                 for (index, group) in partition.groups.iter().enumerate() {
                     let slash = if index > 0 { "/ " } else { "" };
@@ -252,7 +255,7 @@ impl Display for Order {
     }
 }
 
-fn ends(f: &mut Formatter<'_>, from: &Who, to: &Who) -> fmt::Result {
+fn ends(f: &mut Formatter<'_>, from: &LinkEnd, to: &LinkEnd) -> fmt::Result {
     write!(f, " --from {} --to {}", from.as_str(), to.as_str())
 }
 

@@ -12,7 +12,7 @@ use crate::mission::registry::Mission;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "String", into = "String")]
 #[schemars(with = "String")]
-pub struct When {
+pub struct EventTrigger {
     /// The robot of the event; `None` is `any`.
     pub robot: Option<String>,
     /// The verb of a [`Happening`] or of the mission.
@@ -23,7 +23,7 @@ pub struct When {
 
 /// The events of any mission that can trigger a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Happening {
+pub enum TriggerEvent {
     /// Activation of a behavior set.
     Activates,
     /// Hibernation of a behavior set.
@@ -36,7 +36,7 @@ pub enum Happening {
     Dies,
 }
 
-impl Happening {
+impl TriggerEvent {
     /// The events in the order of their declaration.
     pub const ALL: [Self; 5] = [
         Self::Activates,
@@ -60,22 +60,22 @@ impl Happening {
     /// Returns all verbs of a mission, in display order.
     pub fn verbs(mission: Mission) -> impl Iterator<Item = &'static str> + Clone {
         let [first @ .., joins, dies] = Self::ALL.map(Self::as_str);
-        let mission_verbs = mission.terms().verbs.iter().map(|(verb, _)| *verb);
+        let mission_verbs = mission.vocabulary().verbs.iter().map(|(verb, _)| *verb);
         first.into_iter().chain(mission_verbs).chain([joins, dies])
     }
 }
 
-impl When {
+impl EventTrigger {
     /// Returns true if the subject is a behavior set.
     #[must_use]
-    pub fn is_about_a_set(&self) -> bool {
-        let [sets @ .., _, _] = Happening::ALL.map(Happening::as_str);
+    pub fn has_behavior_set_subject(&self) -> bool {
+        let [sets @ .., _, _] = TriggerEvent::ALL.map(TriggerEvent::as_str);
         sets.contains(&self.what.as_str())
     }
 
     /// Returns true if a subject is not allowed.
     fn has_no_subject(&self) -> bool {
-        let [.., joins, dies] = Happening::ALL.map(Happening::as_str);
+        let [.., joins, dies] = TriggerEvent::ALL.map(TriggerEvent::as_str);
         [joins, dies].contains(&self.what.as_str())
     }
 }
@@ -87,7 +87,7 @@ impl When {
 )]
 pub struct WhenError(String);
 
-impl FromStr for When {
+impl FromStr for EventTrigger {
     type Err = WhenError;
 
     fn from_str(text: &str) -> Result<Self, WhenError> {
@@ -107,7 +107,7 @@ impl FromStr for When {
     }
 }
 
-impl fmt::Display for When {
+impl fmt::Display for EventTrigger {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let robot = self.robot.as_deref().unwrap_or("any");
         write!(f, "{robot} {}", self.what)?;
@@ -118,7 +118,7 @@ impl fmt::Display for When {
     }
 }
 
-impl TryFrom<String> for When {
+impl TryFrom<String> for EventTrigger {
     type Error = WhenError;
 
     fn try_from(text: String) -> Result<Self, WhenError> {
@@ -126,8 +126,8 @@ impl TryFrom<String> for When {
     }
 }
 
-impl From<When> for String {
-    fn from(when: When) -> Self {
+impl From<EventTrigger> for String {
+    fn from(when: EventTrigger) -> Self {
         when.to_string()
     }
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Value;
+use super::FigureValue;
 
 /// The suffix of columns and figures that hold a time.
 const MILLISECONDS: &str = "_ms";
@@ -75,7 +75,7 @@ impl Column {
 
     /// Returns the column with its value in a row.
     #[must_use]
-    pub fn with(&self, value: Value) -> ColumnValue {
+    pub fn with_value(&self, value: FigureValue) -> ColumnValue {
         ColumnValue {
             name: self.name.to_owned(),
             kind: self.kind,
@@ -85,33 +85,33 @@ impl Column {
 
     /// Returns the column with a number from a view.
     #[must_use]
-    pub fn seen(&self, number: Option<f64>) -> ColumnValue {
+    pub fn with_number(&self, number: Option<f64>) -> ColumnValue {
         let value = match self.kind {
             ColumnKind::Real => number.into(),
             _ => number.map(|number| number as u64).into(),
         };
-        self.with(value)
+        self.with_value(value)
     }
 }
 
 /// Returns the display name of a column or a figure. The suffix of a time is omitted: `last_report_ms` becomes `last
 /// report`.
 #[must_use]
-pub fn label(name: &str) -> String {
+pub fn display_name(name: &str) -> String {
     let name = name.strip_suffix(MILLISECONDS).unwrap_or(name);
     name.replace(['_', '.'], " ")
 }
 
 /// Formats a column or a figure with its value: `items carried 1`, `last report 61.2 s`.
 #[must_use]
-pub fn told(name: &str, value: Value) -> String {
-    let label = label(name);
+pub fn format_value(name: &str, value: FigureValue) -> String {
+    let label = display_name(name);
     let Some(number) = value.number() else {
         return format!("{label} –");
     };
     match value {
         _ if name.ends_with(MILLISECONDS) => format!("{label} {:.1} s", number / 1000.0),
-        Value::Real(_) => format!("{label} {number:.2}"),
+        FigureValue::Real(_) => format!("{label} {number:.2}"),
         _ => format!("{label} {number}"),
     }
 }
@@ -124,13 +124,13 @@ pub struct ColumnValue {
     /// The meaning of the value.
     pub kind: ColumnKind,
     /// The value in the latest row; `null` if there is none.
-    pub value: Value,
+    pub value: FigureValue,
 }
 
 /// Formats the value with [`told`].
 impl fmt::Display for ColumnValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&told(&self.name, self.value))
+        f.write_str(&format_value(&self.name, self.value))
     }
 }
 
@@ -142,13 +142,13 @@ pub struct Progress {
     /// The amount of finished and unfinished work.
     pub total: u64,
     /// The counted things and the work on them, such as `items delivered`.
-    pub what: String,
+    pub label: String,
 }
 
 impl Progress {
     /// Returns the progress in a row, or `None` if no column counts finished work.
     #[must_use]
-    pub fn of(row: &[ColumnValue]) -> Option<Self> {
+    pub fn from_row(row: &[ColumnValue]) -> Option<Self> {
         let sum = |kind| {
             let of_kind = row.iter().filter(|column| column.kind == kind);
             of_kind.map(|column| column.value.count()).sum::<u64>()
@@ -158,7 +158,7 @@ impl Progress {
         Some(Self {
             done,
             total: done + sum(ColumnKind::Left),
-            what: label(&first.name),
+            label: display_name(&first.name),
         })
     }
 }
@@ -166,20 +166,20 @@ impl Progress {
 /// Formats the progress, such as `3 of 24 items delivered`.
 impl fmt::Display for Progress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} of {} {}", self.done, self.total, self.what)
+        write!(f, "{} of {} {}", self.done, self.total, self.label)
     }
 }
 
 /// Formats a row as its progress, or as all its columns if none counts finished work.
 #[must_use]
-pub fn in_short(row: &[ColumnValue]) -> String {
-    Progress::of(row).map_or_else(|| in_full(row), |progress| progress.to_string())
+pub fn short_summary(row: &[ColumnValue]) -> String {
+    Progress::from_row(row).map_or_else(|| details(row), |progress| progress.to_string())
 }
 
 /// Formats a row as its progress and all other columns.
 #[must_use]
-pub fn in_full(row: &[ColumnValue]) -> String {
-    let progress = Progress::of(row);
+pub fn details(row: &[ColumnValue]) -> String {
+    let progress = Progress::from_row(row);
     let others = row.iter().filter(|column| column.kind != ColumnKind::Done);
     let parts = progress.iter().map(ToString::to_string);
     let parts: Vec<String> = parts.chain(others.map(ToString::to_string)).collect();
@@ -198,17 +198,19 @@ mod tests {
             Column::time("last_visit_ms", "visited"),
             Column::real("way_m"),
         ];
-        let row = |values: [Value; 4]| -> Vec<ColumnValue> {
+        let row = |values: [FigureValue; 4]| -> Vec<ColumnValue> {
             let columns = COLUMNS.iter().zip(values);
-            columns.map(|(column, value)| column.with(value)).collect()
+            columns
+                .map(|(column, value)| column.with_value(value))
+                .collect()
         };
-        let at_first = row([5_u32.into(), 0_u32.into(), Value::None, 0.0.into()]);
-        assert_eq!(in_short(&at_first), "0 of 5 places visited");
+        let at_first = row([5_u32.into(), 0_u32.into(), FigureValue::None, 0.0.into()]);
+        assert_eq!(short_summary(&at_first), "0 of 5 places visited");
         let later = row([2_u32.into(), 3_u32.into(), 61_250_u64.into(), 7.5.into()]);
         assert_eq!(
-            in_full(&later),
+            details(&later),
             "3 of 5 places visited, places left 2, last visit 61.2 s, way m 7.50"
         );
-        assert_eq!(in_short(&later[2..]), "last visit 61.2 s, way m 7.50");
+        assert_eq!(short_summary(&later[2..]), "last visit 61.2 s, way m 7.50");
     }
 }

@@ -7,11 +7,11 @@ use glam::Vec2;
 use rand_chacha::ChaCha8Rng;
 
 use super::columns::Column;
-use super::expected_properties::Promises;
+use super::expected_properties::ExpectedProperties;
 use super::section::{MissionSection, Section};
 use crate::fault::{FaultSpec, MissionFault, Order, OrderError};
 use crate::ids::TaskId;
-use crate::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread};
+use crate::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, UntypedTable};
 
 /// The data of a mission. A scenario file with the section `[NAME]` belongs to this mission.
 ///
@@ -40,7 +40,7 @@ use crate::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread}
 ///         vec![ParameterSpec::new("doors", "", default, "number of doors", range)]
 ///     }
 ///
-///     fn terms(&self) -> Terms {
+///     fn vocabulary(&self) -> Terms {
 ///         Terms {
 ///             columns: const { &[Column::done("knocked", "knocked"), Column::left("left")] },
 ///             events: &["knocked"],
@@ -69,10 +69,10 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     ///
     /// # Errors
     /// Returns the first key or value that does not fit.
-    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem>;
+    fn section(&self, text: UntypedTable<'_>) -> Result<Box<dyn Section>, Problem>;
 
     /// Removes values from the section that robots do not receive in advance.
-    fn brief(&self, _section: &mut MissionSection) {}
+    fn withhold(&self, _section: &mut MissionSection) {}
 
     /// Returns the scenarios that come with the mission.
     fn scenarios(&self) -> &'static [BuiltinScenario] {
@@ -100,7 +100,7 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     }
 
     /// Returns the unit of a [`family`](Self::family)'s size. The command line accepts `--WORD` instead of `--size`.
-    fn size_word(&self) -> Option<&'static str> {
+    fn size_option(&self) -> Option<&'static str> {
         None
     }
 
@@ -110,7 +110,7 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     }
 
     /// Returns the names that the mission adds to those of every run.
-    fn terms(&self) -> Terms;
+    fn vocabulary(&self) -> MissionVocabulary;
 
     /// Returns the names of the tasks, and the behaviors in the order of their tasks. Both lists are complete and the
     /// same for the whole run. See [`one_behavior_each`].
@@ -135,14 +135,25 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     }
 
     /// Returns the default ALLIANCE values of a robot's behavior.
-    fn built_in(&self, scenario: &Scenario, robot: &Robot, behavior: &BehaviorSpec) -> BuiltIn {
+    fn default_alliance_params(
+        &self,
+        scenario: &Scenario,
+        robot: &Robot,
+        behavior: &BehaviorSpec,
+    ) -> DefaultAllianceParams {
         let _ = (scenario, robot, behavior);
-        BuiltIn::COMMON
+        DefaultAllianceParams::COMMON
     }
 
     /// Estimates the longest time between two signs of progress in a behavior, s, for a robot with this body and skill.
     /// The default is a trip across the room and half a turn.
-    fn unit_s(&self, scenario: &Scenario, body: &Body, skill: f64, behavior: &BehaviorSpec) -> f64 {
+    fn work_unit_s(
+        &self,
+        scenario: &Scenario,
+        body: &Body,
+        skill: f64,
+        behavior: &BehaviorSpec,
+    ) -> f64 {
         let _ = (skill, behavior);
         let (width, height) = (scenario.room.width_m, scenario.room.height_m);
         let way_m = (width * width + height * height).sqrt();
@@ -164,13 +175,13 @@ pub trait MissionData: Debug + Send + Sync + 'static {
 
     /// Returns the longest interval between two events of a [time](super::columns::ColumnKind::Time) column of
     /// mission.csv before the next is late, s.
-    fn period_s(&self, _scenario: &Scenario, _column: &str) -> Option<f64> {
+    fn max_event_interval_s(&self, _scenario: &Scenario, _column: &str) -> Option<f64> {
         None
     }
 
     /// Returns the properties that every run of the scenario must have.
-    fn promises(&self, _scenario: &Scenario) -> Promises {
-        Promises::default()
+    fn expected_properties(&self, _scenario: &Scenario) -> ExpectedProperties {
+        ExpectedProperties::default()
     }
 
     /// Returns the maximum number of items that a fault of the mission adds.
@@ -179,7 +190,7 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     }
 
     /// Returns true if robots search for items at a place, m, that they have not visited before.
-    fn is_looked_for(&self, _scenario: &Scenario, _place: Vec2) -> bool {
+    fn is_searched(&self, _scenario: &Scenario, _place: Vec2) -> bool {
         true
     }
 
@@ -190,23 +201,23 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     }
 
     /// Returns the interval after which the work of a behavior is due again, s, if it recurs.
-    fn due_every_s(&self, _scenario: &Scenario, _behavior: &BehaviorSpec) -> Option<f64> {
+    fn recurrence_s(&self, _scenario: &Scenario, _behavior: &BehaviorSpec) -> Option<f64> {
         None
     }
 
     /// Returns true if a behavior's task has many units of work, so that a robot keeps the task.
-    fn goes_on(&self, _behavior: &BehaviorSpec) -> bool {
+    fn is_long_running(&self, _behavior: &BehaviorSpec) -> bool {
         false
     }
 
     /// Returns a function that adds a random section, and the equipment for it, to a scenario with random room and
     /// robots. With `None`, random missions of this kind need the section in their scenario.
-    fn random(&self) -> Option<Draw> {
+    fn random_section(&self) -> Option<DrawSection> {
         None
     }
 
     /// Returns rectangles that random missions keep free of obstacles: lower left and upper right corners, m.
-    fn kept_free(&self, _scenario: &Scenario) -> Vec<[Vec2; 2]> {
+    fn free_areas(&self, _scenario: &Scenario) -> Vec<[Vec2; 2]> {
         Vec::new()
     }
 
@@ -236,7 +247,7 @@ pub fn one_behavior_each(tasks: impl Iterator<Item = String>) -> (Vec<String>, V
 
 /// A function that writes a random section of a mission ([`MissionData::random`]). The result must be valid with any
 /// room and robots.
-pub type Draw = fn(&mut Scenario, &mut ChaCha8Rng);
+pub type DrawSection = fn(&mut Scenario, &mut ChaCha8Rng);
 
 /// A scenario that comes with a mission and can be run by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -249,7 +260,7 @@ pub struct BuiltinScenario {
 
 /// The ALLIANCE parameters of one behavior (ALLIANCE.md §1). They must satisfy the rules between parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BuiltIn {
+pub struct DefaultAllianceParams {
     /// ρ: the number of heartbeats per second.
     pub broadcast_rate_hz: f64,
     /// τ: the silence after which a teammate counts as inactive, s.
@@ -266,7 +277,7 @@ pub struct BuiltIn {
     pub before_giving_up_s: f64,
 }
 
-impl BuiltIn {
+impl DefaultAllianceParams {
     /// Values for work of about half a minute.
     pub const COMMON: Self = Self {
         broadcast_rate_hz: 1.0,
@@ -281,7 +292,7 @@ impl BuiltIn {
 
 /// The names that a mission defines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Terms {
+pub struct MissionVocabulary {
     /// The sensing devices of this mission alone, which faults can break.
     pub devices: &'static [&'static str],
     /// The devices among them that measure lengths, so that faults can make them noisy or biased.
@@ -305,7 +316,7 @@ pub struct Terms {
     pub columns: &'static [Column],
 }
 
-impl Terms {
+impl MissionVocabulary {
     /// A mission without any names, as a base for others.
     pub const NONE: Self = Self {
         devices: &[],

@@ -20,7 +20,7 @@ pub struct Target {
 /// A number or none. A file contains just the number or null.
 #[derive(Clone, Copy, Debug, PartialEq, JsonSchema)]
 #[schemars(untagged)]
-pub enum Value {
+pub enum FigureValue {
     /// A count, or a time in ms.
     Count(u64),
     /// A number that is not a count.
@@ -31,7 +31,7 @@ pub enum Value {
 
 /// The form on the bus, where a tag distinguishes the variants.
 #[derive(Serialize, Deserialize)]
-#[serde(remote = "Value")]
+#[serde(remote = "FigureValue")]
 enum Tagged {
     Count(u64),
     Real(f64),
@@ -40,14 +40,14 @@ enum Tagged {
 
 /// The form in a file, where the number distinguishes the variants.
 #[derive(Serialize, Deserialize)]
-#[serde(remote = "Value", untagged)]
+#[serde(remote = "FigureValue", untagged)]
 enum Bare {
     Count(u64),
     Real(f64),
     None,
 }
 
-impl Serialize for Value {
+impl Serialize for FigureValue {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         if serializer.is_human_readable() {
             Bare::serialize(self, serializer)
@@ -57,7 +57,7 @@ impl Serialize for Value {
     }
 }
 
-impl<'de> Deserialize<'de> for Value {
+impl<'de> Deserialize<'de> for FigureValue {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         if deserializer.is_human_readable() {
             Bare::deserialize(deserializer)
@@ -67,7 +67,7 @@ impl<'de> Deserialize<'de> for Value {
     }
 }
 
-impl Value {
+impl FigureValue {
     /// Returns the count, or 0 for any other value.
     #[must_use]
     pub fn count(self) -> u64 {
@@ -88,28 +88,28 @@ impl Value {
     }
 }
 
-impl From<u32> for Value {
+impl From<u32> for FigureValue {
     #[inline]
     fn from(count: u32) -> Self {
         Self::Count(count.into())
     }
 }
 
-impl From<u64> for Value {
+impl From<u64> for FigureValue {
     #[inline]
     fn from(count: u64) -> Self {
         Self::Count(count)
     }
 }
 
-impl From<f64> for Value {
+impl From<f64> for FigureValue {
     #[inline]
     fn from(number: f64) -> Self {
         Self::Real(number)
     }
 }
 
-impl<T: Into<Self>> From<Option<T>> for Value {
+impl<T: Into<Self>> From<Option<T>> for FigureValue {
     fn from(value: Option<T>) -> Self {
         value.map_or(Self::None, T::into)
     }
@@ -118,26 +118,26 @@ impl<T: Into<Self>> From<Option<T>> for Value {
 /// Named figures of a mission, in order. In a file, `items.delivered` becomes `delivered` in the object `items`.
 /// Figures of one group must be adjacent.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct MissionFigures(Vec<(String, Value)>);
+pub struct MissionFigures(Vec<(String, FigureValue)>);
 
 impl MissionFigures {
     /// Adds a figure after the existing ones.
-    pub fn add(&mut self, name: &str, value: impl Into<Value>) {
+    pub fn add(&mut self, name: &str, value: impl Into<FigureValue>) {
         self.0.push((name.to_owned(), value.into()));
     }
 
     /// Returns the figure with this name, or [`Value::None`] if there is none.
     #[must_use]
-    pub fn get(&self, name: &str) -> Value {
+    pub fn get(&self, name: &str) -> FigureValue {
         let mut figures = self.0.iter();
         let found = figures.find(|(known, _)| known == name);
-        found.map_or(Value::None, |(_, value)| *value)
+        found.map_or(FigureValue::None, |(_, value)| *value)
     }
 
     /// Returns the figure of a column of mission.csv. An underscore in the column's name can stand for the dot after a
     /// group.
     #[must_use]
-    pub fn column(&self, name: &str) -> Option<Value> {
+    pub fn column(&self, name: &str) -> Option<FigureValue> {
         let mut figures = self.0.iter();
         let found = figures.find(|(known, _)| known.replace('.', "_") == name);
         found.map(|(_, value)| *value)
@@ -156,7 +156,7 @@ impl MissionFigures {
     }
 
     /// Returns the figures in order.
-    pub fn iter(&self) -> impl Iterator<Item = (&str, Value)> {
+    pub fn iter(&self) -> impl Iterator<Item = (&str, FigureValue)> {
         self.0.iter().map(|(name, value)| (name.as_str(), *value))
     }
 }
@@ -191,7 +191,7 @@ impl Serialize for MissionFigures {
                 left = &left[1..];
                 continue;
             };
-            let in_group = |(name, value): &(String, Value)| {
+            let in_group = |(name, value): &(String, FigureValue)| {
                 let name = name.strip_prefix(group)?.strip_prefix('.')?;
                 Some((name.to_owned(), *value))
             };
@@ -209,7 +209,7 @@ impl<'de> Deserialize<'de> for MissionFigures {
         #[serde(untagged)]
         enum Entry {
             Group(MissionFigures),
-            Value(Value),
+            Value(FigureValue),
         }
 
         struct Entries;
@@ -247,10 +247,17 @@ mod tests {
 
     #[test]
     fn a_value_is_a_bare_number_in_files_and_tagged_on_the_bus() {
-        let values = [Value::Count(3), Value::Real(3.0), Value::None];
+        let values = [
+            FigureValue::Count(3),
+            FigureValue::Real(3.0),
+            FigureValue::None,
+        ];
         let json = serde_json::to_string(&values).unwrap();
         assert_eq!(json, "[3,3.0,null]");
-        assert_eq!(serde_json::from_str::<[Value; 3]>(&json).unwrap(), values);
+        assert_eq!(
+            serde_json::from_str::<[FigureValue; 3]>(&json).unwrap(),
+            values
+        );
         assert_eq!(crate::testkit::bincode_round_trip(&values), values);
     }
 
@@ -272,7 +279,7 @@ mod tests {
             figures
         );
         assert_eq!(figures.count("ends.right"), 2);
-        assert_eq!(figures.get("mean_ms"), Value::Real(12.0));
-        assert_eq!(figures.get("other"), Value::None);
+        assert_eq!(figures.get("mean_ms"), FigureValue::Real(12.0));
+        assert_eq!(figures.get("other"), FigureValue::None);
     }
 }

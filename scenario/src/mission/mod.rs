@@ -2,10 +2,10 @@
 
 pub mod columns;
 pub mod data;
-mod figures;
-pub mod registry;
-pub mod prelude;
 pub mod expected_properties;
+mod figures;
+pub mod prelude;
+pub mod registry;
 pub mod section;
 
-pub use figures::{MissionFigures, Target, TeamFigures, Value};
+pub use figures::{FigureValue, MissionFigures, Target, TeamFigures};

@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use serde::de::DeserializeOwned;
 
-use super::data::{MissionData, Terms};
+use super::data::{MissionData, MissionVocabulary};
 use super::section::{MissionSection, Section};
-use crate::{BehaviorSpec, Problem, Scenario, Unread};
+use crate::{BehaviorSpec, Problem, Scenario, UntypedTable};
 
 /// A registered mission. Two missions are equal if their names are.
 #[derive(Clone, Copy)]
@@ -79,12 +79,12 @@ pub const NO_MISSION: Mission = Mission::new("none", "nothing to do", &Nothing);
 struct Nothing;
 
 impl MissionData for Nothing {
-    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
-        section::<()>(text)
+    fn section(&self, text: UntypedTable<'_>) -> Result<Box<dyn Section>, Problem> {
+        read_section::<()>(text)
     }
 
-    fn terms(&self) -> Terms {
-        Terms::NONE
+    fn vocabulary(&self) -> MissionVocabulary {
+        MissionVocabulary::NONE
     }
 
     fn catalog(&self, _scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
@@ -108,8 +108,8 @@ impl MissionSection {
     }
 
     /// Reads the section of a mission from a file.
-    pub fn read(mission: Mission, text: Unread<'_>) -> Result<Self, Problem> {
-        let values = mission.section(text.completed(&mission.parameters()))?;
+    pub fn read(mission: Mission, text: UntypedTable<'_>) -> Result<Self, Problem> {
+        let values = mission.section(text.with_defaults(&mission.parameters()))?;
         Ok(Self::of(mission, values))
     }
 
@@ -117,13 +117,13 @@ impl MissionSection {
         if mission == NO_MISSION {
             return Self::default();
         }
-        Self::stated(mission.name(), Arc::new(mission), values)
+        Self::from_values(mission.name(), Arc::new(mission), values)
     }
 }
 
 /// Reads a section as a value of type `T`, for [`MissionData::section`].
-pub fn section<T: Section + DeserializeOwned>(
-    text: Unread<'_>,
+pub fn read_section<T: Section + DeserializeOwned>(
+    text: UntypedTable<'_>,
 ) -> Result<Box<dyn Section>, Problem> {
-    Ok(Box::new(text.to::<T>()?))
+    Ok(Box::new(text.deserialize::<T>()?))
 }

@@ -22,30 +22,30 @@ struct Stated {
 /// The type of a mission's section, which can be written, copied and compared.
 pub trait Section: Any + Debug + Send + Sync + erased_serde::Serialize {
     /// Returns a copy of the section.
-    fn boxed(&self) -> Box<dyn Section>;
+    fn clone_box(&self) -> Box<dyn Section>;
     /// Returns true if the other section has the same type and equal values.
-    fn is_same(&self, other: &dyn Section) -> bool;
+    fn equals(&self, other: &dyn Section) -> bool;
 }
 
 impl<T: Any + Clone + Debug + PartialEq + Send + Serialize + Sync> Section for T {
-    fn boxed(&self) -> Box<dyn Section> {
+    fn clone_box(&self) -> Box<dyn Section> {
         Box::new(self.clone())
     }
 
-    fn is_same(&self, other: &dyn Section) -> bool {
+    fn equals(&self, other: &dyn Section) -> bool {
         (other as &dyn Any).downcast_ref::<T>() == Some(self)
     }
 }
 
 impl Clone for Box<dyn Section> {
     fn clone(&self) -> Self {
-        (**self).boxed()
+        (**self).clone_box()
     }
 }
 
 impl MissionSection {
     /// Creates a section of the mission with this name.
-    pub(super) fn stated(
+    pub(super) fn from_values(
         name: &'static str,
         mission: Arc<dyn Any + Send + Sync>,
         values: Box<dyn Section>,
@@ -83,7 +83,7 @@ impl MissionSection {
 /// Compares missions by their names.
 impl PartialEq for Stated {
     fn eq(&self, other: &Self) -> bool {
-        self.name == other.name && self.values.is_same(&*other.values)
+        self.name == other.name && self.values.equals(&*other.values)
     }
 }
 

@@ -4,11 +4,11 @@
 use crate::fault::{FaultArgument, FaultRange, FaultSpec};
 use crate::ids::TaskId;
 use crate::mission::columns::Column;
-use crate::mission::data::{BuiltIn, MissionData, Terms};
+use crate::mission::data::{DefaultAllianceParams, MissionData, MissionVocabulary};
 use crate::mission::registry::Mission;
-use crate::mission::registry::section;
+use crate::mission::registry::read_section;
 use crate::mission::section::Section;
-use crate::{BehaviorSpec, Body, Problem, Robot, Scenario, Setup, Unread, Vocabulary};
+use crate::{BehaviorSpec, Body, Problem, Robot, Scenario, Setup, UntypedTable, Vocabulary};
 
 /// The drill mission with the tasks `find`, `move(top)`, `move(bottom)` and `report`. `find` has two behaviors, and one
 /// of them needs a device that not all robots have. A robot whose skill `lift` is 0 cannot execute the `move` tasks.
@@ -28,7 +28,7 @@ pub fn vocabulary() -> Vocabulary {
 pub fn default_scenario() -> Scenario {
     // All keys of the mission's section are optional, so this cannot fail.
     #[allow(clippy::expect_used)]
-    Scenario::of(DRILL).expect("a scenario of the drill")
+    Scenario::for_mission(DRILL).expect("a scenario of the drill")
 }
 
 #[must_use]
@@ -71,8 +71,8 @@ pub fn unlike_robots() -> Setup {
 struct Drill;
 
 impl MissionData for Drill {
-    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
-        section::<std::collections::BTreeMap<String, u32>>(text)
+    fn section(&self, text: UntypedTable<'_>) -> Result<Box<dyn Section>, Problem> {
+        read_section::<std::collections::BTreeMap<String, u32>>(text)
     }
 
     fn team(&self) -> Vec<Robot> {
@@ -86,8 +86,8 @@ impl MissionData for Drill {
             .to_vec()
     }
 
-    fn terms(&self) -> Terms {
-        Terms {
+    fn vocabulary(&self) -> MissionVocabulary {
+        MissionVocabulary {
             devices: &["eye", "hand"],
             optional_devices: &[Robot::SIDE_BORDER, "horn"],
             measuring_devices: &["eye"],
@@ -104,7 +104,7 @@ impl MissionData for Drill {
                     Column::time("last_ms", "done"),
                 ]
             },
-            ..Terms::NONE
+            ..MissionVocabulary::NONE
         }
     }
 
@@ -137,14 +137,19 @@ impl MissionData for Drill {
         vec!["lift".to_owned()]
     }
 
-    fn built_in(&self, _scenario: &Scenario, _robot: &Robot, behavior: &BehaviorSpec) -> BuiltIn {
+    fn default_alliance_params(
+        &self,
+        _scenario: &Scenario,
+        _robot: &Robot,
+        behavior: &BehaviorSpec,
+    ) -> DefaultAllianceParams {
         let (fast, slow, phi, psi, lambda) = match behavior.kind {
             0 => (20.0, 1.0, 60.0, 120.0, 300.0),
             1 => (5.0, 0.5, 60.0, 120.0, 300.0),
             2 | 3 => (10.0, 0.5, 120.0, 240.0, 480.0),
             _ => (25.0, 1.0, 60.0, 60.0, 120.0),
         };
-        BuiltIn {
+        DefaultAllianceParams {
             broadcast_rate_hz: 1.0,
             ceased_after_s: 5.0,
             fast_impatience: fast,
@@ -155,7 +160,7 @@ impl MissionData for Drill {
         }
     }
 
-    fn unit_s(
+    fn work_unit_s(
         &self,
         _scenario: &Scenario,
         _body: &Body,

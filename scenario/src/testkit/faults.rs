@@ -7,12 +7,12 @@ use crate::fault::*;
 #[must_use]
 pub fn one_of_each() -> Vec<Fault> {
     let robot = || "gold".to_owned();
-    let from = || Who::Robot("green".to_owned());
+    let from = || LinkEnd::Robot("green".to_owned());
     let error = SensorError { m: 0.5, deg: 3.0 };
     let sensor = |device, mode| {
         Fault::Sensor(SensorFault {
             robot: robot(),
-            device: Device::named(device),
+            device: Device::new(device),
             mode,
         })
     };
@@ -31,27 +31,27 @@ pub fn one_of_each() -> Vec<Fault> {
         Fault::Remove(robot()),
         Fault::Drop(Loss {
             from: from(),
-            to: Who::All,
+            to: LinkEnd::All,
             p: 0.3,
             burst_s: 2.0,
         }),
         Fault::Delay(Delay {
-            from: Who::All,
+            from: LinkEnd::All,
             to: from(),
             delay_s: 0.5,
             jitter_s: 1.5,
         }),
-        Fault::Duplicate(Chance {
-            from: Who::All,
-            to: Who::All,
+        Fault::Duplicate(LinkChance {
+            from: LinkEnd::All,
+            to: LinkEnd::All,
             p: 0.1,
         }),
-        Fault::Reorder(Chance {
+        Fault::Reorder(LinkChance {
             from: from(),
-            to: Who::All,
+            to: LinkEnd::All,
             p: 0.1,
         }),
-        Fault::Hold(Link::default()),
+        Fault::Hold(LinkSelection::default()),
         Fault::Partition(Partition {
             groups: vec![vec!["blue".to_owned(), robot()], vec!["green".to_owned()]],
             one_way: true,
@@ -62,7 +62,7 @@ pub fn one_of_each() -> Vec<Fault> {
         Fault::Radio(RadioQuality::SevereRadio),
         Fault::Sensor(SensorFault {
             robot: "blue".to_owned(),
-            device: Device::named(Device::SIDE_BORDER),
+            device: Device::new(Device::SIDE_BORDER),
             mode: SensorMode::Dead,
         }),
         sensor(Device::FRONT_BORDER, SensorMode::Stuck),

@@ -8,9 +8,9 @@ use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-use cluster::rendezvous::{Rendezvous, User};
+use cluster::rendezvous::{ConnectionRole, Rendezvous};
 use cluster::session::client;
-use proto::keys::Keys;
+use proto::keys::KeyExpressions;
 use zenoh::Wait;
 use zenoh::qos::{CongestionControl, Priority};
 
@@ -220,14 +220,14 @@ fn try_passwords(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
 
 /// Opens an operator's session without retries.
 fn session(run: &Rendezvous) -> zenoh::Result<zenoh::Session> {
-    let config = client(&run.login(User::Operator)?, true);
+    let config = client(&run.login(ConnectionRole::Operator)?, true);
     zenoh::open(zenoh::Config::from_json5(&config)?).wait()
 }
 
 /// Sends messages of `bytes` bytes to the keys of the run until it ends.
 fn put(run: &Rendezvous, over: &AtomicBool, bytes: usize, mut put: impl FnMut()) {
     let Ok(session) = session(run) else { return };
-    let keys = Keys::new(&run.run);
+    let keys = KeyExpressions::new(&run.run);
     let keys = ["r0", "r1", "r2"].map(|robot| {
         [
             keys.tick(robot),
@@ -259,7 +259,7 @@ fn send_empty(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
 
 fn request(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     let Ok(session) = session(run) else { return };
-    let key = Keys::new(&run.run).control();
+    let key = KeyExpressions::new(&run.run).control();
     while !over.load(Ordering::Relaxed) {
         if let Ok(answers) = session.get(&key).payload(vec![7; LARGE]).wait() {
             count.fetch_add(answers.iter().count() as u64, Ordering::Relaxed);

@@ -3,11 +3,11 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use cluster::rendezvous::User;
+use cluster::rendezvous::ConnectionRole;
 use cluster::session;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
-use proto::keys::Keys;
+use proto::keys::KeyExpressions;
 use proto::secret::Secret;
 use proto::view::View;
 use scenario::ids::Tick;
@@ -104,14 +104,17 @@ impl Watched {
         let run = Run::start(team, &["--log=off", "--no-page"]);
         let world = wait_for(|| run.rendezvous());
         let config = zenoh::Config::from_json5(&session::client(
-            &world.login(User::Operator).unwrap(),
+            &world.login(ConnectionRole::Operator).unwrap(),
             false,
         ))
         .unwrap();
         let session = zenoh::open(config).wait().unwrap();
         let seen = Arc::new(Mutex::new(None));
         let latest = Arc::clone(&seen);
-        let (key, secret) = (Keys::new(&world.run).view(), Secret::of(&world.token));
+        let (key, secret) = (
+            KeyExpressions::new(&world.run).view(),
+            Secret::from_token(&world.token),
+        );
         session
             .declare_subscriber(key.clone())
             .callback(move |sample| {

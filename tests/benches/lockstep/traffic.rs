@@ -11,7 +11,7 @@ use proto::tick::ToAgent;
 use robot_agent::agent::{Agent, TeamConfig, Workspace};
 use robot_agent::radio::Radio;
 use run_log::recorder::Recorder;
-use run_log::{LogLevel, Memory};
+use run_log::{LogLevel, MemoryLog};
 use scenario::Setup;
 use serde::Serialize;
 use world_server::simulation::Simulation;
@@ -51,7 +51,7 @@ impl Traffic {
             .worlds()
             .of(&setup.scenario)
             .unwrap();
-        let mut recorder = Recorder::new(setup, LogLevel::Off, Memory::default()).unwrap();
+        let mut recorder = Recorder::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
         let mut simulation = Simulation::new(setup.clone(), mission, false);
         let mut agents = Vec::new();
         let team = TeamConfig::of(setup, Registry::of_this_program().agents()).unwrap();
@@ -97,7 +97,7 @@ impl Traffic {
 
 /// Returns the ticks per second of the same run in one process, without a bus.
 pub fn computed_alone(setup: &Setup) -> f64 {
-    let mut team = Team::new(setup.clone(), LogLevel::Off, Memory::default()).unwrap();
+    let mut team = Team::new(setup.clone(), LogLevel::Off, MemoryLog::default()).unwrap();
     let began = Instant::now();
     while team.tick().unwrap().is_none() {}
     team.simulation().tick() as f64 / began.elapsed().as_secs_f64()

@@ -7,7 +7,7 @@ use crate::harness::Lab;
 
 fn with_delivery(log: &RunLog, delivery: &str) -> Vec<MessageRow> {
     let mut rows = log.rows::<MessageRow>().unwrap();
-    rows.retain(|row| row.fate == delivery);
+    rows.retain(|row| row.delivery == delivery);
     rows
 }
 
@@ -90,7 +90,7 @@ fn a_link_fault_affects_only_its_direction() {
     for row in log.rows::<MessageRow>().unwrap() {
         let is_affected =
             row.sender == "green" && row.receiver == "gold" && in_force.contains(&row.t_ms);
-        assert_eq!(row.fate == "dropped", is_affected, "{row:?}");
+        assert_eq!(row.delivery == "dropped", is_affected, "{row:?}");
     }
 }
 
@@ -130,7 +130,7 @@ fn without_any_radio_each_robot_works_alone_and_the_mission_completes() {
     let log = mission(&lab, "mutes", scenario, &[], 0);
     hit(&log, "d");
     let rows = log.rows::<MessageRow>().unwrap();
-    assert!(!rows.is_empty() && rows.iter().all(|row| row.fate == "dropped"));
+    assert!(!rows.is_empty() && rows.iter().all(|row| row.delivery == "dropped"));
     assert!(events(&log, "locations-learned", None).is_empty());
 }
 
@@ -168,8 +168,8 @@ fn mute_deaf_hold_and_range_affect_the_stated_messages() {
         let rows = rows.iter();
         rows.filter(move |row| (at(from)..at(to)).contains(&row.t_ms))
     };
-    assert!(during(10.0, 20.0).all(|row| (row.fate == "cut") == (row.sender == "blue")));
-    assert!(during(30.0, 40.0).all(|row| (row.fate == "cut") == (row.receiver == "gold")));
+    assert!(during(10.0, 20.0).all(|row| (row.delivery == "cut") == (row.sender == "blue")));
+    assert!(during(30.0, 40.0).all(|row| (row.delivery == "cut") == (row.receiver == "gold")));
     // The held messages of green all arrive in the tick in which the fault ends.
     assert!(during(50.0, 60.0).all(|row| row.sender != "green"));
     let released = with_delivery(&log, "delayed");
@@ -179,9 +179,11 @@ fn mute_deaf_hold_and_range_affect_the_stated_messages() {
             .iter()
             .all(|row| row.sender == "green" && row.t_ms == at(60.0))
     );
-    let out_of_range = during(80.0, 180.0).filter(|row| row.fate == "cut").count();
+    let out_of_range = during(80.0, 180.0)
+        .filter(|row| row.delivery == "cut")
+        .count();
     let within_range = during(80.0, 180.0)
-        .filter(|row| row.fate == "heard")
+        .filter(|row| row.delivery == "heard")
         .count();
     assert!(
         out_of_range > 0 && within_range > 0,

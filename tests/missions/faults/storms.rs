@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use cluster::rendezvous::User;
+use cluster::rendezvous::ConnectionRole;
 use launch::control::query;
 use launch::observer::Observer;
 use nix::sys::signal::Signal;
@@ -85,7 +85,7 @@ fn fuzz(lab: &Lab, seed: u64) -> (u64, u64) {
         .build()
         .unwrap();
     let operator = runtime
-        .block_on(Observer::join(announced(lab), User::Operator))
+        .block_on(Observer::join(announced(lab), ConnectionRole::Operator))
         .unwrap();
     let operator = Arc::new(operator);
     let mut replies = JoinSet::new();

@@ -14,7 +14,7 @@ use cluster::session;
 use nix::sched::{CpuSet, sched_setaffinity};
 use nix::unistd::Pid;
 use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
-use proto::keys::{ALIVE_WORLDS, Keys, LAUNCHER_HOST, run_of_world};
+use proto::keys::{ALIVE_WORLDS, KeyExpressions, LAUNCHER_HOST, run_of_world};
 use proto::secret::{Secret, random};
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
@@ -218,7 +218,7 @@ type Captured = Vec<(String, Vec<u8>)>;
 /// An attacker with a copy of gold's keys that sends messages of other members.
 struct Insider {
     session: Session,
-    keys: Keys,
+    keys: KeyExpressions,
     secret: Secret,
     captured: Arc<Mutex<Captured>>,
 }
@@ -239,7 +239,7 @@ impl Insider {
         let session = open(&login).unwrap();
         let worlds = session.liveliness().get(ALIVE_WORLDS).wait().unwrap();
         let world = worlds.recv().unwrap().into_result().unwrap();
-        let keys = Keys::new(run_of_world(world.key_expr()).unwrap());
+        let keys = KeyExpressions::new(run_of_world(world.key_expr()).unwrap());
         let captured = Arc::new(Mutex::new(Captured::new()));
         for key in [
             keys.team_all(),
@@ -265,7 +265,7 @@ impl Insider {
         let insider = Self {
             session,
             keys,
-            secret: Secret::of(&keyring.secret),
+            secret: Secret::from_token(&keyring.secret),
             captured,
         };
         // The insider has joined: it receives what gold may receive.

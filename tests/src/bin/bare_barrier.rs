@@ -10,11 +10,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use clap::{Args, Parser, Subcommand};
-use cluster::rendezvous::{Entrance, Rendezvous, User};
+use cluster::rendezvous::{ConnectionRole, JoinEndpoint, Rendezvous};
 use cluster::session::{self, Members, Router};
 use nix::sys::prctl::set_pdeathsig;
 use nix::sys::signal::Signal;
-use proto::keys::Keys;
+use proto::keys::KeyExpressions;
 use tokio::sync::Notify;
 use zenoh::pubsub::Publisher;
 use zenoh::qos::Priority;
@@ -95,8 +95,8 @@ fn token(name: &str) -> String {
     format!("alliance/bare/alive/{name}")
 }
 
-fn keys() -> Keys {
-    Keys::new("bare")
+fn keys() -> KeyExpressions {
+    KeyExpressions::new("bare")
 }
 
 /// Returns the rendezvous that a run would announce.
@@ -106,7 +106,7 @@ fn rendezvous(endpoint: &str) -> Rendezvous {
         endpoint: String::new(),
         pid: std::process::id(),
         token: "token".to_owned(),
-        team: Entrance {
+        team: JoinEndpoint {
             endpoint: endpoint.to_owned(),
             password: "team".to_owned(),
         },
@@ -162,7 +162,7 @@ impl Barrier {
 impl World {
     async fn run(&self) -> zenoh::Result<()> {
         let run = rendezvous(&self.endpoint);
-        let members = Members::of([(User::Team.name(), run.team.password.as_str())])?;
+        let members = Members::new([(ConnectionRole::Team.name(), run.team.password.as_str())])?;
         let session = open(&session::router(&Router {
             listen: std::slice::from_ref(&run.team.endpoint),
             uplink: None,
@@ -220,7 +220,7 @@ impl World {
 impl Agent {
     async fn run(&self) -> zenoh::Result<()> {
         let session = open(&session::client(
-            &rendezvous(&self.endpoint).login(User::Team)?,
+            &rendezvous(&self.endpoint).login(ConnectionRole::Team)?,
             false,
         ))
         .await?;

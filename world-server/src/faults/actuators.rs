@@ -49,7 +49,7 @@ impl Actuators {
                 Fault::Power(robot) | Fault::Babble(robot) => (robot, Defect::Unresponsive),
                 _ => continue,
             };
-            if let Some(robot) = self.roster.robot_named(name) {
+            if let Some(robot) = self.roster.find(name) {
                 self.broken.push((index, robot, defect));
             }
         }

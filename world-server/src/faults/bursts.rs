@@ -49,17 +49,17 @@ impl Bursts {
         } else {
             (1.0, good / share)
         };
-        let share = Probability::of(share);
+        let share = Probability::from_share(share);
         let links = (0..robots).flat_map(|sender| (0..robots).map(move |to| (sender, to)));
         let chains = links.map(|(sender, receiver)| {
             let mut rng = link_stream(seed, Purpose::Burst, RobotId(sender), RobotId(receiver));
             rng.set_word_pos((fault.0 as u128) << 44 | u128::from(tick));
-            let bad = share.decides(rng.next_u32());
+            let bad = share.hits(rng.next_u32());
             Chain { rng, bad }
         });
         Self {
-            enter: Probability::of(enter),
-            leave: Probability::of(leave),
+            enter: Probability::from_share(enter),
+            leave: Probability::from_share(leave),
             robots,
             tick,
             chains: chains.collect(),
@@ -73,9 +73,9 @@ impl Bursts {
             for chain in &mut self.chains {
                 let draw = chain.rng.next_u32();
                 chain.bad = if chain.bad {
-                    !self.leave.decides(draw)
+                    !self.leave.hits(draw)
                 } else {
-                    self.enter.decides(draw)
+                    self.enter.hits(draw)
                 };
             }
         }

@@ -5,8 +5,8 @@
 
 use rand_chacha::ChaCha8Rng;
 use scenario::fault::{
-    ActuatorFault, ActuatorMode, Campaign, Delay, Device, Fault, Loss, Order, SensorError,
-    SensorFault, SensorMode, Side, Who,
+    ActuatorFault, ActuatorMode, Delay, Device, Fault, LinkEnd, Loss, Order, RandomFaults,
+    SensorError, SensorFault, SensorMode, Side,
 };
 use scenario::ids::RobotId;
 use scenario::mission::registry::Mission;
@@ -25,7 +25,7 @@ type Draw = fn(&mut ChaCha8Rng, &Robot, Mission) -> Vec<Fault>;
 /// Creates the random faults up to the mission's time limit, ordered by time, with the ids `random-1`, `random-2`, ….
 /// Robots present from the start alternate between working and failed periods of exponentially distributed length.
 #[must_use]
-pub fn expand(campaign: &Campaign, scenario: &Scenario, seed: u64) -> Vec<Order> {
+pub fn expand(campaign: &RandomFaults, scenario: &Scenario, seed: u64) -> Vec<Order> {
     let mix = &campaign.mix;
     let kinds: [(f64, Draw); 7] = [
         (mix.kill, kill),
@@ -40,7 +40,7 @@ pub fn expand(campaign: &Campaign, scenario: &Scenario, seed: u64) -> Vec<Order>
     let mut orders = Vec::new();
     let robots = scenario.robots.iter().enumerate();
     for (rank, robot) in robots.filter(|(_, robot)| !robot.absent) {
-        let mut rng = robot_stream(seed, Purpose::Campaign, RobotId(rank as u16));
+        let mut rng = robot_stream(seed, Purpose::RandomFaults, RobotId(rank as u16));
         let mut repaired = SimTime::ZERO;
         for number in 0_u64.. {
             rng.set_word_pos(u128::from(number) * u128::from(DRAWS * WORDS));
@@ -64,7 +64,7 @@ pub fn expand(campaign: &Campaign, scenario: &Scenario, seed: u64) -> Vec<Order>
     // The sort is stable: at the same time, the robot of lower rank comes first.
     orders.sort_by_key(Order::at);
     for (index, order) in orders.iter_mut().enumerate() {
-        order.id = Some(format!("{}{}", Campaign::ID_PREFIX, index + 1));
+        order.id = Some(format!("{}{}", RandomFaults::ID_PREFIX, index + 1));
     }
     orders
 }
@@ -102,8 +102,8 @@ fn babble(_: &mut ChaCha8Rng, robot: &Robot, _: Mission) -> Vec<Fault> {
 
 /// Draws a fault of both directions of a robot's radio.
 fn link(rng: &mut ChaCha8Rng, robot: &Robot, _: Mission) -> Vec<Fault> {
-    let endpoint = || Who::Robot(robot.name.clone());
-    let directions = [(endpoint(), Who::All), (Who::All, endpoint())];
+    let endpoint = || LinkEnd::Robot(robot.name.clone());
+    let directions = [(endpoint(), LinkEnd::All), (LinkEnd::All, endpoint())];
     match choice(rng, 3) {
         0 => {
             let p = between(rng, 0.3, 0.9);
@@ -151,10 +151,14 @@ fn actuator(rng: &mut ChaCha8Rng, robot: &Robot, _: Mission) -> Vec<Fault> {
 pub fn random_sensor_fault(rng: &mut ChaCha8Rng, robot: &Robot, mission: Mission) -> Fault {
     let side_sensor = robot.has_device(Robot::SIDE_BORDER);
     let has = |device: &&str| *device != Device::SIDE_BORDER || side_sensor;
-    let devices: Vec<&str> = Device::of(mission).filter(has).collect();
-    let device = Device::named(devices[choice(rng, devices.len())]);
+    let devices: Vec<&str> = Device::names_for(mission).filter(has).collect();
+    let device = Device::new(devices[choice(rng, devices.len())]);
     let turns = device == *Device::POSITION;
-    let ways = if device.tells_lengths(mission) { 5 } else { 3 };
+    let ways = if device.measures_lengths(mission) {
+        5
+    } else {
+        3
+    };
     let mode = match choice(rng, ways) {
         0 => SensorMode::Dead,
         1 => SensorMode::Stuck,
@@ -221,7 +225,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use scenario::Catalog;
-    use scenario::fault::Mix;
+    use scenario::fault::FaultMix;
 
     use super::*;
 
@@ -251,10 +255,10 @@ mod tests {
     #[test]
     fn every_order_is_valid() {
         let scenario = long(|_| {});
-        let orders = expand(&Campaign::default(), &scenario, 1);
+        let orders = expand(&RandomFaults::default(), &scenario, 1);
         for (index, order) in orders.iter().enumerate() {
             assert_eq!(order.id, Some(format!("random-{}", index + 1)));
-            order.check(&scenario, &Catalog::of(&scenario)).unwrap();
+            order.check(&scenario, &Catalog::new(&scenario)).unwrap();
             assert!(order.at_s.unwrap() < scenario.limit_s);
         }
         assert!(orders.is_sorted_by_key(Order::at));
@@ -263,7 +267,7 @@ mod tests {
     #[test]
     fn times_between_failures_and_repair_times_have_their_means() {
         let scenario = long(|_| {});
-        let orders = expand(&Campaign::default(), &scenario, 1);
+        let orders = expand(&RandomFaults::default(), &scenario, 1);
         for robot in ["blue", "gold", "green"] {
             let failures = failures(&orders, robot);
             let count = failures.len() as f64;
@@ -281,7 +285,7 @@ mod tests {
 
     #[test]
     fn the_mix_sets_the_frequency_of_each_kind() {
-        let orders = expand(&Campaign::default(), &long(|_| {}), 1);
+        let orders = expand(&RandomFaults::default(), &long(|_| {}), 1);
         let count = |name: &str| {
             orders
                 .iter()
@@ -308,7 +312,7 @@ mod tests {
 
     #[test]
     fn all_devices_and_modes_occur_except_missing_devices() {
-        let orders = expand(&Campaign::default(), &long(|_| {}), 1);
+        let orders = expand(&RandomFaults::default(), &long(|_| {}), 1);
         let mut seen = BTreeSet::new();
         for order in &orders {
             match &order.fault {
@@ -334,17 +338,17 @@ mod tests {
 
     #[test]
     fn neither_teammates_nor_the_mix_change_when_a_robot_fails() {
-        let campaign = Campaign::default();
+        let campaign = RandomFaults::default();
         let all = expand(&campaign, &long(|_| {}), 1);
         let alone = long(|scenario| scenario.robots.truncate(1));
         assert_eq!(
             failures(&expand(&campaign, &alone, 1), "blue"),
             failures(&all, "blue")
         );
-        let kills = Campaign {
-            mix: Mix {
+        let kills = RandomFaults {
+            mix: FaultMix {
                 kill: 5.0,
-                ..Mix::default()
+                ..FaultMix::default()
             },
             ..campaign
         };
@@ -358,8 +362,8 @@ mod tests {
 
     #[test]
     fn a_single_kind_is_possible_and_absent_robots_have_no_faults() {
-        let only = Campaign {
-            mix: Mix {
+        let only = RandomFaults {
+            mix: FaultMix {
                 kill: 0.0,
                 pause: 0.0,
                 link: 0.0,
@@ -368,7 +372,7 @@ mod tests {
                 power: 0.0,
                 babble: 1.0,
             },
-            ..Campaign::default()
+            ..RandomFaults::default()
         };
         let scenario = long(|scenario| scenario.robots[1].absent = true);
         let orders = expand(&only, &scenario, 1);

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use glam::Vec2;
 use proto::link::{LinkState, Probability};
 use proto::telemetry::{Delivery, Reception};
-use scenario::fault::{Fault, LinkTerms, Who};
+use scenario::fault::{Fault, LinkEnd, LinkQuality};
 use scenario::ids::{RobotId, Tick};
 use scenario::time::SimTime;
 use scenario::{Roster, Setup, StepOrder};
@@ -244,12 +244,12 @@ impl Links {
                 (self.between(&delay.from, &delay.to), state, None)
             }
             Fault::Duplicate(chance) => {
-                let duplicate = Probability::of(chance.p);
+                let duplicate = Probability::from_share(chance.p);
                 let state = LinkState { duplicate, ..clear };
                 (self.between(&chance.from, &chance.to), state, None)
             }
             Fault::Reorder(chance) => {
-                let reorder = Probability::of(chance.p);
+                let reorder = Probability::from_share(chance.p);
                 let state = LinkState { reorder, ..clear };
                 (self.between(&chance.from, &chance.to), state, None)
             }
@@ -272,31 +272,31 @@ impl Links {
                 (scope, cut, None)
             }
             Fault::Mute(robot) => {
-                let scope = self.between(&Who::Robot(robot.clone()), &Who::All);
+                let scope = self.between(&LinkEnd::Robot(robot.clone()), &LinkEnd::All);
                 (scope, cut, None)
             }
             Fault::Deaf(robot) => {
-                let scope = self.between(&Who::All, &Who::Robot(robot.clone()));
+                let scope = self.between(&LinkEnd::All, &LinkEnd::Robot(robot.clone()));
                 (scope, cut, None)
             }
             Fault::Range(range) => (Scope::Beyond(range.range_m), cut, None),
             Fault::Radio(quality) => {
-                let LinkTerms {
+                let LinkQuality {
                     loss,
                     burst_s,
                     delay_s,
                     jitter_s,
                     duplicate,
                     reorder,
-                } = quality.terms();
+                } = quality.link_quality();
                 let state = LinkState {
                     delay: SimTime::from_secs_f64(delay_s),
                     jitter: SimTime::from_secs_f64(jitter_s),
-                    duplicate: Probability::of(duplicate),
-                    reorder: Probability::of(reorder),
+                    duplicate: Probability::from_share(duplicate),
+                    reorder: Probability::from_share(reorder),
                     ..clear
                 };
-                let scope = self.between(&Who::All, &Who::All);
+                let scope = self.between(&LinkEnd::All, &LinkEnd::All);
                 (scope, state, Some((loss, burst_s)))
             }
             _ => return None,
@@ -315,14 +315,14 @@ impl Links {
                 let robots = self.roster.names().len() as u16;
                 active.bursts = Some(Bursts::new(self.seed, robots, applied, share, mean_ticks));
             }
-            Some((share, _)) => active.state.drop = Probability::of(share),
+            Some((share, _)) => active.state.drop = Probability::from_share(share),
             None => {}
         }
         Some(active)
     }
 
-    fn between(&self, from: &Who, to: &Who) -> Scope {
-        let ranks = |who: &Who| self.roster.names().map(|name| who.includes(name)).collect();
+    fn between(&self, from: &LinkEnd, to: &LinkEnd) -> Scope {
+        let ranks = |who: &LinkEnd| self.roster.names().map(|name| who.includes(name)).collect();
         Scope::Between {
             from: ranks(from),
             to: ranks(to),

@@ -1,7 +1,7 @@
 //! Begin and end of faults: triggers, durations, phases and hits. The schedule does not depend on the effects of faults.
 
 use proto::control::{FaultStatus, Phase};
-use scenario::fault::{Fault, Order, Role, When};
+use scenario::fault::{EventTrigger, Fault, Order, Role};
 use scenario::time::SimTime;
 
 /// The index of a fault of the run, in the order of arming.
@@ -45,7 +45,7 @@ impl Entry {
         };
         let target = ordered.role().and_then(with_role);
         if let Some(robot) = target {
-            self.status.order.fault = ordered.of_robot(robot);
+            self.status.order.fault = ordered.with_target(robot);
         }
         target.is_some()
     }
@@ -163,7 +163,7 @@ impl Schedule {
             .map(|every_s| now + SimTime::from_secs_f64(every_s).max(SimTime(1)));
         entry.until = order.duration().map(|duration| now + duration);
         entry.earlier_hits = entry.status.hits;
-        entry.status.phase = match (order.fault.is_momentary(), entry.due) {
+        entry.status.phase = match (order.fault.is_instantaneous(), entry.due) {
             (false, _) => Phase::InForce,
             (true, Some(_)) => Phase::Armed,
             (true, None) => Phase::Over,
@@ -230,7 +230,7 @@ impl Schedule {
     }
 
     /// Returns the faults that wait for an event.
-    pub fn waiting(&self) -> impl Iterator<Item = (FaultIndex, &When)> {
+    pub fn waiting(&self) -> impl Iterator<Item = (FaultIndex, &EventTrigger)> {
         self.entries
             .iter()
             .enumerate()

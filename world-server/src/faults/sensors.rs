@@ -156,14 +156,14 @@ impl Sensors {
     }
 
     fn rank_of(&self, fault: &Fault) -> Option<RobotId> {
-        self.roster.robot_named(fault.robot()?)
+        self.roster.find(fault.robot()?)
     }
 
     /// Returns the device's number: four common devices, up to four of the mission, the ground, the rest of the mission.
     fn number_of(&self, device: Device) -> u64 {
         const GROUND: usize = 8;
         let common = &Device::COMMON[..4];
-        let mission_devices = self.mission.terms().devices;
+        let mission_devices = self.mission.vocabulary().devices;
         let number = match common.iter().position(|name| device == **name) {
             Some(number) => number,
             None => match mission_devices.iter().position(|name| device == **name) {

@@ -16,7 +16,7 @@ pub fn impairments<'f>(
             return None;
         };
         let impairment = Impairment {
-            robot: roster.robot_named(&fault.robot)?,
+            robot: roster.find(&fault.robot)?,
             skill: fault.skill.clone(),
             share: fault.share,
             has_acted: false,

@@ -13,13 +13,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use anyhow::Context;
-use cluster::rendezvous::{Rendezvous, User};
+use cluster::rendezvous::{ConnectionRole, Rendezvous};
 use cluster::session;
 use nix::libc;
 use nix::unistd::{SysconfVar, sysconf};
-use proto::control::wire::{Form, Wire, WireError};
-use proto::ignored::Ignored;
-use proto::keys::Keys;
+use proto::control::wire::{ControlTopic, Format, WireError};
+use proto::ignored::IgnoredMessages;
+use proto::keys::KeyExpressions;
 use proto::secret::Secret;
 use terminal;
 use tokio::io::{AsyncBufReadExt, BufReader, Lines, Stdin, stdin};
@@ -68,14 +68,14 @@ async fn serve() -> anyhow::Result<()> {
         return Ok(());
     };
     let mut run: Rendezvous = serde_json::from_str(&run).context("the run")?;
-    let keys = Keys::new(&run.run);
-    let team = session::client(&run.login(User::Team)?, false);
+    let keys = KeyExpressions::new(&run.run);
+    let team = session::client(&run.login(ConnectionRole::Team)?, false);
     let team = cluster::open(&team)
         .await
         .map_err(anyhow::Error::from_boxed)?;
     let operators = router::open_for_operators(&mut run).await?;
     let refused = Arc::new(Refused::default());
-    let wire = Wire::new(&keys, Secret::of(&run.token));
+    let wire = ControlTopic::new(&keys, Secret::from_token(&run.token));
     bridge(&team, &operators, &keys, wire, &refused)
         .await
         .map_err(anyhow::Error::from_boxed)?;
@@ -113,7 +113,7 @@ fn pages() -> u64 {
 #[derive(Default)]
 struct Refused {
     count: AtomicU64,
-    warnings: Mutex<Ignored>,
+    warnings: Mutex<IgnoredMessages>,
 }
 
 impl Refused {
@@ -129,18 +129,18 @@ impl Refused {
 async fn bridge(
     team: &Session,
     operators: &Session,
-    keys: &Keys,
-    wire: Wire,
+    keys: &KeyExpressions,
+    wire: ControlTopic,
     refused: &Arc<Refused>,
 ) -> zenoh::Result<()> {
-    for topic in keys.news() {
+    for topic in keys.published() {
         forward_topic(team, operators, topic).await?;
     }
     let (to, counted, reader) = (team.clone(), Arc::clone(refused), wire.clone());
     operators
         .declare_subscriber(keys.control())
         .callback(move |sample| {
-            let form = Form::of(&sample.encoding().to_string());
+            let form = Format::from_zenoh(&sample.encoding().to_string());
             let (payload, seal) = (sample.payload().to_bytes(), seal_of(sample.attachment()));
             match reader.read_request(form, &payload, seal.as_deref()) {
                 Err(why) => counted.count(&why),
@@ -155,7 +155,7 @@ async fn bridge(
     operators
         .declare_queryable(keys.control())
         .callback(move |query| {
-            let form = Form::of(
+            let form = Format::from_zenoh(
                 &query
                     .encoding()
                     .map_or_else(String::new, ToString::to_string),

@@ -35,7 +35,7 @@ impl Interruption {
                 obstacle: *obstacle,
                 id: None,
             },
-            Fault::MoveRobot(to) => match roster.robot_named(&to.robot) {
+            Fault::MoveRobot(to) => match roster.find(&to.robot) {
                 Some(robot) => Change::MoveRobot {
                     robot,
                     to: to.clone(),

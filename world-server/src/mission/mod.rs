@@ -19,7 +19,7 @@ mod typed;
 use std::any::Any;
 
 use glam::Vec2;
-use proto::mission::{Deed, Sensed};
+use proto::mission::{Action, SensorReading};
 use proto::readings::Pose;
 use proto::tick::Outcome;
 use proto::view::View;
@@ -35,7 +35,7 @@ use crate::world::start::{StartError, start_poses};
 use crate::world::{Bar, Push};
 
 pub use crate::world::step_events::Happened;
-pub use scenario::mission::{MissionFigures, Target, TeamFigures, Value};
+pub use scenario::mission::{FigureValue, MissionFigures, Target, TeamFigures};
 pub use typed::{Typed, TypedMission};
 
 /// The world side of a mission, as known before a run.
@@ -119,7 +119,7 @@ pub trait WorldMission: Any + Send {
     fn begin(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}
 
     /// Applies a robot's action other than driving, at the position where it read its sensors. The robot has a body and power.
-    fn act(&mut self, robot: RobotId, deed: &Deed, floor: &mut Floor, happened: &mut Happened);
+    fn act(&mut self, robot: RobotId, deed: &Action, floor: &mut Floor, happened: &mut Happened);
 
     /// Handles a push and returns the distance that the body may continue, m. [`Floor::move_bar`] moves the bar.
     fn give_way(&mut self, _push: &Push, _floor: &mut Floor, _happened: &mut Happened) -> f32 {
@@ -130,7 +130,7 @@ pub trait WorldMission: Any + Send {
     fn settle(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}
 
     /// Writes a robot's current readings of the mission's intact devices to `sensed`, which contains older readings.
-    fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut Sensed) -> Validity;
+    fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut SensorReading) -> Validity;
 
     /// Releases everything that a robot holds, because its agent has died or its body is about to be removed.
     fn lose(&mut self, _robot: RobotId, _floor: &mut Floor, _happened: &mut Happened) {}
@@ -145,13 +145,19 @@ pub trait WorldMission: Any + Send {
     }
 
     /// Copies the values of one of the mission's devices from other readings.
-    fn copy_device(&self, _device: &str, _from: &Sensed, _to: &mut Sensed) {}
+    fn copy_device(&self, _device: &str, _from: &SensorReading, _to: &mut SensorReading) {}
 
     /// Adds an error to each length, in m, that one of the mission's devices measures. Call `_error_m` once per length.
-    fn mislead(&self, _device: &str, _sensed: &mut Sensed, _error_m: &mut dyn FnMut() -> f32) {}
+    fn mislead(
+        &self,
+        _device: &str,
+        _sensed: &mut SensorReading,
+        _error_m: &mut dyn FnMut() -> f32,
+    ) {
+    }
 
     /// Removes the parts of an action that a broken actuator of the mission cannot perform.
-    fn disable(&self, _actuator: &str, _deed: &mut Deed) {}
+    fn disable(&self, _actuator: &str, _deed: &mut Action) {}
 
     /// Checks whether a robot can do anything for a task, by the ground truth.
     fn is_due(&self, _task: TaskId, _robot: RobotId, _floor: &Floor) -> bool {
@@ -167,7 +173,7 @@ pub trait WorldMission: Any + Send {
     }
 
     /// Adds the values of mission.csv to an empty row, in the order of the columns that the mission declares.
-    fn row(&self, row: &mut Vec<Value>);
+    fn row(&self, row: &mut Vec<FigureValue>);
 
     /// Adds the mission's targets to an empty list. The log names them t0, t1 and so on, in the order of the list.
     fn targets(&self, _targets: &mut Vec<Target>) {}

@@ -83,9 +83,9 @@ impl TypedMission for Visit {
         all.then_some(Outcome::Complete)
     }
 
-    fn row(&self, row: &mut Vec<Value>) {
+    fn row(&self, row: &mut Vec<FigureValue>) {
         let visited = self.visited.iter().filter(|visited| **visited).count() as u64;
-        row.extend([visited, self.places.len() as u64 - visited].map(Value::from));
+        row.extend([visited, self.places.len() as u64 - visited].map(FigureValue::from));
     }
 
     fn figures(&self, figures: &mut TeamFigures) {
@@ -126,7 +126,7 @@ fn world() -> World {
 
 fn sensed(world: &World) -> Near {
     match world.readings(BLUE).mission {
-        Sensed::Open(bytes) => bytes.decode().unwrap(),
+        SensorReading::Open(bytes) => bytes.decode().unwrap(),
         other => panic!("{other:?}"),
     }
 }
@@ -134,7 +134,7 @@ fn sensed(world: &World) -> Near {
 fn touch(place: u32) -> Actuation {
     Actuation {
         speed_m_s: 0.5,
-        deed: Deed::Open(Bytes::encode(&Touch::Place(place)).unwrap()),
+        deed: Action::Open(Bytes::encode(&Touch::Place(place)).unwrap()),
         ..Actuation::default()
     }
 }
@@ -157,7 +157,7 @@ fn both_places_are_visited_and_the_mission_ends() {
     assert_ne!(world.mission().state(), start);
     let mut row = Vec::new();
     world.mission().row(&mut row);
-    assert_eq!(row, [Value::Count(2), Value::Count(0)]);
+    assert_eq!(row, [FigureValue::Count(2), FigureValue::Count(0)]);
     let mut figures = TeamFigures::new(1);
     world.mission().figures(&mut figures);
     assert_eq!(figures.robots[0].count("visits"), 2);
@@ -169,7 +169,10 @@ fn both_places_are_visited_and_the_mission_ends() {
 #[test]
 fn an_invalid_action_does_nothing() {
     let mut world = world();
-    for deed in [Deed::Open(Bytes::encode(&9_u32).unwrap()), Deed::Nothing] {
+    for deed in [
+        Action::Open(Bytes::encode(&9_u32).unwrap()),
+        Action::Nothing,
+    ] {
         let actuation = Actuation {
             deed,
             ..Actuation::default()

@@ -2,7 +2,7 @@
 
 use glam::Vec2;
 use proto::codec;
-use proto::mission::{Bytes, Deed, Sensed};
+use proto::mission::{Action, Bytes, SensorReading};
 use proto::tick::Outcome;
 use proto::view::View;
 use scenario::fault::{Fault, MissionFault};
@@ -13,7 +13,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::{Happened, Target, TeamFigures, Validity, Value, WorldMission};
+use super::{FigureValue, Happened, Target, TeamFigures, Validity, WorldMission};
 use crate::world::{Bar, ChangeError, Floor, Push};
 
 /// The size of a mission's encoded state up to which a step allocates no memory, bytes.
@@ -155,7 +155,7 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
     }
 
     /// Adds the mission.csv values; see [`WorldMission::row`].
-    fn row(&self, row: &mut Vec<Value>);
+    fn row(&self, row: &mut Vec<FigureValue>);
 
     /// Adds targets; see [`WorldMission::targets`].
     fn targets(&self, _targets: &mut Vec<Target>) {}
@@ -180,9 +180,9 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
 pub struct Typed<M>(pub M);
 
 impl<M: TypedMission> Typed<M> {
-    fn decoded(sensed: &Sensed) -> M::Sensed {
+    fn decoded(sensed: &SensorReading) -> M::Sensed {
         match sensed {
-            Sensed::Open(bytes) => bytes.decode().unwrap_or_default(),
+            SensorReading::Open(bytes) => bytes.decode().unwrap_or_default(),
             _ => M::Sensed::default(),
         }
     }
@@ -191,10 +191,10 @@ impl<M: TypedMission> Typed<M> {
     ///
     /// # Panics
     /// If the encoding exceeds the size limit.
-    fn encode(readings: &M::Sensed, sensed: &mut Sensed) {
+    fn encode(readings: &M::Sensed, sensed: &mut SensorReading) {
         match (Bytes::encode(readings), sensed) {
-            (Ok(bytes), Sensed::Open(old)) => **old = bytes,
-            (Ok(bytes), sensed) => *sensed = Sensed::Open(Box::new(bytes)),
+            (Ok(bytes), SensorReading::Open(old)) => **old = bytes,
+            (Ok(bytes), sensed) => *sensed = SensorReading::Open(Box::new(bytes)),
             (Err(error), _) => panic!("cannot encode the readings of the mission: {error}"),
         }
     }
@@ -205,8 +205,8 @@ impl<M: TypedMission> WorldMission for Typed<M> {
         self.0.begin(floor, happened);
     }
 
-    fn act(&mut self, robot: RobotId, deed: &Deed, floor: &mut Floor, happened: &mut Happened) {
-        if let Deed::Open(bytes) = deed
+    fn act(&mut self, robot: RobotId, deed: &Action, floor: &mut Floor, happened: &mut Happened) {
+        if let Action::Open(bytes) = deed
             && let Ok(deed) = bytes.decode()
         {
             self.0.act(robot, deed, floor, happened);
@@ -221,7 +221,7 @@ impl<M: TypedMission> WorldMission for Typed<M> {
         self.0.settle(floor, happened);
     }
 
-    fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut Sensed) -> Validity {
+    fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut SensorReading) -> Validity {
         let (readings, validity) = self.0.sense(robot, floor);
         Self::encode(&readings, sensed);
         validity
@@ -238,14 +238,14 @@ impl<M: TypedMission> WorldMission for Typed<M> {
         }
     }
 
-    fn copy_device(&self, device: &str, from: &Sensed, to: &mut Sensed) {
+    fn copy_device(&self, device: &str, from: &SensorReading, to: &mut SensorReading) {
         let mut readings = Self::decoded(to);
         self.0
             .copy_device(device, &Self::decoded(from), &mut readings);
         Self::encode(&readings, to);
     }
 
-    fn mislead(&self, device: &str, sensed: &mut Sensed, error_m: &mut dyn FnMut() -> f32) {
+    fn mislead(&self, device: &str, sensed: &mut SensorReading, error_m: &mut dyn FnMut() -> f32) {
         let mut readings = Self::decoded(sensed);
         self.0.mislead(device, &mut readings, error_m);
         Self::encode(&readings, sensed);
@@ -263,7 +263,7 @@ impl<M: TypedMission> WorldMission for Typed<M> {
         self.0.load(robot)
     }
 
-    fn row(&self, row: &mut Vec<Value>) {
+    fn row(&self, row: &mut Vec<FigureValue>) {
         self.0.row(row);
     }
 

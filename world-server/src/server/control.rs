@@ -1,6 +1,6 @@
 //! The operators' requests on the control topic.
 
-use proto::control::wire::{Form, Wire, WireError, Written};
+use proto::control::wire::{ControlTopic, EncodedMessage, Format, WireError};
 use proto::control::{
     ClockCommand, ClockStatus, ControlCommand, Description, Phase, Reply, Request, RobotStatus,
     SetStatus, Status,
@@ -21,11 +21,11 @@ impl Server {
     /// Fails if the request is malformed or does not carry the seal of the run.
     pub fn control(
         &mut self,
-        form: Form,
+        form: Format,
         payload: &[u8],
         attachment: Option<&[u8]>,
-    ) -> Result<Written, WireError> {
-        let wire = Wire::new(&self.keys, self.seals.run.clone());
+    ) -> Result<EncodedMessage, WireError> {
+        let wire = ControlTopic::new(&self.keys, self.seals.run.clone());
         let request = wire
             .read_request(form, payload, attachment)
             .inspect_err(|error| self.refuse("control", error))?;

@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use proto::links::{Heard, Links};
+use proto::links::{Heard, IncomingLinks};
 use proto::team::Broadcast;
 use proto::telemetry::{Delivery, Reception};
 use proto::tick::{ManifestEntry, Report, TickMessage};
@@ -27,12 +27,12 @@ type Key = (Tick, RobotId, Incarnation, u16);
 #[derive(Default)]
 pub(super) struct Fates {
     /// The incarnation and the links of each receiver, with messages in flight; `None` if the state is no longer known.
-    links: BTreeMap<RobotId, (Incarnation, Option<Links>)>,
+    links: BTreeMap<RobotId, (Incarnation, Option<IncomingLinks>)>,
     broadcasts: BTreeMap<Key, Arc<Broadcast>>,
 }
 
 /// The state of the receiver's links after a checked report, if the report counts; `None` if the state is unknown.
-pub(super) struct Checked(Option<Links>);
+pub(super) struct Checked(Option<IncomingLinks>);
 
 impl Fates {
     /// Stores a broadcast. The first of several broadcasts with the same identity is used.
@@ -69,7 +69,7 @@ impl Fates {
         let mut links = match known {
             Some((_, Some(links))) => links.clone(),
             Some((_, None)) => return Ok(Checked(None)),
-            None => Links::new(report.robot, setup),
+            None => IncomingLinks::new(report.robot, setup),
         };
         if (message.tick, message.incarnation) != (report.tick, report.incarnation) {
             // The report will not count.
@@ -90,7 +90,7 @@ impl Fates {
             arrived.push(broadcast.cloned());
         }
         let mut received = Heard::default();
-        links.hear(message, &mut arrived, &mut received);
+        links.receive(message, &mut arrived, &mut received);
         // A controller without a radio reports no receptions.
         if !report.receptions.is_empty() {
             compare(&report.receptions, &received.receptions, setup)?;

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use proto::codec::{CodecError, decode_first};
-use proto::membership::{EnlistReply, EnlistRequest, Enlisted};
 use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
-use proto::keys::Keys;
+use proto::keys::KeyExpressions;
+use proto::membership::{EnlistReply, EnlistRequest, HostRobots};
 use tokio::time::Instant;
 
 use super::Server;
@@ -39,7 +39,7 @@ impl Server {
 
     /// Answers a host's request on this key.
     pub fn enlist(&mut self, key: &str, payload: &[u8]) -> Result<Vec<u8>, String> {
-        let host = Keys::parse_speaker(key).to_owned();
+        let host = KeyExpressions::parse_sender(key).to_owned();
         let seals = Arc::clone(&self.seals);
         let Some(secret) = seals.host(&host) else {
             self.refuse("enlist", &"unknown host");
@@ -81,7 +81,7 @@ impl Server {
             }
         }
         tracing::info!(host, robots = all.join(", "), "host joined");
-        Ok(Enlisted { robots: all, start })
+        Ok(HostRobots { robots: all, start })
     }
 
     fn answer(&mut self, request: JoinRequest) -> JoinReply {
@@ -92,7 +92,7 @@ impl Server {
         if request.version != PROTOCOL_VERSION {
             return JoinReply::Refused(version_refusal(request.version));
         }
-        let briefing = self.simulation.setup().briefing_of(&request.robot);
+        let briefing = self.simulation.setup().for_robot(&request.robot);
         let setup = match briefing.to_json() {
             Ok(setup) => setup,
             Err(error) => {

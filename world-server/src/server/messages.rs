@@ -1,6 +1,6 @@
 //! Messages of robots and of their hosts' launchers: reports, broadcasts and process states.
 
-use proto::keys::Keys;
+use proto::keys::KeyExpressions;
 use proto::process::{ProcessNews, ProcessState};
 use proto::secret::OpenError;
 use proto::team::Broadcast;
@@ -82,7 +82,7 @@ impl Server {
 
     /// Handles a message about the state of an agent's process from the launcher of a host.
     pub fn process(&mut self, key: &str, payload: &[u8]) {
-        let host = Keys::parse_speaker(key);
+        let host = KeyExpressions::parse_sender(key);
         let opened = match self.seals.host(host) {
             Some(secret) => secret.open(&self.keys.process(host), payload),
             None => Err(OpenError::Unsealed),

@@ -7,13 +7,13 @@
 //! - `acts`: process faults. `again`, `standstill`, `clocks`: repeated messages, waiting and clock differences.
 //! - `seals`: keys of all members. `fates`: a check of the receptions that external controllers report.
 
-mod process_orders;
-mod resend;
 mod clocks;
 mod control;
 mod delivery_check;
-mod messages;
 mod joining;
+mod messages;
+mod process_orders;
+mod resend;
 mod seals;
 mod standstill;
 
@@ -22,9 +22,9 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
-use proto::event::EventNews;
-use proto::ignored::Ignored;
-use proto::keys::Keys;
+use proto::event::TickEvents;
+use proto::ignored::IgnoredMessages;
+use proto::keys::KeyExpressions;
 use proto::tick::{Outcome, TickMessage, ToAgent};
 use scenario::ids::{Incarnation, RobotId};
 use tokio::sync::oneshot;
@@ -35,9 +35,9 @@ use zenoh::{Session, Wait};
 use crate::barrier::Presence;
 use crate::pace::Pace;
 use crate::simulation::Simulation;
+use delivery_check::Fates;
 use process_orders::UnderWay;
 use resend::Question;
-use delivery_check::Fates;
 use run_log::recorder::{Background, Folder, RecordError, Recorder};
 pub use seals::Seals;
 use standstill::Standstill;
@@ -74,7 +74,7 @@ pub struct Server {
     peers: Vec<Peer>,
     run: String,
     folder: PathBuf,
-    keys: Keys,
+    keys: KeyExpressions,
     seals: Arc<Seals>,
     session: Session,
     /// A reference to the server for the launcher's answers.
@@ -96,14 +96,14 @@ pub struct Server {
     orders: u64,
     under_way: Option<UnderWay>,
     shown: Instant,
-    refused: Ignored,
+    refused: IgnoredMessages,
     ended: Option<oneshot::Sender<Ended>>,
 }
 
 pub struct Bus {
     pub run: String,
     pub session: Session,
-    pub keys: Keys,
+    pub keys: KeyExpressions,
     pub seals: Arc<Seals>,
     pub publishers: Publishers,
 }
@@ -164,7 +164,7 @@ impl Server {
             orders: 0,
             under_way: None,
             shown: Instant::now(),
-            refused: Ignored::default(),
+            refused: IgnoredMessages::default(),
             ended: Some(ended),
         })
     }
@@ -287,7 +287,7 @@ impl Server {
         if events.is_empty() {
             return;
         }
-        let news = EventNews {
+        let news = TickEvents {
             tick: self.simulation.tick() - 1,
             events,
         };

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Weak};
 use std::time::Duration;
 
-use proto::process::{ProcessAct, ProcessOrder, ProcessReply};
+use proto::process::{ProcessAction, ProcessOrder, ProcessReply};
 use proto::secret::OpenError;
 use scenario::ids::RobotId;
 use tokio::time::Instant;
@@ -125,7 +125,7 @@ impl Server {
         match &self.under_way {
             Some(current) if current.order.number == number => {
                 let (robot, act) = (current.robot, current.order.act);
-                if act == ProcessAct::Continue {
+                if act == ProcessAction::Continue {
                     // The launcher's own report of the new state may arrive later.
                     self.peers[robot.index()].stopped = false;
                 }
@@ -138,7 +138,7 @@ impl Server {
     /// Fails the current start order if its process has ended before it joined.
     pub(super) fn stillborn(&mut self, pid: u32) {
         if let Some(current) = &self.under_way
-            && current.order.act == ProcessAct::Start
+            && current.order.act == ProcessAction::Start
             && current.started == Some(pid)
             && self.simulation.awaits_act()
         {
@@ -149,7 +149,7 @@ impl Server {
     }
 
     /// Returns the robot, the act and the started process of the current order, if it is not done yet.
-    pub(super) fn act_under_way(&self) -> Option<(RobotId, ProcessAct, Option<u32>)> {
+    pub(super) fn act_under_way(&self) -> Option<(RobotId, ProcessAction, Option<u32>)> {
         let current = self.under_way.as_ref();
         let current = current.filter(|_| self.simulation.awaits_act())?;
         Some((current.robot, current.order.act, current.started))

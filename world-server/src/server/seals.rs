@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use proto::identity;
-use proto::keys::{Keys, LAUNCHER_HOST};
-use proto::secret::{OpenError, Pairs, Secret, derived};
+use proto::keys::{KeyExpressions, LAUNCHER_HOST};
+use proto::secret::{OpenError, PairKeys, Secret, derived};
 use proto::team::Broadcast;
 use scenario::Scenario;
 use scenario::ids::RobotId;
@@ -13,7 +13,7 @@ use cluster::network::Network;
 
 pub struct Seals {
     token: String,
-    keys: Keys,
+    keys: KeyExpressions,
     /// The run's secret: for operators and observers, and for broadcasts on one machine.
     pub run: Secret,
     /// Names and secrets in order of rank.
@@ -23,20 +23,25 @@ pub struct Seals {
     /// The robots' hosts in order of rank.
     hosts_of: Vec<String>,
     /// Pairwise keys of the members in a run over a network.
-    pairs: Option<Pairs>,
+    pairs: Option<PairKeys>,
 }
 
 impl Seals {
     /// Derives all secrets from the token of the run.
     #[must_use]
-    pub fn new(token: &str, keys: Keys, scenario: &Scenario, network: Option<&Network>) -> Self {
+    pub fn new(
+        token: &str,
+        keys: KeyExpressions,
+        scenario: &Scenario,
+        network: Option<&Network>,
+    ) -> Self {
         let names = || scenario.robots.iter().map(|robot| robot.name.as_str());
         let host_of = |robot| network.and_then(|network| network.host_of(robot));
         let hosts = network.into_iter().flat_map(|network| network.hosts.keys());
         let mut seals = Self {
             token: token.to_owned(),
             keys,
-            run: Secret::of(token),
+            run: Secret::from_token(token),
             robots: names()
                 .map(|name| (name.to_owned(), Secret::of_robot(token, name)))
                 .collect(),
@@ -48,7 +53,7 @@ impl Seals {
                 .map(|host| {
                     (
                         host.clone(),
-                        Secret::of(&derived(token, &identity::host(host))),
+                        Secret::from_token(&derived(token, &identity::host(host))),
                     )
                 })
                 .collect(),
@@ -59,7 +64,7 @@ impl Seals {
         };
         if network.is_some() {
             let keys = seals.pairs_of(identity::WORLD);
-            seals.pairs = Some(Pairs::new(seals.robots.len(), keys));
+            seals.pairs = Some(PairKeys::new(seals.robots.len(), keys));
         }
         seals
     }
@@ -111,7 +116,7 @@ impl Seals {
         let names = self.robots.iter().map(|(name, _)| identity::robot(name));
         let members: Vec<String> = names.chain([identity::WORLD.to_owned()]).collect();
         let members: Vec<&str> = members.iter().map(String::as_str).collect();
-        Pairs::keys(&self.token, identity, &members)
+        PairKeys::keys(&self.token, identity, &members)
     }
 
     /// Opens a broadcast that arrived on this key.

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use proto::process::ProcessAct;
+use proto::process::ProcessAction;
 use scenario::ids::{RobotId, Tick};
 use tokio::time::Instant;
 
@@ -39,7 +39,7 @@ impl Server {
         if let Some((robot, act, started)) = self.act_under_way() {
             let name = &self.peers[robot.index()].name;
             return match (act, started) {
-                (ProcessAct::Start, Some(pid)) => {
+                (ProcessAction::Start, Some(pid)) => {
                     format!("{name} (process {pid}) to join; {REMEDY}")
                 }
                 _ => {

@@ -32,7 +32,7 @@ impl Simulation {
         order
             .check(scenario, catalog)
             .map_err(|error| error.to_string())?;
-        if order.fault.is_about_a_process() && !self.has_launcher {
+        if order.fault.affects_process() && !self.has_launcher {
             return Err(format!(
                 "'{}' needs the launcher, which owns the processes: start the run with `alliance run`",
                 order.fault.name()

@@ -2,7 +2,7 @@
 
 use proto::telemetry::Motivation;
 use proto::tick::Report;
-use proto::view::Bend;
+use proto::view::Corner;
 use scenario::ids::{Incarnation, RobotId};
 use scenario::time::SimTime;
 
@@ -16,7 +16,7 @@ pub struct Bends {
     step: SimTime,
     /// The curves by rank; empty before the first report.
     curves: Vec<Curves>,
-    found: Vec<Bend>,
+    found: Vec<Corner>,
 }
 
 #[derive(Clone, Default)]
@@ -81,7 +81,7 @@ impl Bends {
     }
 
     /// Returns the corners since the previous call, when all steps before `now` are finished.
-    pub fn take(&mut self, now: SimTime) -> Vec<Bend> {
+    pub fn take(&mut self, now: SimTime) -> Vec<Corner> {
         for rank in 0..self.curves.len() {
             if self.curves[rank].at + self.step < now {
                 self.end(rank);
@@ -112,7 +112,7 @@ impl Bends {
     fn end(&mut self, rank: usize) {
         let robot = RobotId(rank as u16);
         let Curves { at, sets, .. } = std::mem::take(&mut self.curves[rank]);
-        let ends = sets.iter().map(|curve| Bend {
+        let ends = sets.iter().map(|curve| Corner {
             last: true,
             ..corner(robot, at, &curve.latest)
         });
@@ -121,8 +121,8 @@ impl Bends {
 }
 
 /// Creates a corner of a curve that continues.
-fn corner(robot: RobotId, at: SimTime, motivation: &Motivation) -> Bend {
-    Bend {
+fn corner(robot: RobotId, at: SimTime, motivation: &Motivation) -> Corner {
+    Corner {
         robot,
         set: motivation.set,
         at,
@@ -154,7 +154,7 @@ mod tests {
     }
 
     /// Interpolates the level at a time from the corners: linear, with a step where the curve falls.
-    fn level(corners: &[Bend], at: SimTime) -> Option<f64> {
+    fn level(corners: &[Corner], at: SimTime) -> Option<f64> {
         let after = corners.iter().position(|corner| corner.at >= at)?;
         let next = &corners[after];
         if next.at == at {

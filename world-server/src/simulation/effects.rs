@@ -1,6 +1,6 @@
 //! Effects of faults when they are applied and when they heal.
 
-use proto::process::ProcessAct;
+use proto::process::ProcessAction;
 use scenario::fault::{Fault, Role};
 use scenario::ids::RobotId;
 
@@ -30,7 +30,7 @@ impl Simulation {
             // The lowest rank with the role has precedence.
             let with_role = |role: Role<'_>| {
                 let active = match role {
-                    Role::Executing(task) => Some(self.setup.catalog.behavior_named(task)?),
+                    Role::Executing(task) => Some(self.setup.catalog.find_behavior(task)?),
                     Role::Idle => None,
                 };
                 let mut reported = self.reported.iter();
@@ -73,18 +73,18 @@ impl Simulation {
         let fault = self.schedule.status(index).order.fault.clone();
         let robot = fault.robot().and_then(|name| self.robot_named(name));
         match (&fault, robot) {
-            (Fault::Kill(_), Some(robot)) => self.kill(index, robot, ProcessAct::Kill),
-            (Fault::Terminate(_), Some(robot)) => self.kill(index, robot, ProcessAct::Terminate),
+            (Fault::Kill(_), Some(robot)) => self.kill(index, robot, ProcessAction::Kill),
+            (Fault::Terminate(_), Some(robot)) => self.kill(index, robot, ProcessAction::Terminate),
             (Fault::Power(_), Some(robot)) => self.world.set_powered(robot, false),
             (Fault::Pause(_), Some(robot)) => {
                 self.barrier.suspend(robot);
-                self.act(index, robot, ProcessAct::Stop);
+                self.act(index, robot, ProcessAction::Stop);
             }
             (Fault::Continue(_), Some(robot)) => {
                 for pause in self.in_force_on(robot, |fault| matches!(fault, Fault::Pause(_))) {
                     self.clear_one(pause);
                 }
-                self.act(index, robot, ProcessAct::Continue);
+                self.act(index, robot, ProcessAction::Continue);
             }
             (Fault::Restart(_), Some(robot)) if self.barrier.is_absent(robot) => {
                 self.tell(FaultEvent::Failed, index, "the robot is not in the mission");
@@ -99,7 +99,7 @@ impl Simulation {
                 }
                 // A later restart finds the robot alive.
                 self.kill_at_once(index, robot);
-                self.act(index, robot, ProcessAct::Start);
+                self.act(index, robot, ProcessAction::Start);
             }
             (Fault::Add(_), Some(robot)) => self.add(index, robot),
             (Fault::Remove(_), Some(robot)) => self.remove(index, robot),
@@ -115,14 +115,14 @@ impl Simulation {
             (Fault::Kill(_) | Fault::Terminate(_), Some(robot))
                 if !self.barrier.is_absent(robot) =>
             {
-                self.act(index, robot, ProcessAct::Start);
+                self.act(index, robot, ProcessAction::Start);
             }
             (Fault::Power(_), Some(robot)) => {
                 let others = self.in_force_on(robot, |fault| matches!(fault, Fault::Power(_)));
                 self.world.set_powered(robot, others.is_empty());
             }
             (Fault::Pause(_), Some(robot)) if self.barrier.is_suspended(robot) => {
-                self.act(index, robot, ProcessAct::Continue);
+                self.act(index, robot, ProcessAction::Continue);
             }
             (Fault::Remove(_), Some(robot)) => self.add(index, robot),
             (Fault::Add(_), Some(robot)) => self.remove(index, robot),
@@ -166,7 +166,7 @@ impl Simulation {
 
     /// Kills a robot. If it takes part in this tick, it dies after the tick: its report counts, but its broadcasts reach no
     /// robot.
-    fn kill(&mut self, fault: FaultIndex, robot: RobotId, act: ProcessAct) {
+    fn kill(&mut self, fault: FaultIndex, robot: RobotId, act: ProcessAction) {
         // A robot that has died in this tick takes part no more.
         let is_present = self.barrier.presence(robot) == Presence::Present;
         if is_present && !self.barrier.is_gone(robot) {
@@ -184,12 +184,12 @@ impl Simulation {
             self.acts.push(act);
         }
         self.barrier.kill_after_tick(robot);
-        self.act(fault, robot, ProcessAct::Kill);
+        self.act(fault, robot, ProcessAction::Kill);
     }
 
     fn add(&mut self, fault: FaultIndex, robot: RobotId) {
         match self.world.add_robot(robot) {
-            Ok(_) => self.act(fault, robot, ProcessAct::Start),
+            Ok(_) => self.act(fault, robot, ProcessAction::Start),
             Err(why) => self.tell(FaultEvent::Failed, fault, &why.to_string()),
         }
     }
@@ -202,7 +202,7 @@ impl Simulation {
         self.events.extend(self.world.remove_robot(robot));
     }
 
-    fn act(&mut self, fault: FaultIndex, robot: RobotId, act: ProcessAct) {
+    fn act(&mut self, fault: FaultIndex, robot: RobotId, act: ProcessAction) {
         self.acts.push(Act::new(robot, act, fault));
     }
 

@@ -3,7 +3,7 @@
 use scenario::mission::columns::{ColumnKind, ColumnValue};
 
 use super::Simulation;
-use crate::mission::{TeamFigures, Value};
+use crate::mission::{FigureValue, TeamFigures};
 use run_log::recorder::Ending;
 
 impl Simulation {
@@ -37,7 +37,7 @@ impl Simulation {
 
     /// Returns the current values of mission.csv, in the order of its columns.
     #[must_use]
-    pub fn mission_row(&self) -> Vec<Value> {
+    pub fn mission_row(&self) -> Vec<FigureValue> {
         let mut row = Vec::new();
         self.world.mission().row(&mut row);
         row
@@ -46,9 +46,11 @@ impl Simulation {
     /// Returns the current values of mission.csv with their columns.
     #[must_use]
     pub fn mission_columns(&self) -> Vec<ColumnValue> {
-        let columns = self.setup.catalog.mission.terms().columns.iter();
+        let columns = self.setup.catalog.mission.vocabulary().columns.iter();
         let columns = columns.zip(self.mission_row());
-        columns.map(|(column, value)| column.with(value)).collect()
+        columns
+            .map(|(column, value)| column.with_value(value))
+            .collect()
     }
 
     /// Returns the data of the run for the end of the log.

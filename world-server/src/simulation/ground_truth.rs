@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use proto::telemetry::AllocationRow;
-use proto::tick::Offer;
+use proto::tick::TaskOffer;
 use scenario::Setup;
 use scenario::ids::{RobotId, TaskId};
 
@@ -15,13 +15,13 @@ pub(super) struct Truth {
     /// The receivers, ordered by rank, with the number of the group.
     receivers: Vec<(RobotId, usize)>,
     /// The offers of the current tick, by group. Robots of a group share tasks, directly or through other robots.
-    offers: Vec<Vec<Offer>>,
+    offers: Vec<Vec<TaskOffer>>,
 }
 
 impl Truth {
     /// Writes the offers for a robot in the current tick.
     #[inline]
-    pub(super) fn tell(&self, robot: RobotId, offers: &mut Vec<Offer>) {
+    pub(super) fn tell(&self, robot: RobotId, offers: &mut Vec<TaskOffer>) {
         // Most runs have no such allocator.
         if self.receivers.is_empty() {
             return;
@@ -84,7 +84,7 @@ impl Simulation {
             let rows = self.answers.report(robot).allocation.iter();
             let is_due = |row: &AllocationRow| mission.is_due(row.task, robot, &self.world);
             let rows = rows.filter(|row| row.utility > 0.0 && is_due(row));
-            offers[group].extend(rows.map(|row| Offer {
+            offers[group].extend(rows.map(|row| TaskOffer {
                 robot,
                 behavior: row.behavior,
                 task: row.task,

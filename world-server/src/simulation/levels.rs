@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use proto::telemetry::{BehaviorState, Motivation};
 use proto::tick::Report;
-use proto::view::Measure;
+use proto::view::LevelUnit;
 use scenario::{Robot, Scenario, Setup};
 
 /// Returns the levels after a step, in the order of the catalog: motivations, or else utilities. A utility is 0 if the
@@ -14,16 +14,16 @@ pub fn levels<'r>(
     report: &'r Report,
     setup: &Setup,
     robot: &Robot,
-) -> (Measure, Cow<'r, [Motivation]>) {
+) -> (LevelUnit, Cow<'r, [Motivation]>) {
     if report.incarnation == 0 {
-        let measure = match setup.scenario.allocator_of(robot) {
-            Scenario::DEFAULT_ALLOCATOR => Measure::Motivation,
-            _ => Measure::Utility,
+        let measure = match setup.scenario.decider_of(robot) {
+            Scenario::DEFAULT_ALLOCATOR => LevelUnit::Motivation,
+            _ => LevelUnit::Utility,
         };
         return (measure, Cow::Borrowed(&[]));
     }
     if !report.motivations.is_empty() {
-        return (Measure::Motivation, Cow::Borrowed(&report.motivations));
+        return (LevelUnit::Motivation, Cow::Borrowed(&report.motivations));
     }
     let catalog = &setup.catalog;
     let utilities = catalog.behaviors_of(robot).map(|set| {
@@ -40,5 +40,5 @@ pub fn levels<'r>(
             ..Motivation::default()
         }
     });
-    (Measure::Utility, utilities.collect())
+    (LevelUnit::Utility, utilities.collect())
 }

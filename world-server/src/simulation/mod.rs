@@ -10,18 +10,18 @@
 //! - `truth`: ground truth for allocators that request it.
 //! - `view`: views for observers. `levels`, `bends`: their curves.
 
-mod process_actions;
-mod corners;
 mod commands;
+mod corners;
 mod effects;
 mod figures;
+mod ground_truth;
 mod levels;
 mod presence;
+mod process_actions;
 mod reports;
 #[cfg(test)]
 mod tests;
 mod triggers;
-mod ground_truth;
 mod view;
 
 use std::collections::{BTreeMap, VecDeque};
@@ -43,13 +43,13 @@ use crate::faults::schedule::{FaultIndex, Schedule};
 use crate::faults::sensors::Sensors;
 use crate::faults::skills::impairments;
 use crate::interruption::{Interruption, InterruptionHandler};
-use crate::mission::{MissionWorld, Target, TeamFigures, Value};
+use crate::mission::{FigureValue, MissionWorld, Target, TeamFigures};
 use crate::world::{Impairment, World};
 use run_log::recorder::{Answers, BodyRecord, Event, FaultEvent, Record, RecordError, TickRecord};
 
-use process_actions::{Act, Acts};
 use commands::QueuedCommand;
 use ground_truth::Truth;
+use process_actions::{Act, Acts};
 use view::Memories;
 
 pub struct Simulation {
@@ -112,7 +112,7 @@ struct Ended {
     events: Vec<Event>,
     /// The broadcasts of external controllers that count, by sender and index.
     broadcasts: Vec<Broadcast>,
-    mission: Vec<Value>,
+    mission: Vec<FigureValue>,
     targets: Vec<Target>,
     mission_state: u64,
     /// The mission's figures at the end of the tick, if the mission has changed since.
@@ -133,7 +133,7 @@ impl Simulation {
             active: vec![None; robots],
             reported: vec![None; robots],
             answers: Answers::new(robots),
-            external: if setup.scenario.minds().is_empty() {
+            external: if setup.scenario.external_controllers().is_empty() {
                 Vec::new()
             } else {
                 let robots = setup.scenario.robots.iter();
@@ -466,7 +466,7 @@ impl Simulation {
 
     #[must_use]
     pub fn robot_named(&self, name: &str) -> Option<RobotId> {
-        self.setup.roster.robot_named(name)
+        self.setup.roster.find(name)
     }
 
     /// Returns the robots' states before the commands of this tick move them.

@@ -1,7 +1,7 @@
 //! Participation of robots: joining, death, silence and return.
 
 use proto::join::Refusal;
-use proto::process::ProcessAct;
+use proto::process::ProcessAction;
 use run_log::Input;
 use scenario::ids::{Incarnation, RobotId, Tick};
 
@@ -27,7 +27,7 @@ impl Simulation {
         self.barrier.start_if_all_here();
         self.order_index += self.barrier.take_came();
         if self.barrier.presence(robot) == Presence::Present {
-            self.conclude_if(robot, &[ProcessAct::Start]);
+            self.conclude_if(robot, &[ProcessAction::Start]);
         }
     }
 
@@ -60,7 +60,7 @@ impl Simulation {
             self.drop_load(robot);
         }
         if self.barrier.is_gone(robot) || at_once {
-            self.conclude_if(robot, &[ProcessAct::Kill, ProcessAct::Terminate]);
+            self.conclude_if(robot, &[ProcessAction::Kill, ProcessAction::Terminate]);
         }
         if at_once && was_invited {
             self.fail_start_of(robot, why);

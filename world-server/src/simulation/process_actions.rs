@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use proto::process::ProcessAct;
+use proto::process::ProcessAction;
 use run_log::Input;
 use scenario::fault::Fault;
 use scenario::ids::RobotId;
@@ -15,14 +15,14 @@ use run_log::recorder::FaultEvent;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Act {
     pub robot: RobotId,
-    pub act: ProcessAct,
+    pub act: ProcessAction,
     pub fault: FaultIndex,
     /// False if the process has not joined the run yet.
     takes_part: bool,
 }
 
 impl Act {
-    pub fn new(robot: RobotId, act: ProcessAct, fault: FaultIndex) -> Self {
+    pub fn new(robot: RobotId, act: ProcessAction, fault: FaultIndex) -> Self {
         Self {
             robot,
             act,
@@ -57,7 +57,7 @@ impl Acts {
 impl Simulation {
     /// Returns the next process action, each once. The tick waits for its effect: a killed agent is [gone](Simulation::gone), a
     /// started one has [arrived](Simulation::arrive), a stopped or continued one is [done](Simulation::act_done).
-    pub fn next_act(&mut self) -> Option<(RobotId, ProcessAct)> {
+    pub fn next_act(&mut self) -> Option<(RobotId, ProcessAction)> {
         loop {
             if let Some(act) = self.take_act()? {
                 return Some(act);
@@ -67,7 +67,7 @@ impl Simulation {
 
     /// Takes one action from the queue: `None` if none is waiting, `Some(None)` if it has nothing to do. Each action has its own
     /// order index, so a replay can place outside inputs between any two.
-    pub fn take_act(&mut self) -> Option<Option<(RobotId, ProcessAct)>> {
+    pub fn take_act(&mut self) -> Option<Option<(RobotId, ProcessAction)>> {
         if self.acts.under_way.is_some() {
             return None;
         }
@@ -80,22 +80,24 @@ impl Simulation {
         // A joining robot does not take part yet and is missing in the log.
         let is_coming = self.barrier.is_coming(next.robot);
         match next.act {
-            ProcessAct::Start if is_coming => self.barrier.expect(next.robot),
-            ProcessAct::Stop | ProcessAct::Continue if is_coming => return Some(None),
-            ProcessAct::Kill | ProcessAct::Terminate if self.barrier.is_killed(next.robot) => {
+            ProcessAction::Start if is_coming => self.barrier.expect(next.robot),
+            ProcessAction::Stop | ProcessAction::Continue if is_coming => return Some(None),
+            ProcessAction::Kill | ProcessAction::Terminate
+                if self.barrier.is_killed(next.robot) =>
+            {
                 // Another action was faster in the same tick.
                 self.hit(next.fault, 1);
                 return Some(None);
             }
             _ if self.has_no_effect(next) => return Some(None),
-            ProcessAct::Start => self.barrier.expect(next.robot),
-            ProcessAct::Kill | ProcessAct::Terminate => next.takes_part = !is_coming,
-            ProcessAct::Stop | ProcessAct::Continue => {}
+            ProcessAction::Start => self.barrier.expect(next.robot),
+            ProcessAction::Kill | ProcessAction::Terminate => next.takes_part = !is_coming,
+            ProcessAction::Stop | ProcessAction::Continue => {}
         }
         self.acts.under_way = Some(next);
         // A replay has no joining robots, so actions on them do not count.
         self.acts.started += u32::from(next.takes_part);
-        if next.act != ProcessAct::Start || !is_coming {
+        if next.act != ProcessAction::Start || !is_coming {
             return Some(Some((next.robot, next.act)));
         }
         // Another launcher started the process; it is admitted now.
@@ -121,11 +123,11 @@ impl Simulation {
     fn has_no_effect(&self, act: Act) -> bool {
         let lives =
             self.barrier.presence(act.robot) != Presence::Empty && !self.barrier.is_gone(act.robot);
-        (act.act == ProcessAct::Start) == lives
+        (act.act == ProcessAction::Start) == lives
     }
 
     /// Records the launcher's success or failure at the action of [`Simulation::next_act`].
-    pub fn act_done(&mut self, robot: RobotId, act: ProcessAct, result: Result<(), String>) {
+    pub fn act_done(&mut self, robot: RobotId, act: ProcessAction, result: Result<(), String>) {
         let Some(done) = self.acts.under_way else {
             return;
         };
@@ -133,13 +135,13 @@ impl Simulation {
             return;
         }
         match (result, act) {
-            (Ok(()), ProcessAct::Stop) => self.conclude(done),
-            (Ok(()), ProcessAct::Continue) => {
+            (Ok(()), ProcessAction::Stop) => self.conclude(done),
+            (Ok(()), ProcessAction::Continue) => {
                 self.barrier.readmit(robot);
                 self.conclude(done);
             }
             // The agent's liveliness token reports the effect.
-            (Ok(()), ProcessAct::Start | ProcessAct::Kill | ProcessAct::Terminate) => {}
+            (Ok(()), ProcessAction::Start | ProcessAction::Kill | ProcessAction::Terminate) => {}
             (Err(why), _) => self.fail(done, &why),
         }
     }
@@ -147,12 +149,12 @@ impl Simulation {
     /// Checks whether the robot's process is being ended.
     pub(super) fn is_killing(&self, robot: RobotId) -> bool {
         self.acts.under_way.is_some_and(|act| {
-            act.robot == robot && matches!(act.act, ProcessAct::Kill | ProcessAct::Terminate)
+            act.robot == robot && matches!(act.act, ProcessAction::Kill | ProcessAction::Terminate)
         })
     }
 
     /// Completes the current action if it is one of these actions on this robot.
-    pub(super) fn conclude_if(&mut self, robot: RobotId, acts: &[ProcessAct]) {
+    pub(super) fn conclude_if(&mut self, robot: RobotId, acts: &[ProcessAction]) {
         if let Some(done) = self.acts.under_way
             && done.robot == robot
             && acts.contains(&done.act)
@@ -164,7 +166,7 @@ impl Simulation {
     /// Fails the current action if it is the start of this robot.
     pub(super) fn fail_start_of(&mut self, robot: RobotId, why: &str) {
         if let Some(start) = self.acts.under_way
-            && (start.robot, start.act) == (robot, ProcessAct::Start)
+            && (start.robot, start.act) == (robot, ProcessAction::Start)
         {
             self.fail(start, why);
         }
@@ -176,11 +178,11 @@ impl Simulation {
         // Actions that heal a fault or prepare another action do not count as its effects.
         let is_effect = match self.schedule.status(done.fault).order.fault {
             Fault::Kill(_) | Fault::Terminate(_) | Fault::Remove(_) => {
-                matches!(done.act, ProcessAct::Kill | ProcessAct::Terminate)
+                matches!(done.act, ProcessAction::Kill | ProcessAction::Terminate)
             }
-            Fault::Pause(_) => done.act == ProcessAct::Stop,
-            Fault::Continue(_) => done.act == ProcessAct::Continue,
-            _ => done.act == ProcessAct::Start,
+            Fault::Pause(_) => done.act == ProcessAction::Stop,
+            Fault::Continue(_) => done.act == ProcessAction::Continue,
+            _ => done.act == ProcessAction::Start,
         };
         if is_effect && done.takes_part {
             self.hit(done.fault, 1);
@@ -192,10 +194,12 @@ impl Simulation {
         self.acts.under_way = None;
         self.order_index += u32::from(failed.takes_part);
         match failed.act {
-            ProcessAct::Start => self.barrier.expect_no_more(failed.robot),
-            ProcessAct::Kill | ProcessAct::Terminate => self.barrier.cancel_kill(failed.robot),
-            ProcessAct::Stop => self.barrier.readmit(failed.robot),
-            ProcessAct::Continue => self.barrier.release(failed.robot),
+            ProcessAction::Start => self.barrier.expect_no_more(failed.robot),
+            ProcessAction::Kill | ProcessAction::Terminate => {
+                self.barrier.cancel_kill(failed.robot)
+            }
+            ProcessAction::Stop => self.barrier.readmit(failed.robot),
+            ProcessAction::Continue => self.barrier.release(failed.robot),
         }
         if !failed.takes_part {
             // The log contains no agent that this failure could concern.

@@ -46,7 +46,7 @@ fn a_resting_robot_receives_wrong_readings_only_during_a_sensor_fault() {
     let mut setup = default_setup(1);
     let fault = Fault::Sensor(SensorFault {
         robot: "blue".to_owned(),
-        device: Device::named(Device::POSITION),
+        device: Device::new(Device::POSITION),
         mode: SensorMode::Noise(SensorError { m: 0.1, deg: 0.0 }),
     });
     setup.scenario.faults.timeline = vec![Order {

@@ -3,7 +3,7 @@
 use proto::telemetry::BehaviorState;
 use proto::tick::Report;
 use run_log::Input;
-use scenario::fault::{Fault, Happening, When};
+use scenario::fault::{EventTrigger, Fault, TriggerEvent};
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
@@ -28,14 +28,14 @@ impl Simulation {
         let changes = report.changes.iter().map(|change| Occurrence {
             robot: report.robot,
             what: match change.to {
-                BehaviorState::Active => Happening::Activates,
-                BehaviorState::Waiting => Happening::Waits,
-                BehaviorState::Hibernating => Happening::Hibernates,
+                BehaviorState::Active => TriggerEvent::Activates,
+                BehaviorState::Waiting => TriggerEvent::Waits,
+                BehaviorState::Hibernating => TriggerEvent::Hibernates,
             }
             .as_str(),
             subject: Some(self.setup.catalog.behavior_name(change.set).to_owned()),
         });
-        let terms = self.setup.catalog.mission.terms();
+        let terms = self.setup.catalog.mission.vocabulary();
         let noted = report.notes.iter().filter_map(|note| {
             let kind = note.kind.as_str(terms.notes);
             let mut verbs = terms.verbs.iter();
@@ -65,7 +65,7 @@ impl Simulation {
         if self.schedule.waiting().next().is_none() {
             return;
         }
-        let terms = self.setup.catalog.mission.terms();
+        let terms = self.setup.catalog.mission.vocabulary();
         let in_world = events.iter().filter_map(|event| {
             let EventKind::Mission(kind) = event.kind else {
                 return None;
@@ -80,8 +80,8 @@ impl Simulation {
         });
         let from_outside = inputs.iter().filter_map(|input| {
             let (robot, what) = match input {
-                Input::Join { robot, .. } => (robot, Happening::Joins),
-                Input::Gone { robot, .. } => (robot, Happening::Dies),
+                Input::Join { robot, .. } => (robot, TriggerEvent::Joins),
+                Input::Gone { robot, .. } => (robot, TriggerEvent::Dies),
                 _ => return None,
             };
             Some(Occurrence {
@@ -102,7 +102,7 @@ impl Simulation {
     }
 
     fn waiting_for(&self, occurrences: &[Occurrence]) -> Vec<FaultIndex> {
-        let fits = |when: &When, occurrence: &Occurrence| {
+        let fits = |when: &EventTrigger, occurrence: &Occurrence| {
             when.what.as_str() == occurrence.what
                 && when
                     .robot

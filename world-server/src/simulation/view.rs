@@ -8,7 +8,7 @@ use proto::readings::Readings;
 use proto::tick::Report;
 use proto::view::{BehaviorView, MESSAGES_MAX, MessageView, RobotView, View};
 use scenario::ids::{BehaviorId, Incarnation, RobotId};
-use scenario::mission::Value;
+use scenario::mission::FigureValue;
 use scenario::time::SimTime;
 use scenario::{Obstacle, Setup};
 
@@ -116,7 +116,11 @@ impl Simulation {
             tick: self.barrier.tick(),
             now: self.world.now(),
             obstacles: self.world.obstacles().iter().map(rectangle).collect(),
-            mission: self.mission_row().into_iter().map(Value::number).collect(),
+            mission: self
+                .mission_row()
+                .into_iter()
+                .map(FigureValue::number)
+                .collect(),
             robots,
             faults: self.visible_faults(),
             outcome: self.outcome,

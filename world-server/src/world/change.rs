@@ -8,9 +8,9 @@ use scenario::Obstacle;
 use scenario::ids::RobotId;
 
 use super::motion::wrapped;
+use super::neighbor_cache::Vicinity;
 use super::space::nearest_place;
 use super::start::ROUNDING_M;
-use super::neighbor_cache::Vicinity;
 use super::{Floor, ObstacleId};
 
 /// The reason why a change of the world is impossible.

@@ -7,11 +7,11 @@ use scenario::time::SimTime;
 use scenario::{Body, Robot as RobotSpec, Scenario, Sensors};
 
 use super::grid::Grid;
-use super::step_events::Happened;
-use super::radio::RadioRange;
-use super::space::{Space, nearest_place};
-use super::readings_cache::Unchanged;
 use super::neighbor_cache::{Drift, Vicinity};
+use super::radio::RadioRange;
+use super::readings_cache::Unchanged;
+use super::space::{Space, nearest_place};
+use super::step_events::Happened;
 use super::{
     Aspect, Bar, Battery, Component, ComponentId, Outline, Penetrability, Shape, start_poses,
 };

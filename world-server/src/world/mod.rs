@@ -31,19 +31,19 @@ mod component;
 pub(crate) mod floor;
 mod grid;
 mod ground;
-pub(crate) mod step_events;
 mod motion;
+mod neighbor_cache;
 mod outline;
 mod radio;
+mod readings_cache;
 mod sensing;
 mod space;
 pub(crate) mod start;
-mod readings_cache;
-mod neighbor_cache;
+pub(crate) mod step_events;
 
 use std::ops::{Deref, DerefMut};
 
-use proto::mission::Deed;
+use proto::mission::Action;
 use proto::readings::{Actuation, Readings};
 use scenario::Setup;
 use scenario::fault::Fault;
@@ -58,12 +58,12 @@ pub use change::ChangeError;
 pub use component::{Component, ComponentId, ObstacleId, Penetrability, Shape};
 pub use floor::{Floor, Impairment};
 pub use grid::Grid;
-use step_events::Happened;
 pub use motion::{limited, wrapped};
+pub use neighbor_cache::Circle;
 pub use outline::{Outline, SKIN_M};
 pub use space::around;
 pub use start::{ROUNDING_M, StartError, start_poses};
-pub use neighbor_cache::Circle;
+use step_events::Happened;
 
 /// The state of the simulated world: the mission and its floor. It dereferences to the floor.
 pub struct World {
@@ -120,7 +120,7 @@ impl World {
             let command = commands.get(rank).copied().flatten().filter(|_| can_act);
             let command = limited(&floor.robots[rank].body, command.unwrap_or_default());
             let robot = RobotId(rank as u16);
-            if !matches!(command.deed, Deed::Nothing) {
+            if !matches!(command.deed, Action::Nothing) {
                 mission.act(robot, &command.deed, floor, &mut happened);
             }
             let push = floor.turn_and_move(robot, command.turn_rad_s, command.speed_m_s);

@@ -103,7 +103,7 @@ mod tests {
     /// Checks the bytes field by field. Missing values are left out.
     #[test]
     fn a_row_has_the_columns_of_its_mission() {
-        let columns = VISIT.terms().columns;
+        let columns = VISIT.vocabulary().columns;
         let row = |values: [Option<f64>; 4]| MissionRow {
             t_ms: SimTime(50),
             values: columns

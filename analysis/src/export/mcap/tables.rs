@@ -138,7 +138,7 @@ impl Tables {
     ) -> anyhow::Result<Self> {
         let setup = &log.run.setup;
         let catalog = &setup.catalog;
-        let columns = catalog.mission.terms().columns;
+        let columns = catalog.mission.vocabulary().columns;
         let mut motivations = BTreeMap::new();
         let mut allocation = BTreeMap::new();
         let mut poses = BTreeMap::new();
@@ -148,7 +148,7 @@ impl Tables {
             let sets: Vec<&str> = sets.map(|set| catalog.behavior_name(set)).collect();
             let topics = by_behavior(recording, "motivations", name, &sets)?;
             motivations.insert(name.clone(), topics);
-            if setup.scenario.allocator_of(robot) != Scenario::DEFAULT_ALLOCATOR {
+            if setup.scenario.decider_of(robot) != Scenario::DEFAULT_ALLOCATOR {
                 let topics = by_behavior(recording, "allocation", name, &sets)?;
                 allocation.insert(name.clone(), topics);
             }
@@ -282,7 +282,7 @@ impl Tables {
             task: row.task,
             progress: row.progress,
             sent_ms: row.sent_ms.0,
-            fate: row.fate,
+            fate: row.delivery,
         };
         self.messages.message(row.t_ms, &message)
     }

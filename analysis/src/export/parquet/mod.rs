@@ -104,7 +104,7 @@ fn write_known<R: Columns>(log: &RunLog, file: &mut NewFile) -> anyhow::Result<(
 }
 
 fn write_mission(log: &RunLog, file: &mut NewFile) -> anyhow::Result<()> {
-    let declared = log.run.setup.catalog.mission.terms().columns;
+    let declared = log.run.setup.catalog.mission.vocabulary().columns;
     write_table(log, &of_mission(declared), file)
 }
 

@@ -66,7 +66,7 @@ impl Columns for MessageRow {
         Column("task", Text(|row| (&row.task).into())),
         Column("progress", Optional(|row| row.progress.map(u64::from))),
         Column("sent_ms", Integer(|row| row.sent_ms.0)),
-        Column("fate", Text(|row| (&row.fate).into())),
+        Column("fate", Text(|row| (&row.delivery).into())),
     ];
 }
 

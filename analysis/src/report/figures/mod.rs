@@ -15,9 +15,9 @@ mod timeline;
 use std::ops::Range;
 
 use plotters::style::RGBColor;
-use proto::view::Measure;
+use proto::view::LevelUnit;
 use scenario::ids::TaskId;
-use scenario::mission::columns::{ColumnKind, label};
+use scenario::mission::columns::{ColumnKind, display_name};
 
 use self::canvas::Sheet;
 pub use self::room::Room;
@@ -95,7 +95,7 @@ pub fn figures(
 ) -> anyhow::Result<Vec<Figure>> {
     let names = history.robots.iter().map(|robot| robot.name.as_str());
     let utilities = history.robots.iter();
-    let utilities = utilities.filter(|robot| robot.measure == Measure::Utility);
+    let utilities = utilities.filter(|robot| robot.measure == LevelUnit::Utility);
     let sets = utilities.flat_map(|robot| &robot.sets);
     let highest = sets.flat_map(|set| set.levels.iter().map(|(_, level)| *level));
     let highest = highest.fold(0.0, f64::max);
@@ -112,7 +112,7 @@ pub fn figures(
     for name in &wanted.only {
         if !planned.iter().any(|figure| figure.name == *name) {
             let known = planned.iter().map(|figure| figure.name.as_str());
-            let instead = scenario::instead(name, known);
+            let instead = scenario::name_remedy(name, known);
             return Err(NotThere(format!("--only: there is no figure '{name}'; {instead}")).into());
         }
     }
@@ -194,7 +194,7 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
         let (name, title) = match columns.as_slice() {
             [column] if column.kind == ColumnKind::Real => (
                 format!("mission-{}", plain(column.name)),
-                label(column.name),
+                display_name(column.name),
             ),
             _ => ("mission".to_owned(), "counts".to_owned()),
         };
@@ -256,18 +256,18 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
     figures
 }
 
-fn what(measures: impl IntoIterator<Item = Measure>) -> &'static str {
+fn what(measures: impl IntoIterator<Item = LevelUnit>) -> &'static str {
     let mut measures = measures.into_iter();
-    let has = measures.next().unwrap_or(Measure::Motivation);
+    let has = measures.next().unwrap_or(LevelUnit::Motivation);
     match has {
         _ if measures.any(|measure| measure != has) => "Motivation, or utility,",
-        Measure::Motivation => "Motivation",
-        Measure::Utility => "Utility",
+        LevelUnit::Motivation => "Motivation",
+        LevelUnit::Utility => "Utility",
     }
 }
 
 /// Returns the measures of the robots that can perform a task.
-fn task_measures(history: &History, task: TaskId) -> impl Iterator<Item = Measure> {
+fn task_measures(history: &History, task: TaskId) -> impl Iterator<Item = LevelUnit> {
     let sets = history.behaviors_for(task);
     sets.map(|(rank, _)| history.robots[rank].measure)
 }

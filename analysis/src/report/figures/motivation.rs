@@ -12,7 +12,7 @@ use super::timeline::{Sample, Timeline, y_title};
 use super::{ABSENT, RunFigures, WHITE, task_measures, what};
 use crate::report::history::{Reset, SetHistory};
 use crate::report::simplify::thin;
-use proto::view::Measure;
+use proto::view::LevelUnit;
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
@@ -54,7 +54,7 @@ fn draw(
         let mut robots = rows.iter().map(|(rank, _)| &run.history.robots[*rank]);
         robots.any(|robot| robot.measure == wanted)
     };
-    let (motivations, utilities) = (has(Measure::Motivation), has(Measure::Utility));
+    let (motivations, utilities) = (has(LevelUnit::Motivation), has(LevelUnit::Utility));
     let what = match (motivations, utilities) {
         (_, false) => "motivation m",
         (false, true) => "utility u",
@@ -115,8 +115,8 @@ fn legend(of_motivations: bool) -> Vec<(Sample, &'static str)> {
 /// Returns the upper end of a robot's curves: the threshold, or the highest utility in the run.
 pub(super) fn ceiling(run: &RunFigures<'_>, rank: usize) -> f64 {
     match run.history.robots[rank].measure {
-        Measure::Motivation => run.history.setup.alliance.threshold,
-        Measure::Utility => run.highest_utility,
+        LevelUnit::Motivation => run.history.setup.alliance.threshold,
+        LevelUnit::Utility => run.highest_utility,
     }
 }
 
@@ -170,7 +170,7 @@ fn panel(
     for span in set.waiting.iter().filter_map(|span| timeline.cut(span)) {
         hatch(area, &chart, span, height(), (color, 4.0))?;
     }
-    if robot.measure == Measure::Motivation {
+    if robot.measure == LevelUnit::Motivation {
         level(&chart, timeline.window.clone(), threshold, line(INK, 0.75))?;
     }
     let width = run.sheet.width_px;

@@ -5,7 +5,7 @@ use plotters::prelude::DashedLineSeries;
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor};
 use run_log::MissionRow;
-use scenario::mission::columns::{Column, ColumnKind, label};
+use scenario::mission::columns::{Column, ColumnKind, display_name};
 use scenario::time::SimTime;
 
 use super::RunFigures;
@@ -87,7 +87,10 @@ pub fn columns(run: &RunFigures<'_>, title: &str, columns: &[Column]) -> anyhow:
             })
         })
         .collect();
-    let names: Vec<String> = columns.iter().map(|column| label(column.name)).collect();
+    let names: Vec<String> = columns
+        .iter()
+        .map(|column| display_name(column.name))
+        .collect();
     let legend = lines.iter().zip(&names);
     let legend = legend.map(|(line, name)| (line.sample(), name.as_str()));
     let timeline = Timeline::new(run, run.window.clone(), LEFT_PX, legend.collect());

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use scenario::fault::Faults;
-use scenario::{Preset, ScenarioError, Step, TomlFile};
+use scenario::{PathStep, Preset, ScenarioError, TomlFile};
 use serde::Deserialize;
 use toml::Value;
 
@@ -15,14 +15,14 @@ use crate::sweep::sampling::{Distribution, draw};
 
 /// A value and its position in the file.
 pub(super) struct Leaf {
-    pub(super) at: Vec<Step>,
+    pub(super) at: Vec<PathStep>,
     pub(super) path: Vec<String>,
     value: Value,
 }
 
 /// One setting of a factor, which is validated by itself.
 pub(super) struct Stated {
-    pub(super) at: Vec<Step>,
+    pub(super) at: Vec<PathStep>,
     pub(super) changes: Vec<Change>,
 }
 
@@ -35,8 +35,8 @@ impl Leaf {
     }
 }
 
-pub(super) fn key(key: &str) -> Step {
-    Step::Key(key.to_owned())
+pub(super) fn key(key: &str) -> PathStep {
+    PathStep::Key(key.to_owned())
 }
 
 pub(super) fn path(text: &str) -> Vec<String> {
@@ -47,12 +47,12 @@ pub(super) fn path(text: &str) -> Vec<String> {
 /// `ends` is true is a value itself.
 pub(super) fn leaves(
     file: &TomlFile<'_>,
-    at: &[Step],
+    at: &[PathStep],
     table: toml::Table,
     ends: fn(&toml::Table) -> bool,
 ) -> Vec<Leaf> {
     fn collect(
-        at: &[Step],
+        at: &[PathStep],
         way: &[String],
         table: toml::Table,
         ends: fn(&toml::Table) -> bool,
@@ -83,14 +83,14 @@ pub(super) fn grid(
     let Leaf { at, path, value } = leaf;
     let Value::Array(values) = value else {
         let what = format!("{value} is not a list of values");
-        return Err(file.mistake(&at, what, format!("write [{value}], or more of them")));
+        return Err(file.error_at(&at, what, format!("write [{value}], or more of them")));
     };
     distinct(file, &at, &values)?;
     let mut levels = Vec::new();
     for (place, value) in values.into_iter().enumerate() {
         let level = Level::of(&path, value);
         stated.push(Stated {
-            at: [&at[..], &[Step::Index(place)]].concat(),
+            at: [&at[..], &[PathStep::Index(place)]].concat(),
             changes: level.changes.clone(),
         });
         levels.push(level);
@@ -126,7 +126,7 @@ impl Level {
 }
 
 /// The positions of the swept keys in the file and their paths in the scenario.
-pub(super) type Columns = Vec<(Vec<Step>, Vec<String>)>;
+pub(super) type Columns = Vec<(Vec<PathStep>, Vec<String>)>;
 
 pub(super) fn list(
     file: &TomlFile<'_>,
@@ -136,14 +136,14 @@ pub(super) fn list(
 ) -> Result<Option<Factor>, ScenarioError> {
     let mut factor: Option<Factor> = None;
     for (place, point) in points.into_iter().enumerate() {
-        let at = [key("list"), Step::Index(place)];
+        let at = [key("list"), PathStep::Index(place)];
         let mut leaves = leaves(file, &at, point, |_| false);
         // The keys of a point may be in any order.
         leaves.sort_by(|a, b| a.path.cmp(&b.path));
         let names: Vec<String> = leaves.iter().map(|leaf| leaf.path.join(".")).collect();
         if names.is_empty() {
             let remedy = "write a key of the scenario with its value";
-            return Err(file.mistake(&at, "the point is empty", remedy));
+            return Err(file.error_at(&at, "the point is empty", remedy));
         }
         let known = factor.get_or_insert_with(|| {
             let places = leaves.iter();
@@ -159,7 +159,7 @@ pub(super) fn list(
                 "write the same keys in every point: {}",
                 known.columns.join(", ")
             );
-            return Err(file.mistake(&at, what, remedy));
+            return Err(file.error_at(&at, what, remedy));
         }
         let level = Level::together(
             leaves
@@ -167,7 +167,7 @@ pub(super) fn list(
                 .map(|leaf| Level::of(&leaf.path, leaf.value)),
         );
         if known.levels.contains(&level) {
-            return Err(file.mistake(&at, "the point occurs twice", "write it once"));
+            return Err(file.error_at(&at, "the point occurs twice", "write it once"));
         }
         stated.push(Stated {
             at: at.to_vec(),
@@ -189,14 +189,14 @@ pub(super) fn sample(
         let at = [key("random"), key(name)];
         match (table.remove(name), default) {
             (Some(Value::Integer(number)), _) if number >= 0 => Ok(number as u64),
-            (Some(value), _) => Err(file.mistake(
+            (Some(value), _) => Err(file.error_at(
                 &at,
                 format!("{value} is not valid"),
                 "write a whole number of at least 0",
             )),
             (None, Some(default)) => Ok(default as u64),
             (None, None) => {
-                Err(file.mistake(&at, "the key is missing", "write the number of points"))
+                Err(file.error_at(&at, "the key is missing", "write the number of points"))
             }
         }
     };
@@ -205,7 +205,7 @@ pub(super) fn sample(
     if !(1..=MAX_RUNS).contains(&count) {
         let what = format!("{count} points are out of range");
         let remedy = format!("write a number from 1 to {MAX_RUNS}");
-        return Err(file.mistake(&[key("random"), key("n")], what, remedy));
+        return Err(file.error_at(&[key("random"), key("n")], what, remedy));
     }
     let states_range = |table: &toml::Table| {
         let mut keys = ["min", "max", "choose"].iter();
@@ -214,7 +214,7 @@ pub(super) fn sample(
     let leaves = leaves(file, &at, table, states_range);
     if leaves.is_empty() {
         let remedy = "write a key of the scenario with { min = …, max = … } or { choose = […] }";
-        return Err(file.mistake(&at, "no key is drawn", remedy));
+        return Err(file.error_at(&at, "no key is drawn", remedy));
     }
     let mut names = Vec::new();
     let mut drawn = Vec::new();
@@ -254,7 +254,7 @@ fn distribution(file: &TomlFile<'_>, leaf: &Leaf) -> Result<Distribution, Scenar
         choose: Option<Vec<Value>>,
     }
     let forms = "write { min = …, max = … }, optionally with log = true, or { choose = […] }";
-    let mistake = |what: String| file.mistake(&leaf.at, what, forms);
+    let mistake = |what: String| file.error_at(&leaf.at, what, forms);
     let range: Levels = leaf
         .value
         .clone()
@@ -361,7 +361,7 @@ pub(super) fn drawn(
 ) -> Result<Columns, ScenarioError> {
     let at = |name: &str| vec![key("random_mission"), key(name)];
     if let Some((name, what, remedy)) = mission.mistake() {
-        return Err(file.mistake(&at(name), what, remedy));
+        return Err(file.error_at(&at(name), what, remedy));
     }
     let section = mission.mission.iter();
     let section = section.map(|name| (at("mission"), path(name)));
@@ -377,9 +377,9 @@ pub(super) fn drawn(
 }
 
 /// Checks that a list is not empty and has no duplicates, which would count twice.
-fn distinct(file: &TomlFile<'_>, at: &[Step], values: &[Value]) -> Result<(), ScenarioError> {
+fn distinct(file: &TomlFile<'_>, at: &[PathStep], values: &[Value]) -> Result<(), ScenarioError> {
     if values.is_empty() {
-        return Err(file.mistake(
+        return Err(file.error_at(
             at,
             "the list is empty",
             "write at least one value, or leave the key out",
@@ -388,7 +388,7 @@ fn distinct(file: &TomlFile<'_>, at: &[Step], values: &[Value]) -> Result<(), Sc
     let mut seen = std::collections::BTreeSet::new();
     match values.iter().find(|value| !seen.insert(value.to_string())) {
         Some(value) => {
-            Err(file.mistake(at, format!("{value} occurs twice"), "write each value once"))
+            Err(file.error_at(at, format!("{value} occurs twice"), "write each value once"))
         }
         None => Ok(()),
     }
@@ -402,7 +402,7 @@ pub(super) fn disjoint(file: &TomlFile<'_>, columns: &Columns) -> Result<(), Sce
             .find(|(_, other)| other.starts_with(path) || path.starts_with(other));
         if let Some((other, _)) = other {
             let what = format!("line {} varies the same key", file.line_of(other));
-            return Err(file.mistake(at, what, "vary each key in one place"));
+            return Err(file.error_at(at, what, "vary each key in one place"));
         }
     }
     Ok(())

@@ -13,7 +13,7 @@ pub mod tuning;
 
 use anyhow::{Context, bail};
 use missions::Registry;
-use scenario::{Scenario, Setup, Step, TomlFile, Vocabulary};
+use scenario::{PathStep, Scenario, Setup, TomlFile, Vocabulary};
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::design::{Design, change};
@@ -59,8 +59,8 @@ impl Plan {
         scenario: impl Fn(&str) -> anyhow::Result<Scenario>,
     ) -> anyhow::Result<Self> {
         let file = TomlFile::parse(file_name, text)?;
-        let contents: File = file.to()?;
-        let place = |at: &[Step]| format!("{file_name}:{}", file.line_of(at));
+        let contents: File = file.deserialize()?;
+        let place = |at: &[PathStep]| format!("{file_name}:{}", file.line_of(at));
 
         let mut stated = Vec::new();
         let mut columns = Vec::new();
@@ -87,7 +87,7 @@ impl Plan {
             if contents.scenario.is_some() {
                 let what = "a plan has either a scenario or [missions]";
                 let remedy = "write it as the scenario of a mission";
-                return Err(file.mistake(&[key("scenario")], what, remedy).into());
+                return Err(file.error_at(&[key("scenario")], what, remedy).into());
             }
             let found = missions(
                 &file,

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::Context;
 use scenario::fault::Faults;
-use scenario::{MAX_ROBOTS, Scenario, Step, TomlFile};
+use scenario::{MAX_ROBOTS, PathStep, Scenario, TomlFile};
 use toml::Value;
 
 use super::factors::{Stated, key, leaves, path};
@@ -68,7 +68,7 @@ pub(super) fn missions(
                 let remedy = format!(
                     "write [missions.{name}.faults.{class}], or [faults.{class}] for all missions"
                 );
-                return Err(file.mistake(&at(&name), what, remedy).into());
+                return Err(file.error_at(&at(&name), what, remedy).into());
             };
             let changes = vec![
                 whole.clone(),
@@ -122,13 +122,13 @@ fn classes(
 
 fn base(
     file: &TomlFile<'_>,
-    at: &[Step],
+    at: &[PathStep],
     mission: &MissionFile,
     limit_s: Option<f64>,
     scenario: &impl Fn(&str) -> anyhow::Result<Scenario>,
 ) -> anyhow::Result<toml::Table> {
     let below = |name: &str| [at, &[key(name)]].concat();
-    let place = |at: &[Step]| format!("{}:{}", file.name(), file.line_of(at));
+    let place = |at: &[PathStep]| format!("{}:{}", file.name(), file.line_of(at));
     let mut base = match (mission.robots, mission.size, &mission.scenario) {
         (None, None, None) => vocabulary().default_scenario()?,
         (None, None, Some(name)) => scenario(name).with_context(|| place(&below("scenario")))?,
@@ -151,7 +151,7 @@ fn base(
 }
 
 /// Returns a mission scaled to the given number of robots and amount of work.
-fn sized(file: &TomlFile<'_>, at: &[Step], mission: &MissionFile) -> anyhow::Result<Scenario> {
+fn sized(file: &TomlFile<'_>, at: &[PathStep], mission: &MissionFile) -> anyhow::Result<Scenario> {
     let vocabulary = vocabulary();
     let robots = mission.robots.unwrap_or(3);
     let size = mission.size.unwrap_or((2 * robots).div_ceil(3));
@@ -160,7 +160,7 @@ fn sized(file: &TomlFile<'_>, at: &[Step], mission: &MissionFile) -> anyhow::Res
             let at = [at, &[key(name)]].concat();
             let remedy = format!("write a number from 1 to {most}");
             return Err(file
-                .mistake(&at, format!("{number} is out of range"), remedy)
+                .error_at(&at, format!("{number} is out of range"), remedy)
                 .into());
         }
     }
@@ -179,7 +179,7 @@ fn sized(file: &TomlFile<'_>, at: &[Step], mission: &MissionFile) -> anyhow::Res
     let Some(scenario) = family.and_then(|mission| mission.family(robots, size)) else {
         let what = "robots and size require a mission that can be scaled";
         let remedy = format!("write scenario = '{}'", known.join("' or '"));
-        return Err(file.mistake(at, what, remedy).into());
+        return Err(file.error_at(at, what, remedy).into());
     };
     Ok(scenario)
 }

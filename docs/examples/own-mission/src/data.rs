@@ -35,8 +35,8 @@ impl VisitSection {
 struct Visit;
 
 impl MissionData for Visit {
-    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
-        section::<VisitSection>(text)
+    fn section(&self, text: UntypedTable<'_>) -> Result<Box<dyn Section>, Problem> {
+        read_section::<VisitSection>(text)
     }
 
     fn parameters(&self) -> Vec<ParameterSpec> {
@@ -49,13 +49,13 @@ impl MissionData for Visit {
         ]
     }
 
-    fn terms(&self) -> Terms {
-        Terms {
+    fn vocabulary(&self) -> MissionVocabulary {
+        MissionVocabulary {
             devices: &["touch"],
             events: &["visited"],
             verbs: &[("visits", "visited")],
             columns: const { &[Column::done("visited", "visited"), Column::left("left")] },
-            ..Terms::NONE
+            ..MissionVocabulary::NONE
         }
     }
 

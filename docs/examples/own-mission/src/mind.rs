@@ -52,7 +52,7 @@ impl TypedMind for Visitor {
         &mut self,
         moment: &TypedMoment<Self>,
         active: Option<BehaviorId>,
-        action: &mut Action,
+        action: &mut StepOutput,
     ) -> Option<Touch> {
         let task = moment.task_of(active)?;
         if matches!(moment.sensed, Felt::Place(place) if *place == task.index()) {

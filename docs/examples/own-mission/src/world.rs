@@ -75,9 +75,9 @@ impl TypedMission for Visit {
         self.visited.iter().all(|visited| *visited).then_some(Outcome::Complete)
     }
 
-    fn row(&self, row: &mut Vec<Value>) {
+    fn row(&self, row: &mut Vec<FigureValue>) {
         let visited = self.visited.iter().filter(|visited| **visited).count() as u64;
-        row.extend([visited, self.visited.len() as u64 - visited].map(Value::from));
+        row.extend([visited, self.visited.len() as u64 - visited].map(FigureValue::from));
     }
 
     fn show(&self, _: &Floor, view: &mut View) {

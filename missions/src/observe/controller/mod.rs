@@ -9,8 +9,8 @@ mod tests;
 mod walk;
 
 use glam::Vec2;
-use proto::team::Content;
-use robot_agent::mission::{Action, Heard, Perception, TypedMind, TypedMoment};
+use proto::team::BroadcastContent;
+use robot_agent::mission::{Heard, Perception, StepOutput, TypedMind, TypedMoment};
 use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -51,7 +51,7 @@ impl Observer {
 
     fn receive(&mut self, heard: &[Heard<'_, Self>], now: SimTime) {
         for broadcast in heard {
-            if let Content::Heartbeat(heartbeat) = &broadcast.broadcast.body
+            if let BroadcastContent::Heartbeat(heartbeat) = &broadcast.broadcast.body
                 && let Some(position) = heartbeat.position.filter(|position| position.is_finite())
             {
                 let sender = broadcast.broadcast.sender;
@@ -158,7 +158,7 @@ impl TypedMind for Observer {
         &mut self,
         moment: &TypedMoment<'_, Self>,
         active: Option<BehaviorId>,
-        action: &mut Action,
+        action: &mut StepOutput,
     ) -> Option<Watch> {
         let task = moment.task_of(active);
         let duty = task.and_then(|task| self.section.policy.duties().get(task.index()));

@@ -2,7 +2,7 @@
 
 use glam::Vec2;
 use proptest::prelude::*;
-use proto::mission::LORE_MAX;
+use proto::mission::MAX_KNOWLEDGE_BYTES;
 use scenario::time::SimTime;
 
 use super::memory::{Memory, Reach};
@@ -131,7 +131,7 @@ proptest! {
             let targets: Vec<u16> = shared.iter().map(|sighting| sighting.target).collect();
             prop_assert_eq!(&targets, &in_sight.iter().copied().collect::<Vec<_>>());
             let bytes = proto::codec::encode(&shared).unwrap();
-            prop_assert!(bytes.len() <= LORE_MAX);
+            prop_assert!(bytes.len() <= MAX_KNOWLEDGE_BYTES);
         }
     }
 }

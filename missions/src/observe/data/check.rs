@@ -1,6 +1,6 @@
 //! Checks of `[observe]` beyond the ranges of its parameters.
 
-use scenario::{Path, Problem, Scenario};
+use scenario::{KeyPath, Problem, Scenario};
 
 use super::ObserveSection;
 
@@ -26,7 +26,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
             let how = if may_be_equal { "above" } else { "not below" };
             let what = format!("{} is {how} {}, {}", low.1, high.0, high.1);
             let remedy = format!("give a lower {} or a higher {}", low.0, high.0);
-            return Err(Problem::at(Path::of(["observe", low.0]), what, remedy));
+            return Err(Problem::at(KeyPath::new(["observe", low.0]), what, remedy));
         }
     }
     Ok(())

@@ -12,11 +12,13 @@ pub use area::{Area, direction};
 pub use section::{Duty, ObserveSection, Policy, Region};
 
 use scenario::mission::columns::Column;
-use scenario::mission::data::{BuiltIn, BuiltinScenario, MissionData, Terms, one_behavior_each};
-use scenario::mission::registry::{Mission, section};
-use scenario::mission::expected_properties::Promises;
+use scenario::mission::data::{
+    BuiltinScenario, DefaultAllianceParams, MissionData, MissionVocabulary, one_behavior_each,
+};
+use scenario::mission::expected_properties::ExpectedProperties;
+use scenario::mission::registry::{Mission, read_section};
 use scenario::mission::section::Section;
-use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread};
+use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, UntypedTable};
 
 pub const MAX_TARGETS: usize = 10_000;
 
@@ -41,8 +43,8 @@ const SCENARIOS: [BuiltinScenario; 2] = [
 struct Observe;
 
 impl MissionData for Observe {
-    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
-        section::<ObserveSection>(text)
+    fn section(&self, text: UntypedTable<'_>) -> Result<Box<dyn Section>, Problem> {
+        read_section::<ObserveSection>(text)
     }
 
     fn scenarios(&self) -> &'static [BuiltinScenario] {
@@ -53,7 +55,7 @@ impl MissionData for Observe {
         Some(family::family(robots, size))
     }
 
-    fn size_word(&self) -> Option<&'static str> {
+    fn size_option(&self) -> Option<&'static str> {
         Some("targets")
     }
 
@@ -61,15 +63,15 @@ impl MissionData for Observe {
         parameters::all()
     }
 
-    fn terms(&self) -> Terms {
-        Terms {
+    fn vocabulary(&self) -> MissionVocabulary {
+        MissionVocabulary {
             devices: &["targets"],
             measuring_devices: &["targets"],
             events: &["found", "lost"],
             continuous: true,
             verbs: &[("finds", "found"), ("loses", "lost")],
             columns: const { &[Column::count("observed"), Column::count("pairs")] },
-            ..Terms::NONE
+            ..MissionVocabulary::NONE
         }
     }
 
@@ -84,13 +86,18 @@ impl MissionData for Observe {
     }
 
     /// Teammates at the same task are no reason to wait, so slow impatience almost equals fast impatience.
-    fn built_in(&self, scenario: &Scenario, _: &Robot, behavior: &BehaviorSpec) -> BuiltIn {
+    fn default_alliance_params(
+        &self,
+        scenario: &Scenario,
+        _: &Robot,
+        behavior: &BehaviorSpec,
+    ) -> DefaultAllianceParams {
         let section = ObserveSection::of(scenario);
         let fast_impatience = match section.policy.duties()[behavior.task.index()] {
             Duty::Observe => 100.0,
             Duty::Search => 20.0,
         };
-        BuiltIn {
+        DefaultAllianceParams {
             broadcast_rate_hz: 1.0,
             ceased_after_s: 5.0,
             fast_impatience,
@@ -101,18 +108,18 @@ impl MissionData for Observe {
         }
     }
 
-    fn unit_s(&self, scenario: &Scenario, _: &Body, _: f64, _: &BehaviorSpec) -> f64 {
+    fn work_unit_s(&self, scenario: &Scenario, _: &Body, _: f64, _: &BehaviorSpec) -> f64 {
         ObserveSection::of(scenario).duration_s
     }
 
-    fn goes_on(&self, _: &BehaviorSpec) -> bool {
+    fn is_long_running(&self, _: &BehaviorSpec) -> bool {
         true
     }
 
-    fn promises(&self, _: &Scenario) -> Promises {
-        Promises {
+    fn expected_properties(&self, _: &Scenario) -> ExpectedProperties {
+        ExpectedProperties {
             ends: true,
-            ..Promises::default()
+            ..ExpectedProperties::default()
         }
     }
 

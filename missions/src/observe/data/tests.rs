@@ -75,7 +75,7 @@ fn each_policy_has_its_tasks() {
         ("a-cmommt", vec!["observe", "search"]),
     ] {
         let scenario = scenario(&format!("policy = '{policy}'"));
-        let catalog = Catalog::of(&scenario);
+        let catalog = Catalog::new(&scenario);
         let names = catalog.tasks.iter().map(|task| task.name.as_str());
         assert_eq!(names.collect::<Vec<_>>(), tasks);
         assert!(catalog.tasks.iter().all(|task| task.max_robots == 3));

@@ -11,14 +11,14 @@ mod watch;
 use std::sync::Arc;
 
 use glam::Vec2;
-use proto::mission::Sensed as AnySensed;
+use proto::mission::SensorReading as AnySensed;
 use proto::tick::Outcome;
 use proto::view::{Mark, MarkOutline, MarkRole, View};
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
 use serde::Serialize;
-use world_server::mission::{Happened, Target, TeamFigures, TypedMission, Validity, Value};
+use world_server::mission::{FigureValue, Happened, Target, TeamFigures, TypedMission, Validity};
 use world_server::world::Floor;
 
 use super::bus::{Seen, Sensed, Watch as Look};
@@ -145,7 +145,7 @@ impl TypedMission for Observe {
         is_near == (section.policy.duties()[task.index()] == Duty::Observe)
     }
 
-    fn row(&self, row: &mut Vec<Value>) {
+    fn row(&self, row: &mut Vec<FigureValue>) {
         self.watch.write_row(row);
     }
 

@@ -1,12 +1,12 @@
 //! Motion and observation of targets, with robots under direct command.
 
 use proptest::prelude::*;
-use proto::mission::{Bytes, Deed};
+use proto::mission::{Action, Bytes};
 use proto::readings::Actuation;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
-use world_server::mission::{TeamFigures, Value};
+use world_server::mission::{FigureValue, TeamFigures};
 use world_server::world::World;
 
 use super::targets::Targets;
@@ -122,11 +122,11 @@ fn the_nearest_in_range_are_found() {
 const LOOK: Option<Actuation> = Some(Actuation {
     speed_m_s: 0.0,
     turn_rad_s: 0.0,
-    deed: Deed::Nothing,
+    deed: Action::Nothing,
 });
 
 fn looks() -> Option<Actuation> {
-    let deed = Deed::Open(Bytes::encode(&Look).unwrap());
+    let deed = Action::Open(Bytes::encode(&Look).unwrap());
     LOOK.map(|look| Actuation { deed, ..look })
 }
 
@@ -144,7 +144,7 @@ fn still(robots: [&str; 2]) -> World {
     World::new(&setup, crate::observe::PARTS.world)
 }
 
-fn row(world: &World) -> Vec<Value> {
+fn row(world: &World) -> Vec<FigureValue> {
     let mut row = Vec::new();
     world.mission().row(&mut row);
     row
@@ -166,18 +166,21 @@ fn only_a_robot_that_looks_observes() {
         };
         (of("found"), of("lost"))
     };
-    assert_eq!(row(&world), [Value::Count(0), Value::Count(0)]);
+    assert_eq!(row(&world), [FigureValue::Count(0), FigureValue::Count(0)]);
     assert_eq!(step(&mut world, [LOOK, LOOK]), (0, 0), "with a dead device");
     let (found, _) = step(&mut world, [looks(), None]);
     assert!((1..=40).contains(&found));
-    assert_eq!(row(&world), [Value::Count(found), Value::Count(found)]);
+    assert_eq!(
+        row(&world),
+        [FigureValue::Count(found), FigureValue::Count(found)]
+    );
     assert_eq!(
         step(&mut world, [looks(), None]),
         (0, 0),
         "they are found once"
     );
     assert_eq!(step(&mut world, [None, None]), (0, found));
-    assert_eq!(row(&world), [Value::Count(0), Value::Count(0)]);
+    assert_eq!(row(&world), [FigureValue::Count(0), FigureValue::Count(0)]);
     // The sensor reports the same targets, up to its capacity.
     let AnySensed::Open(bytes) = world.readings(RobotId(0)).mission else {
         panic!("nothing is sensed")
@@ -227,5 +230,5 @@ fn a_full_reading_fits_its_size() {
     let sensed = Sensed {
         targets: Some([seen; SENSED_MOST].into()),
     };
-    assert!(Bytes::<{ proto::mission::SENSED_MAX }>::encode(&sensed).is_ok());
+    assert!(Bytes::<{ proto::mission::MAX_READING_BYTES }>::encode(&sensed).is_ok());
 }

@@ -3,7 +3,7 @@
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use serde::{Serialize, Serializer};
-use world_server::mission::{Happened, TeamFigures, Value};
+use world_server::mission::{FigureValue, Happened, TeamFigures};
 use world_server::world::Floor;
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
@@ -131,8 +131,8 @@ impl Watch {
         }
     }
 
-    pub fn write_row(&self, row: &mut Vec<Value>) {
-        row.extend([self.observed, self.pairs].map(Value::from));
+    pub fn write_row(&self, row: &mut Vec<FigureValue>) {
+        row.extend([self.observed, self.pairs].map(FigureValue::from));
     }
 
     /// Writes A/n, H, the longest time without an observer of a target, and the share of robot time without a target

@@ -16,7 +16,7 @@ use glam::Vec2;
 use proto::readings::Pose;
 use proto::team::BulletinKind;
 use robot_agent::allocator::OwnBehavior;
-use robot_agent::mission::{Action, Heard, Perception, TypedMind, TypedMoment, bulletin};
+use robot_agent::mission::{Heard, Perception, StepOutput, TypedMind, TypedMoment, bulletin};
 use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -227,7 +227,7 @@ impl TypedMind for Pusher {
         &mut self,
         moment: &TypedMoment<'_, Self>,
         active: Option<BehaviorId>,
-        action: &mut Action,
+        action: &mut StepOutput,
     ) -> Option<Deed> {
         if let Some(place) = self.news.take() {
             let news = &self.known[place].told;

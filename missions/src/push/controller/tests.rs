@@ -132,7 +132,11 @@ fn heartbeats_contain_many_bars_in_turn() {
     };
     let lore: Lore = std::iter::repeat_n(largest, TOLD_MOST).collect();
     let bytes = proto::codec::encode(&lore).unwrap();
-    assert!(bytes.len() <= proto::mission::LORE_MAX, "{}", bytes.len());
+    assert!(
+        bytes.len() <= proto::mission::MAX_KNOWLEDGE_BYTES,
+        "{}",
+        bytes.len()
+    );
 }
 
 /// A message may contain anything.

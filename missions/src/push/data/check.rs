@@ -2,14 +2,14 @@
 
 use std::f32::consts::SQRT_2;
 
-use scenario::{Catalog, Path, Problem, Scenario};
+use scenario::{Catalog, KeyPath, Problem, Scenario};
 use world_server::world::{Bar, Outline};
 
 use super::PushSection;
 
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     let section = PushSection::of(scenario);
-    let at = Path::of(["push"]);
+    let at = KeyPath::new(["push"]);
     sizes(scenario, section, &at)?;
     for (index, bar) in section.bars.iter().enumerate() {
         let at = at.key("bars").index(index);
@@ -71,7 +71,7 @@ fn readable(length_m: f32) -> f64 {
 }
 
 /// Checks that bars, strokes and robots fit together.
-fn sizes(scenario: &Scenario, section: &PushSection, at: &Path) -> Result<(), Problem> {
+fn sizes(scenario: &Scenario, section: &PushSection, at: &KeyPath) -> Result<(), Problem> {
     let (length_m, radius_m) = (section.length_m, scenario.body.radius_m);
     let least_m = 6.0 * radius_m;
     if length_m.is_nan() || length_m < least_m {
@@ -108,7 +108,7 @@ fn sizes(scenario: &Scenario, section: &PushSection, at: &Path) -> Result<(), Pr
     Ok(())
 }
 
-fn apart(section: &PushSection, at: &Path) -> Result<(), Problem> {
+fn apart(section: &PushSection, at: &KeyPath) -> Result<(), Problem> {
     let mut bars: Vec<(usize, Bar)> = section
         .bars
         .iter()
@@ -132,8 +132,8 @@ fn apart(section: &PushSection, at: &Path) -> Result<(), Problem> {
     Ok(())
 }
 
-fn covered(scenario: &Scenario, at: &Path) -> Result<(), Problem> {
-    let catalog = Catalog::of(scenario);
+fn covered(scenario: &Scenario, at: &KeyPath) -> Result<(), Problem> {
+    let catalog = Catalog::new(scenario);
     let mut is_covered = vec![false; catalog.tasks.len()];
     let mut left = is_covered.len();
     for robot in &scenario.robots {

@@ -13,8 +13,8 @@ pub use faults::{BAR_STUCK, STUCK_S};
 pub use section::{BarSection, PushSection};
 
 use scenario::ids::TaskId;
+use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::prelude::*;
-use scenario::mission::expected_properties::Promises;
 
 use crate::push::bar::{End, end};
 
@@ -39,8 +39,8 @@ pub fn about(task: TaskId) -> (usize, End) {
 }
 
 impl MissionData for Push {
-    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
-        section::<PushSection>(text)
+    fn section(&self, text: UntypedTable<'_>) -> Result<Box<dyn Section>, Problem> {
+        read_section::<PushSection>(text)
     }
 
     fn scenarios(&self) -> &'static [BuiltinScenario] {
@@ -54,7 +54,7 @@ impl MissionData for Push {
         Some(family(robots, size))
     }
 
-    fn size_word(&self) -> Option<&'static str> {
+    fn size_option(&self) -> Option<&'static str> {
         Some("bars")
     }
 
@@ -62,8 +62,8 @@ impl MissionData for Push {
         parameters::all()
     }
 
-    fn terms(&self) -> Terms {
-        Terms {
+    fn vocabulary(&self) -> MissionVocabulary {
+        MissionVocabulary {
             devices: &["bar", "touch"],
             measuring_devices: &["bar"],
             events: &["pushed", "slipped", "arrived"],
@@ -79,7 +79,7 @@ impl MissionData for Push {
                     Column::left("bars_left"),
                 ]
             },
-            ..Terms::NONE
+            ..MissionVocabulary::NONE
         }
     }
 
@@ -93,7 +93,12 @@ impl MissionData for Push {
     }
 
     /// A robot is impatient for the end at which it starts, and leaves the other one to teammates for some seconds.
-    fn built_in(&self, scenario: &Scenario, robot: &Robot, behavior: &BehaviorSpec) -> BuiltIn {
+    fn default_alliance_params(
+        &self,
+        scenario: &Scenario,
+        robot: &Robot,
+        behavior: &BehaviorSpec,
+    ) -> DefaultAllianceParams {
         let section = PushSection::of(scenario);
         let (bar, which) = about(behavior.task);
         let pose = section.bars[bar].pose();
@@ -102,7 +107,7 @@ impl MissionData for Push {
             let way = |which| end(&pose, which, section.length_m).distance(start);
             way(which) < way(which.other())
         });
-        BuiltIn {
+        DefaultAllianceParams {
             broadcast_rate_hz: 2.0,
             ceased_after_s: 3.0,
             fast_impatience: if is_own { 50.0 } else { 12.5 },
@@ -114,7 +119,7 @@ impl MissionData for Push {
     }
 
     /// A unit leads away from one end, along the bar to the other, and includes a stroke there.
-    fn unit_s(&self, scenario: &Scenario, body: &Body, _: f64, _: &BehaviorSpec) -> f64 {
+    fn work_unit_s(&self, scenario: &Scenario, body: &Body, _: f64, _: &BehaviorSpec) -> f64 {
         let section = PushSection::of(scenario);
         let way_m = section.length_m + 4.0 * body.radius_m;
         let turns_s = 3.0 * 180.0 / body.turn_deg_s;
@@ -122,7 +127,7 @@ impl MissionData for Push {
     }
 
     /// Strokes follow one another until the bar arrives.
-    fn goes_on(&self, _: &BehaviorSpec) -> bool {
+    fn is_long_running(&self, _: &BehaviorSpec) -> bool {
         true
     }
 
@@ -131,11 +136,11 @@ impl MissionData for Push {
     }
 
     /// An object in a bar's way may stop it for ever.
-    fn promises(&self, _: &Scenario) -> Promises {
-        Promises::default()
+    fn expected_properties(&self, _: &Scenario) -> ExpectedProperties {
+        ExpectedProperties::default()
     }
 
-    fn kept_free(&self, scenario: &Scenario) -> Vec<[Vec2; 2]> {
+    fn free_areas(&self, scenario: &Scenario) -> Vec<[Vec2; 2]> {
         let section = PushSection::of(scenario);
         let behind_m = section.half_width_m + 4.0 * scenario.body.radius_m;
         let before_m = section.half_width_m + section.skew_m;

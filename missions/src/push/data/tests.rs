@@ -80,7 +80,7 @@ fn each_bar_has_two_tasks_and_a_robot_is_impatient_for_its_own_end() {
         .next()
         .unwrap();
     let scenario = read(text).unwrap();
-    let catalog = Catalog::of(&scenario);
+    let catalog = Catalog::new(&scenario);
     let names: Vec<&str> = catalog
         .tasks
         .iter()
@@ -103,7 +103,7 @@ fn each_bar_has_two_tasks_and_a_robot_is_impatient_for_its_own_end() {
         "{ONE}[[push.bars]]\nx_m = 4\ny_m = 6\ngoal_x_m = 9\n"
     ))
     .unwrap();
-    let tasks = Catalog::of(&two).tasks;
+    let tasks = Catalog::new(&two).tasks;
     let names: Vec<&str> = tasks.iter().map(|task| task.name.as_str()).collect();
     assert_eq!(
         names,

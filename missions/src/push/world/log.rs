@@ -1,6 +1,6 @@
 //! Statistics of push for run.json, and the display of readings.
 
-use proto::mission::Sensed as Encoded;
+use proto::mission::SensorReading as Encoded;
 use proto::view::View;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;

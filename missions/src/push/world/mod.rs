@@ -26,7 +26,7 @@ use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
 use serde::Serialize;
-use world_server::mission::{Happened, TeamFigures, TypedMission, Validity, Value};
+use world_server::mission::{FigureValue, Happened, TeamFigures, TypedMission, Validity};
 use world_server::world::{Bar, ChangeError, Floor, Push, SKIN_M};
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -380,10 +380,10 @@ impl TypedMission for Pushed {
         !bar.has_arrived && lead_m < self.section.stroke_m / 2.0
     }
 
-    fn row(&self, row: &mut Vec<Value>) {
-        row.extend(self.means().map(Value::from));
+    fn row(&self, row: &mut Vec<FigureValue>) {
+        row.extend(self.means().map(FigureValue::from));
         let arrived = self.arrived();
-        row.extend([arrived, self.bars.len() as u64 - arrived].map(Value::from));
+        row.extend([arrived, self.bars.len() as u64 - arrived].map(FigureValue::from));
     }
 
     fn figures(&self, figures: &mut TeamFigures) {

@@ -208,7 +208,7 @@ fn a_robot_senses_the_nearer_end_and_the_touch() {
     let mut world = world(&[(2.0, 5.5, 90.0), (0.5, 0.5, 0.0)]);
     let sensed = |world: &World, robot: u16| -> Sensed {
         match world.readings(RobotId(robot)).mission {
-            proto::mission::Sensed::Open(bytes) => bytes.decode().unwrap(),
+            proto::mission::SensorReading::Open(bytes) => bytes.decode().unwrap(),
             _ => panic!("something is sensed"),
         }
     };

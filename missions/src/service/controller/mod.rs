@@ -17,7 +17,7 @@ use proto::readings::{Actuation, Readings};
 use robot_agent::allocator::OwnBehavior;
 use robot_agent::body::{Driver, Surroundings};
 use robot_agent::mission::{
-    Action, AgentMission, Heard, MissionMind, Perception, SharedMission, Typed, TypedMind,
+    AgentMission, Heard, MissionMind, Perception, SharedMission, StepOutput, Typed, TypedMind,
     TypedMoment,
 };
 use scenario::Setup;
@@ -313,7 +313,7 @@ impl TypedMind for ServiceMind {
         &mut self,
         moment: &TypedMoment<'_, Self>,
         active: Option<BehaviorId>,
-        action: &mut Action,
+        action: &mut StepOutput,
     ) -> Option<Deed> {
         let target = moment.task_of(active).zip(moment.position);
         let target = target.and_then(|(task, position)| self.target(task, position));

@@ -2,7 +2,7 @@
 
 use glam::Vec2;
 use proptest::prelude::*;
-use proto::mission::LORE_MAX;
+use proto::mission::MAX_KNOWLEDGE_BYTES;
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
@@ -103,7 +103,7 @@ proptest! {
             let heartbeat: Told = memory.tell(&briefing, SimTime(1000 * second));
             prop_assert!(heartbeat.len() <= TOLD_MOST);
             let bytes = proto::codec::encode(&heartbeat).unwrap();
-            prop_assert!(bytes.len() <= LORE_MAX, "{} bytes", bytes.len());
+            prop_assert!(bytes.len() <= MAX_KNOWLEDGE_BYTES, "{} bytes", bytes.len());
             sent.extend(heartbeat.iter().map(|known| known.fact.point));
         }
         prop_assert_eq!(sent, points);

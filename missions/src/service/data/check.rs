@@ -2,13 +2,13 @@
 
 use std::f64::consts::PI;
 
-use scenario::{Catalog, Path, Problem, Scenario, instead};
+use scenario::{Catalog, KeyPath, Problem, Scenario, name_remedy};
 
 use super::{Between, MAX_POINTS, ServiceSection};
 
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     let section = ServiceSection::of(scenario);
-    let at = Path::of(["service"]);
+    let at = KeyPath::new(["service"]);
     for (index, kind) in section.kinds.iter().enumerate() {
         let at = at.key("kinds").index(index);
         in_order(&kind.work_s, at.key("work_s"))?;
@@ -30,7 +30,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
             let at = at.key(list).index(index).key("kind");
             let known = section.kinds.iter().map(|kind| kind.name.as_str());
             let what = format!("there is no kind '{kind}'");
-            return Err(Problem::at(at, what, instead(kind, known)));
+            return Err(Problem::at(at, what, name_remedy(kind, known)));
         }
     }
     let count = section.kind_of_each().count();
@@ -50,7 +50,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     covered(scenario)
 }
 
-fn in_order(between: &Between, at: Path) -> Result<(), Problem> {
+fn in_order(between: &Between, at: KeyPath) -> Result<(), Problem> {
     if between.min <= between.max {
         return Ok(());
     }
@@ -59,7 +59,7 @@ fn in_order(between: &Between, at: Path) -> Result<(), Problem> {
 }
 
 /// Checks that the workers of a point fit side by side within its reach.
-fn fit(scenario: &Scenario, workers: u32, at: Path) -> Result<(), Problem> {
+fn fit(scenario: &Scenario, workers: u32, at: KeyPath) -> Result<(), Problem> {
     let reach_m = ServiceSection::of(scenario).reach_m;
     if has_room(scenario, reach_m, workers) {
         return Ok(());
@@ -85,7 +85,7 @@ pub(super) fn has_room(scenario: &Scenario, reach_m: f32, workers: u32) -> bool 
 
 pub(super) fn covered(scenario: &Scenario) -> Result<(), Problem> {
     let section = ServiceSection::of(scenario);
-    let catalog = Catalog::of(scenario);
+    let catalog = Catalog::new(scenario);
     let mut left: usize = catalog.tasks.len();
     let mut is_covered = vec![false; left];
     for robot in &scenario.robots {
@@ -131,6 +131,6 @@ pub(super) fn covered(scenario: &Scenario) -> Result<(), Problem> {
         "kinds"
     };
     let remedy = "assign them to a robot, or set uncovered = true";
-    let at = Path::of(["service", list]);
+    let at = KeyPath::new(["service", list]);
     Err(Problem::at(at, what + &others, remedy))
 }

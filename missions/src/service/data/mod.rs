@@ -17,11 +17,13 @@ pub use section::{Batch, Between, Kind, KnownTo, Point, ServiceSection, TasksAre
 use scenario::fault::FaultSpec;
 use scenario::ids::TaskId;
 use scenario::mission::columns::Column;
-use scenario::mission::data::{BuiltIn, BuiltinScenario, Draw, MissionData, Terms};
-use scenario::mission::registry::{Mission, section};
-use scenario::mission::expected_properties::Promises;
+use scenario::mission::data::{
+    BuiltinScenario, DefaultAllianceParams, DrawSection, MissionData, MissionVocabulary,
+};
+use scenario::mission::expected_properties::ExpectedProperties;
+use scenario::mission::registry::{Mission, read_section};
 use scenario::mission::section::Section;
-use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread};
+use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, UntypedTable};
 
 pub const MAX_POINTS: usize = 10_000;
 pub const MAX_KINDS: usize = 64;
@@ -51,8 +53,8 @@ const SCENARIOS: [BuiltinScenario; 3] = [
 struct Service;
 
 impl MissionData for Service {
-    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
-        section::<ServiceSection>(text)
+    fn section(&self, text: UntypedTable<'_>) -> Result<Box<dyn Section>, Problem> {
+        read_section::<ServiceSection>(text)
     }
 
     fn scenarios(&self) -> &'static [BuiltinScenario] {
@@ -63,7 +65,7 @@ impl MissionData for Service {
         Some(family::family(robots, size))
     }
 
-    fn size_word(&self) -> Option<&'static str> {
+    fn size_option(&self) -> Option<&'static str> {
         Some("points")
     }
 
@@ -71,8 +73,8 @@ impl MissionData for Service {
         parameters::all()
     }
 
-    fn terms(&self) -> Terms {
-        Terms {
+    fn vocabulary(&self) -> MissionVocabulary {
+        MissionVocabulary {
             devices: &["points", "effect"],
             measuring_devices: &["points"],
             events: &["arrived", "begun", "left", "done", "expired"],
@@ -90,7 +92,7 @@ impl MissionData for Service {
                     Column::real("work_left_s"),
                 ]
             },
-            ..Terms::NONE
+            ..MissionVocabulary::NONE
         }
     }
 
@@ -137,10 +139,15 @@ impl MissionData for Service {
     }
 
     /// Derives the built-in parameters from the unit of work: patience for two units, perseverance for four.
-    fn built_in(&self, scenario: &Scenario, robot: &Robot, behavior: &BehaviorSpec) -> BuiltIn {
+    fn default_alliance_params(
+        &self,
+        scenario: &Scenario,
+        robot: &Robot,
+        behavior: &BehaviorSpec,
+    ) -> DefaultAllianceParams {
         let body = scenario.body_of(robot);
-        let unit_s = self.unit_s(scenario, &body, robot.skill_at(behavior), behavior);
-        BuiltIn {
+        let unit_s = self.work_unit_s(scenario, &body, robot.skill_at(behavior), behavior);
+        DefaultAllianceParams {
             broadcast_rate_hz: 1.0,
             ceased_after_s: 5.0,
             fast_impatience: 20.0,
@@ -152,7 +159,13 @@ impl MissionData for Service {
     }
 
     /// Returns the longest duration of a unit of work, s: the way across the room to a point, and all of its work.
-    fn unit_s(&self, scenario: &Scenario, body: &Body, skill: f64, behavior: &BehaviorSpec) -> f64 {
+    fn work_unit_s(
+        &self,
+        scenario: &Scenario,
+        body: &Body,
+        skill: f64,
+        behavior: &BehaviorSpec,
+    ) -> f64 {
         let section = ServiceSection::of(scenario);
         let across_m = scenario.room.width_m.hypot(scenario.room.height_m);
         let way_m = (across_m - section.reach_m).max(0.0);
@@ -167,7 +180,7 @@ impl MissionData for Service {
         drive_s + work_s / skill
     }
 
-    fn random(&self) -> Option<Draw> {
+    fn random_section(&self) -> Option<DrawSection> {
         Some(random::draw)
     }
 
@@ -176,16 +189,16 @@ impl MissionData for Service {
     }
 
     /// Returns the promises of a run. It ends unless a task is uncovered or points keep coming back.
-    fn promises(&self, scenario: &Scenario) -> Promises {
+    fn expected_properties(&self, scenario: &Scenario) -> ExpectedProperties {
         let section = ServiceSection::of(scenario);
         let comes_back = section.kinds.iter().any(|kind| kind.period_s.is_some());
-        Promises {
+        ExpectedProperties {
             ends: !section.uncovered && (!comes_back || section.duration_s.is_some()),
-            ..Promises::default()
+            ..ExpectedProperties::default()
         }
     }
 
-    fn due_every_s(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> Option<f64> {
+    fn recurrence_s(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> Option<f64> {
         let section = ServiceSection::of(scenario);
         section.kinds.get(behavior.kind as usize)?.period_s
     }

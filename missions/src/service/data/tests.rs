@@ -83,10 +83,13 @@ fn every_task_is_covered() {
     );
     let meant = text.replace("[service]\n", "[service]\nuncovered = true\n");
     let scenario = parse(&meant);
-    assert!(!SERVICE.promises(&scenario).ends, "p1 stays forever");
+    assert!(
+        !SERVICE.expected_properties(&scenario).ends,
+        "p1 stays forever"
+    );
     assert!(
         SERVICE
-            .promises(&parse(&text.replace("dust = 0 ", "dust = 0.1 ")))
+            .expected_properties(&parse(&text.replace("dust = 0 ", "dust = 0.1 ")))
             .ends
     );
 }
@@ -99,7 +102,7 @@ fn a_robot_has_the_behaviors_that_its_skills_allow() {
          [[robots]]\nname = 'gold'\nskills = {{ garbage = 1 }}\n[[robots]]\nname = 'blue'\n"
     );
     let own = |scenario: &Scenario, robot: usize| -> Vec<String> {
-        let catalog = Catalog::of(scenario);
+        let catalog = Catalog::new(scenario);
         let own = catalog.behaviors_of(&scenario.robots[robot]);
         own.map(|id| catalog.sets[id.index()].name.clone())
             .collect()
@@ -122,23 +125,23 @@ fn alliance_values_follow_from_the_unit_of_work() {
          [[robots]]\nname = 'gold'\nskills = {{ garbage = 1, dust = 0.5 }}\n"
     );
     let scenario = parse(&text);
-    let catalog = Catalog::of(&scenario);
+    let catalog = Catalog::new(&scenario);
     let dust = &catalog.sets[1];
     let robot = &scenario.robots[0];
-    let unit_s = SERVICE.unit_s(&scenario, &scenario.body, 0.5, dust);
+    let unit_s = SERVICE.work_unit_s(&scenario, &scenario.body, 0.5, dust);
     assert!((unit_s - 91.4).abs() < 1e-4, "{unit_s}");
-    let built_in = SERVICE.built_in(&scenario, robot, dust);
+    let built_in = SERVICE.default_alliance_params(&scenario, robot, dust);
     assert!((built_in.willing_to_affect_s - 182.8).abs() < 1e-4);
     assert!((built_in.before_yielding_s - 182.8).abs() < 1e-4);
     assert!((built_in.before_giving_up_s - 365.6).abs() < 1e-4);
     assert!((built_in.slow_impatience - 100.0 / 182.8).abs() < 1e-6);
     assert_eq!(built_in.fast_impatience, 20.0);
     // The faster robot has less patience: 29.4 + 2 + 10 s.
-    let garbage = SERVICE.built_in(&scenario, robot, &catalog.sets[0]);
+    let garbage = SERVICE.default_alliance_params(&scenario, robot, &catalog.sets[0]);
     assert!((garbage.willing_to_affect_s - 82.8).abs() < 1e-4);
     // Without travel, only the work counts.
     let still = parse(&text.replace("[service]\n", "[service]\nreach_m = 1000\n"));
-    let unit_s = SERVICE.unit_s(&still, &still.body, 1.0, &catalog.sets[0]);
+    let unit_s = SERVICE.work_unit_s(&still, &still.body, 1.0, &catalog.sets[0]);
     assert_eq!(unit_s, 10.0);
 }
 
@@ -146,7 +149,7 @@ fn alliance_values_follow_from_the_unit_of_work() {
 fn a_task_allows_as_many_robots_as_its_point() {
     let text = format!("{TWO_KINDS}workers = 2\n[[service.random]]\nn = 2\n");
     let most = |scenario: &Scenario| -> Vec<u32> {
-        let catalog = Catalog::of(scenario);
+        let catalog = Catalog::new(scenario);
         let each = catalog.sets.iter();
         each.map(|set| SERVICE.max_robots(scenario, set)).collect()
     };

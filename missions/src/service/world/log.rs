@@ -1,6 +1,6 @@
 //! Output of service beside its points: events, figures of run.json and the view.
 
-use proto::mission::Sensed as Encoded;
+use proto::mission::SensorReading as Encoded;
 use proto::view::View;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;

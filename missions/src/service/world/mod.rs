@@ -22,7 +22,7 @@ use scenario::ids::{RobotId, TaskId};
 use scenario::rng::{Purpose, robot_stream};
 use scenario::time::SimTime;
 use serde::Serialize;
-use world_server::mission::{Happened, TeamFigures, TypedMission, Validity, Value};
+use world_server::mission::{FigureValue, Happened, TeamFigures, TypedMission, Validity};
 use world_server::world::{ChangeError, Floor};
 
 use super::bus::{Deed, Fact, SENSED_MOST, Sensed};
@@ -364,7 +364,7 @@ impl TypedMission for Service {
         }
     }
 
-    fn row(&self, row: &mut Vec<Value>) {
+    fn row(&self, row: &mut Vec<FigureValue>) {
         self.points.write_row(row);
     }
 

@@ -7,7 +7,7 @@ use glam::Vec2;
 use proto::view::{Mark, MarkRole, View};
 use scenario::time::SimTime;
 use serde::{Serialize, Serializer};
-use world_server::mission::{TeamFigures, Value};
+use world_server::mission::{FigureValue, TeamFigures};
 use world_server::world::Grid;
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -338,9 +338,11 @@ impl Points {
         self.counts.open == 0 && self.agenda.is_empty()
     }
 
-    pub fn write_row(&self, row: &mut Vec<Value>) {
+    pub fn write_row(&self, row: &mut Vec<FigureValue>) {
         let counts = &self.counts;
-        row.extend([counts.open, counts.started, counts.done, counts.expired].map(Value::from));
+        row.extend(
+            [counts.open, counts.started, counts.done, counts.expired].map(FigureValue::from),
+        );
         row.push((counts.left_ms as f64 / 1000.0).into());
     }
 

@@ -1,13 +1,13 @@
 //! The phases of points, with robots that execute given actions.
 
 use proptest::prelude::*;
-use proto::mission::{Bytes, Deed as AnyDeed, Sensed as AnySensed};
+use proto::mission::{Action as AnyDeed, Bytes, SensorReading as AnySensed};
 use proto::readings::Actuation;
 use scenario::fault::{Fault, MissionFault};
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
-use world_server::mission::Value;
+use world_server::mission::FigureValue;
 use world_server::world::{Impairment, World};
 
 use super::super::bus::{Deed, Sensed};
@@ -92,7 +92,7 @@ fn until(world: &mut World, end_s: f64, commands: [Option<Actuation>; 2]) -> Vec
     events
 }
 
-fn row(world: &World) -> Vec<Value> {
+fn row(world: &World) -> Vec<FigureValue> {
     let mut row = Vec::new();
     world.mission().row(&mut row);
     row
@@ -126,11 +126,11 @@ fn work_takes_its_time_by_skill() {
     assert_eq!(
         row(&world),
         [
-            Value::Count(0),
-            Value::Count(0),
-            Value::Count(2),
-            Value::Count(0),
-            Value::Real(0.0)
+            FigureValue::Count(0),
+            FigureValue::Count(0),
+            FigureValue::Count(2),
+            FigureValue::Count(0),
+            FigureValue::Real(0.0)
         ]
     );
 }
@@ -216,10 +216,10 @@ fn surplus_workers_take_no_work_off() {
     let mut figures = world_server::mission::TeamFigures::new(2);
     one.mission().figures(&mut figures);
     let figure = |name: &str| figures.mission.get(name);
-    assert_eq!(figure("wasted_robot_s"), Value::Real(3.5));
-    assert_eq!(figure("makespan_ms"), Value::Count(3500));
-    assert_eq!(figure("wait.mean_ms"), Value::Real(0.0));
-    assert_eq!(figure("response.p95_ms"), Value::Count(3500));
+    assert_eq!(figure("wasted_robot_s"), FigureValue::Real(3.5));
+    assert_eq!(figure("makespan_ms"), FigureValue::Count(3500));
+    assert_eq!(figure("wait.mean_ms"), FigureValue::Real(0.0));
+    assert_eq!(figure("response.p95_ms"), FigureValue::Count(3500));
 
     let mut both = world(&section(2));
     let events = until(&mut both, 10.0, [works(0), works(0)]);
@@ -253,16 +253,23 @@ fn each_robot_makes_its_own_attempt() {
     let mut left = world(&section);
     until(&mut left, 2.0, [None, works(0)]);
     until(&mut left, 3.0, [works(0), works(0)]);
-    assert_eq!(row(&left)[4], Value::Real(1.0), "two quarters of blue's");
+    assert_eq!(
+        row(&left)[4],
+        FigureValue::Real(1.0),
+        "two quarters of blue's"
+    );
     let events = until(&mut left, 20.0, [works(0), None]);
     assert_eq!(events, ["3 left blue p0", "5.5 done gold p0"]);
     let mut figures = world_server::mission::TeamFigures::new(2);
     left.mission().figures(&mut figures);
-    assert_eq!(figures.mission.get("wasted_robot_s"), Value::Real(1.0));
+    assert_eq!(
+        figures.mission.get("wasted_robot_s"),
+        FigureValue::Real(1.0)
+    );
     let of = |robot: RobotId, name: &str| figures.robots[robot.index()].get(name);
     // The time of the lower rank counts as useful.
-    assert_eq!(of(GOLD, "work_s"), Value::Real(4.0));
-    assert_eq!(of(BLUE, "surplus_s"), Value::Real(1.0));
+    assert_eq!(of(GOLD, "work_s"), FigureValue::Real(4.0));
+    assert_eq!(of(BLUE, "surplus_s"), FigureValue::Real(1.0));
 }
 
 /// A lost robot leaves its point, which stays open for others.
@@ -293,7 +300,7 @@ fn points_expire() {
         ]
     );
     assert!(world.mission().end(world.now()).is_some());
-    assert_eq!(row(&world)[3], Value::Count(2));
+    assert_eq!(row(&world)[3], FigureValue::Count(2));
 }
 
 /// A point with a period comes back, done or not, until `duration_s`. Points that are open then can still be done.
@@ -461,12 +468,12 @@ fn the_largest_reading_fits() {
         told: Some(u32::MAX),
         effect: Some(u16::MAX),
     };
-    Bytes::<{ proto::mission::SENSED_MAX }>::encode(&largest).unwrap();
+    Bytes::<{ proto::mission::MAX_READING_BYTES }>::encode(&largest).unwrap();
     let most = Deed {
         work: Some(u16::MAX),
         read: Some(u32::MAX),
     };
-    Bytes::<{ proto::mission::DEED_MAX }>::encode(&most).unwrap();
+    Bytes::<{ proto::mission::MAX_ACTION_BYTES }>::encode(&most).unwrap();
 }
 
 proptest! {
@@ -489,7 +496,7 @@ proptest! {
         }
         let count = |kind: &str| events.iter().filter(|event| event.contains(kind)).count() as u64;
         let row = row(&world);
-        let [Value::Count(open), _, Value::Count(done), Value::Count(expired), _] = row[..] else {
+        let [FigureValue::Count(open), _, FigureValue::Count(done), FigureValue::Count(expired), _] = row[..] else {
             panic!("{row:?}");
         };
         prop_assert_eq!(done, count(" done "));

@@ -2,11 +2,11 @@
 
 use crate::waste::data::BehaviorKind;
 use crate::waste::data::notes;
-use proto::mission::items::{Gripper, ItemsBulletin, ItemsDeed, Zone};
+use proto::mission::items::{Gripper, ItemsAction, ItemsBulletin, Zone};
 use proto::readings::Readings;
 use scenario::ids::{BehaviorId, TaskId};
 
-use proto::team::About;
+use proto::team::BulletinSubject;
 use proto::telemetry::{Note, NoteKind};
 use scenario::time::SimTime;
 
@@ -18,7 +18,7 @@ use super::spill::{SpillView, SpillWork, Work};
 use super::{Pending, WasteMission, places};
 use robot_agent::body::goal::length;
 use robot_agent::body::{Drive, Goal, Navigator, Status, Surroundings, Teammate};
-use robot_agent::mission::Action;
+use robot_agent::mission::StepOutput;
 
 /// The distance that an idle robot keeps from a working teammate, m.
 const ROOM_M: f32 = 0.2;
@@ -31,7 +31,7 @@ impl WasteMission {
         now: SimTime,
         active: Option<BehaviorId>,
         readings: &Readings,
-        action: &mut Action,
+        action: &mut StepOutput,
     ) {
         if self.holding && active != self.load_of {
             return self.put_down(now, readings, action);
@@ -71,7 +71,7 @@ impl WasteMission {
     }
 
     /// Puts down a load whose behavior set hibernates, and records the place.
-    fn put_down(&mut self, now: SimTime, readings: &Readings, action: &mut Action) {
+    fn put_down(&mut self, now: SimTime, readings: &Readings, action: &mut StepOutput) {
         action.actuation.deed = Gripper::Drop.into();
         self.work = None;
         let Some(pose) = readings.pose else { return };
@@ -87,7 +87,7 @@ impl WasteMission {
     }
 
     /// Moves an idle robot away from a near working teammate: the robot may block the teammate's way.
-    fn make_room(&mut self, now: SimTime, readings: &Readings, action: &mut Action) {
+    fn make_room(&mut self, now: SimTime, readings: &Readings, action: &mut StepOutput) {
         let Some(position) = self.position else {
             return;
         };
@@ -111,7 +111,7 @@ impl WasteMission {
         task: TaskId,
         search: Search,
         readings: &Readings,
-        action: &mut Action,
+        action: &mut StepOutput,
     ) {
         let progress = match search {
             Search::Go { goal, progress } => {
@@ -127,13 +127,13 @@ impl WasteMission {
                         kind: notes::POSITION_UPDATE,
                         detail: format!("{} to {}", border.min, border.max),
                     });
-                    let about = About {
+                    let about = BulletinSubject {
                         task,
                         set,
                         progress: self.search_progress + u32::from(progress),
                     };
                     let update = ItemsBulletin::PositionUpdate(locations);
-                    action.bulletins.push(update.about(Some(about)));
+                    action.bulletins.push(update.into_bulletin(Some(about)));
                 }
                 progress
             }
@@ -149,7 +149,7 @@ impl WasteMission {
         (set, task): (BehaviorId, TaskId),
         spill: u16,
         readings: &Readings,
-        action: &mut Action,
+        action: &mut StepOutput,
     ) {
         let places = places(&self.briefing, &self.memory, &self.realms);
         let (Some(sight), Some(places)) = (&self.sight, places) else {
@@ -194,7 +194,7 @@ impl WasteMission {
         now: SimTime,
         task: TaskId,
         readings: &Readings,
-        action: &mut Action,
+        action: &mut StepOutput,
     ) {
         let (Some(places), Some(pose)) = (
             places(&self.briefing, &self.memory, &self.realms),
@@ -216,9 +216,9 @@ impl WasteMission {
             }
             Errand::Report => {
                 self.ways_to_site = Ways::default();
-                let report = ItemsDeed {
+                let report = ItemsAction {
                     report: true,
-                    ..ItemsDeed::default()
+                    ..ItemsAction::default()
                 };
                 action.actuation.deed = report.into();
                 self.pending = Some(Pending::Report(task));
@@ -227,7 +227,7 @@ impl WasteMission {
         }
     }
 
-    fn withdraw(&mut self, now: SimTime, action: &mut Action) {
+    fn withdraw(&mut self, now: SimTime, action: &mut StepOutput) {
         let Some(withdrawal) = self.memory.withdraw() else {
             return;
         };
@@ -239,10 +239,10 @@ impl WasteMission {
             detail: format!("of {} at {}", withdrawal.finder, withdrawal.seen),
         });
         let message = ItemsBulletin::Withdrawal(withdrawal);
-        action.bulletins.push(message.about(None));
+        action.bulletins.push(message.into_bulletin(None));
     }
 
-    fn go(&mut self, now: SimTime, goal: Goal, readings: &Readings, action: &mut Action) {
+    fn go(&mut self, now: SimTime, goal: Goal, readings: &Readings, action: &mut StepOutput) {
         let right_of_way = self.teammates.right_of_way(self.briefing.robot, now);
         let drive = drive(
             &mut self.navigator,
@@ -255,7 +255,7 @@ impl WasteMission {
         self.apply_drive(drive, action);
     }
 
-    fn apply_drive(&mut self, drive: Option<Drive>, action: &mut Action) {
+    fn apply_drive(&mut self, drive: Option<Drive>, action: &mut StepOutput) {
         let Some(drive) = drive else { return };
         self.status = drive.status;
         action.actuation = drive.actuation;

@@ -2,7 +2,7 @@
 //! newest fact wins. Own observations win over messages of the same time. "Empty" expires.
 
 use glam::Vec2;
-use proto::mission::items::{Fact, Knowledge, Locations, LooseItem, Withdrawal};
+use proto::mission::items::{Fact, ItemsKnowledge, Locations, LooseItem, Withdrawal};
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use smallvec::SmallVec;
@@ -23,7 +23,7 @@ const LOOSE_LIMIT: usize = 32;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Memory {
     robot: RobotId,
-    knowledge: Knowledge,
+    knowledge: ItemsKnowledge,
     /// True if the robot has sensed a spill at a place where the locations predict one.
     confirmed: bool,
     /// The spills for which the robot has behavior sets, in ascending order. It stores no others.
@@ -50,9 +50,9 @@ impl Memory {
         });
         Self {
             robot,
-            knowledge: Knowledge {
+            knowledge: ItemsKnowledge {
                 locations,
-                ..Knowledge::default()
+                ..ItemsKnowledge::default()
             },
             confirmed: false,
             spills: spills
@@ -67,7 +67,7 @@ impl Memory {
         }
     }
 
-    pub fn knowledge(&self) -> &Knowledge {
+    pub fn knowledge(&self) -> &ItemsKnowledge {
         &self.knowledge
     }
 
@@ -217,7 +217,7 @@ impl Memory {
     /// known places and at places of `concern` to this robot.
     pub fn hear(
         &mut self,
-        received: &Knowledge,
+        received: &ItemsKnowledge,
         now: SimTime,
         concern: impl Fn(Vec2) -> bool,
     ) -> bool {
@@ -396,27 +396,27 @@ mod tests {
         Memory::new(ME, &[0, 1], None)
     }
 
-    fn received_empty(value: bool, seen: SimTime) -> Knowledge {
+    fn received_empty(value: bool, seen: SimTime) -> ItemsKnowledge {
         let fact = Fact {
             value,
             seen_by: OTHER,
             seen,
         };
-        Knowledge {
+        ItemsKnowledge {
             empty: vec![(0, fact)],
-            ..Knowledge::default()
+            ..ItemsKnowledge::default()
         }
     }
 
-    fn received_loose(at: Vec2, present: bool, seen: SimTime) -> Knowledge {
+    fn received_loose(at: Vec2, present: bool, seen: SimTime) -> ItemsKnowledge {
         let fact = Fact {
             value: LooseItem { at, present },
             seen_by: OTHER,
             seen,
         };
-        Knowledge {
+        ItemsKnowledge {
             loose: vec![fact],
-            ..Knowledge::default()
+            ..ItemsKnowledge::default()
         }
     }
 

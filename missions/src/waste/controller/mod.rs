@@ -46,7 +46,7 @@ use std::sync::Arc;
 
 use crate::waste::data::WASTE;
 use glam::Vec2;
-use proto::mission::Lore;
+use proto::mission::SharedKnowledge;
 use proto::team::Broadcast;
 use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
@@ -60,7 +60,9 @@ use memory::Memory;
 use report::Ways;
 use robot_agent::allocator::Choice;
 use robot_agent::body::{Navigator, Status};
-use robot_agent::mission::{Action, AgentMission, MissionMind, Moment, Perception, SharedMission};
+use robot_agent::mission::{
+    AgentMission, MissionMind, Moment, Perception, SharedMission, StepOutput,
+};
 use sight::Sight;
 use spill::SpillWork;
 use teammates::Teammates;
@@ -164,15 +166,17 @@ impl AgentMission for WasteMission {
         self.offer(moment.now, moment.readings, applicable, choices);
     }
 
-    fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut Action) {
+    fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut StepOutput) {
         self.carry_out(moment.now, active, moment.readings, action);
     }
 
-    fn lore(&self, lore: &mut Lore) {
+    fn lore(&self, lore: &mut SharedKnowledge) {
         let known = self.memory.knowledge();
         match lore {
-            Lore::Items(old) => old.clone_from(known),
-            Lore::Nothing | Lore::Open(_) => *lore = Lore::Items(known.clone()),
+            SharedKnowledge::Items(old) => old.clone_from(known),
+            SharedKnowledge::Nothing | SharedKnowledge::Open(_) => {
+                *lore = SharedKnowledge::Items(known.clone())
+            }
         }
     }
 

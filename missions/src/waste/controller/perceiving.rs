@@ -5,13 +5,13 @@ use crate::waste::data::BehaviorKind;
 use crate::waste::data::notes;
 use std::sync::Arc;
 
-use proto::mission::items::{ItemsBulletin, Knowledge, Zone};
-use proto::mission::{Lore, Payload};
+use proto::mission::items::{ItemsBulletin, ItemsKnowledge, Zone};
+use proto::mission::{Payload, SharedKnowledge};
 use proto::readings::Readings;
 use scenario::ids::{RobotId, TaskId};
 
 use glam::Vec2;
-use proto::team::{Broadcast, Content, TaskState};
+use proto::team::{Broadcast, BroadcastContent, TaskState};
 use proto::telemetry::{Note, NoteKind};
 use scenario::time::SimTime;
 
@@ -87,7 +87,7 @@ impl WasteMission {
 
     fn receive(&mut self, now: SimTime, broadcast: &Broadcast, notes: &mut Vec<Note>) {
         match &broadcast.body {
-            Content::Heartbeat(heartbeat) => {
+            BroadcastContent::Heartbeat(heartbeat) => {
                 let own_behaviors = &self.briefing.own_behaviors;
                 let is_own = |task| own_behaviors.iter().any(|set| set.task == task);
                 let concern = || heartbeat.task.is_none_or(is_own);
@@ -100,13 +100,13 @@ impl WasteMission {
                         self.stands_back_since = None;
                     }
                 }
-                if let Lore::Items(knowledge) = &heartbeat.lore
+                if let SharedKnowledge::Items(knowledge) = &heartbeat.lore
                     && self.merge(knowledge, now)
                 {
                     self.adopted_locations(broadcast.sender, notes);
                 }
             }
-            Content::Bulletin(bulletin) => match bulletin.payload {
+            BroadcastContent::Bulletin(bulletin) => match bulletin.payload {
                 Payload::Items(ItemsBulletin::PositionUpdate(locations)) => {
                     if self.memory.hear_locations(locations, now) {
                         self.adopted_locations(broadcast.sender, notes);
@@ -119,11 +119,11 @@ impl WasteMission {
                 }
                 Payload::Open(_) => {}
             },
-            Content::Allocation(_) => {}
+            BroadcastContent::Allocation(_) => {}
         }
     }
 
-    fn merge(&mut self, received: &Knowledge, now: SimTime) -> bool {
+    fn merge(&mut self, received: &ItemsKnowledge, now: SimTime) -> bool {
         // Computed lazily from the previous locations, because few heartbeats contain loose items.
         let (briefing, realms, known) = (&self.briefing, &self.realms, self.memory.locations());
         let concern = |at| {

@@ -1,7 +1,7 @@
 //! The waste that a robot senses outside the deposits, and the area in which it is certain that there is no more.
 
 use glam::Vec2;
-use proto::mission::items::{ITEMS_MOST, SensedItems};
+use proto::mission::items::{MAX_SENSED_ITEMS, SensedItems};
 use proto::readings::Readings;
 
 use super::briefing::Briefing;
@@ -32,7 +32,7 @@ impl Sight {
         let items = sensed
             .iter()
             .map(|offset| position + ahead * offset.x + ahead.perp() * offset.y);
-        let farthest = sensed.last().filter(|_| sensed.len() >= ITEMS_MOST);
+        let farthest = sensed.last().filter(|_| sensed.len() >= MAX_SENSED_ITEMS);
         let in_deposit = |item: Vec2| {
             let deposit = places.nearest_deposit(item);
             is_within(item - deposit, briefing.deposit_radius_m)

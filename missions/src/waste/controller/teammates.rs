@@ -154,8 +154,8 @@ fn is_fresh(teammate: &Teammate, now: SimTime) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use proto::mission::Lore;
-    use proto::team::Content;
+    use proto::mission::SharedKnowledge;
+    use proto::team::BroadcastContent;
     use scenario::ids::TaskId;
 
     use super::*;
@@ -171,7 +171,7 @@ mod tests {
             progress: 0,
             position: Some(HERE),
             carrying: false,
-            lore: Lore::default(),
+            lore: SharedKnowledge::default(),
         }
     }
 
@@ -201,7 +201,7 @@ mod tests {
             index: 0,
             seq: seconds,
             sent: SimTime(seconds * 1000),
-            body: Content::Heartbeat(heartbeat.clone()),
+            body: BroadcastContent::Heartbeat(heartbeat.clone()),
         };
         match teammates.hear(broadcast.sent, &broadcast, &heartbeat, || true) {
             News::Heard { lost } => lost,
@@ -239,7 +239,7 @@ mod tests {
             index: 0,
             seq,
             sent: SimTime::ZERO,
-            body: Content::Heartbeat(idle()),
+            body: BroadcastContent::Heartbeat(idle()),
         };
         let is_news = |teammates: &Teammates, broadcast: Broadcast| {
             let news = teammates
@@ -276,7 +276,7 @@ mod tests {
             index: 0,
             seq: 0,
             sent: SimTime(10_000),
-            body: Content::Heartbeat(heartbeat.clone()),
+            body: BroadcastContent::Heartbeat(heartbeat.clone()),
         };
         teammates.hear(SimTime(12_000), &late, &heartbeat, || true);
         assert!(
@@ -326,7 +326,7 @@ mod tests {
                 index: 0,
                 seq,
                 sent: SimTime(10_000),
-                body: Content::Heartbeat(heartbeat.clone()),
+                body: BroadcastContent::Heartbeat(heartbeat.clone()),
             };
             teammates.hear(SimTime(10_000), &broadcast, &heartbeat, || true);
         };

@@ -4,14 +4,16 @@ use crate::waste::data::notes;
 use crate::waste::data::{BehaviorKind, default_setup};
 use std::f32::consts::PI;
 
-use proto::mission::Sensed;
+use proto::mission::SensorReading;
 use proto::mission::items::{
-    Fact, Gripper, ItemsBulletin, ItemsSensed, Locations, SensedItems, Withdrawal, Zone,
+    Fact, Gripper, ItemsBulletin, ItemsReading, Locations, SensedItems, Withdrawal, Zone,
 };
 use proto::readings::{Pose, Readings};
 use scenario::ids::TaskId;
 
-use proto::team::{About, Broadcast, BulletinKind, Content, Heartbeat, TaskState};
+use proto::team::{
+    Broadcast, BroadcastContent, BulletinKind, BulletinSubject, Heartbeat, TaskState,
+};
 
 use super::*;
 use robot_agent::body::goal::length;
@@ -59,24 +61,24 @@ impl Robot {
         perception
     }
 
-    fn act(&mut self, active: Option<&str>, readings: &Readings) -> Action {
+    fn act(&mut self, active: Option<&str>, readings: &Readings) -> StepOutput {
         let set = active.map(|name| self.set(name));
         self.act_on(set, readings)
     }
 
     /// Acts on the last perceived readings.
-    fn act_on(&mut self, set: Option<BehaviorId>, readings: &Readings) -> Action {
-        let mut action = Action::default();
+    fn act_on(&mut self, set: Option<BehaviorId>, readings: &Readings) -> StepOutput {
+        let mut action = StepOutput::default();
         self.mission.carry_out(self.now, set, readings, &mut action);
         action
     }
 
-    fn step(&mut self, active: Option<&str>, readings: &Readings) -> (Perception, Action) {
+    fn step(&mut self, active: Option<&str>, readings: &Readings) -> (Perception, StepOutput) {
         (self.perceive(readings, &[]), self.act(active, readings))
     }
 
     fn set(&self, name: &str) -> BehaviorId {
-        self.mission.briefing.catalog.behavior_named(name).unwrap()
+        self.mission.briefing.catalog.find_behavior(name).unwrap()
     }
 
     /// Returns the names of the applicable sets.
@@ -100,7 +102,7 @@ fn at(position: Vec2) -> Readings {
         front_border: Some(None),
         side_border: Some(None),
         proximity: Some(Default::default()),
-        mission: Sensed::Items(ItemsSensed {
+        mission: SensorReading::Items(ItemsReading {
             items: Some(SensedItems::new()),
             zone: Some(Zone::None),
             at_site: Some(false),
@@ -111,7 +113,7 @@ fn at(position: Vec2) -> Readings {
 }
 
 /// Changes the readings of the mission's devices.
-fn with(mut readings: Readings, change: impl FnOnce(&mut ItemsSensed)) -> Readings {
+fn with(mut readings: Readings, change: impl FnOnce(&mut ItemsReading)) -> Readings {
     change(readings.mission.items_mut());
     readings
 }
@@ -129,7 +131,7 @@ fn at_waste(ahead_m: f32) -> Readings {
     })
 }
 
-fn broadcast(sender: RobotId, sent: SimTime, body: Content) -> Broadcast {
+fn broadcast(sender: RobotId, sent: SimTime, body: BroadcastContent) -> Broadcast {
     Broadcast {
         sender,
         incarnation: 1,
@@ -150,17 +152,21 @@ fn update(finder: RobotId, seen: SimTime) -> Broadcast {
         seen_by: finder,
         seen,
     };
-    let about = About {
+    let about = BulletinSubject {
         task: FIND,
         set: BehaviorId(0),
         progress: 0,
     };
     let update = ItemsBulletin::PositionUpdate(locations);
-    broadcast(finder, seen, Content::Bulletin(update.about(Some(about))))
+    broadcast(
+        finder,
+        seen,
+        BroadcastContent::Bulletin(update.into_bulletin(Some(about))),
+    )
 }
 
 fn heartbeat(position: Vec2, carrying: bool, task: TaskId, sent: SimTime) -> Broadcast {
-    let body = Content::Heartbeat(Heartbeat {
+    let body = BroadcastContent::Heartbeat(Heartbeat {
         state: TaskState::Executing,
         since: SimTime::ZERO,
         set: Some(BehaviorId(0)),
@@ -168,7 +174,7 @@ fn heartbeat(position: Vec2, carrying: bool, task: TaskId, sent: SimTime) -> Bro
         progress: 0,
         position: Some(position),
         carrying,
-        lore: Lore::default(),
+        lore: SharedKnowledge::default(),
     });
     broadcast(MATE, sent, body)
 }
@@ -432,7 +438,7 @@ fn locations_are_withdrawn_if_no_spill_is_sensed_there() {
     };
     assert_eq!(
         action.bulletins,
-        [ItemsBulletin::Withdrawal(withdrawal).about(None)]
+        [ItemsBulletin::Withdrawal(withdrawal).into_bulletin(None)]
     );
     assert_eq!(robot.mission.memory.knowledge().withdrawn, [withdrawal]);
     assert_eq!(robot.applicable(&at(SPILL)).len(), 2);
@@ -509,7 +515,7 @@ fn a_finder_whose_update_was_withdrawn_stands_back_until_another_tries() {
         finder: ME,
         seen: SimTime(10),
     });
-    let withdrawal = Content::Bulletin(withdrawal.about(None));
+    let withdrawal = BroadcastContent::Bulletin(withdrawal.into_bulletin(None));
     let here = at(Vec2::ONE);
     robot.perceive(&here, &[broadcast(MATE, SimTime(10), withdrawal)]);
     assert!(robot.applicable(&here).is_empty());

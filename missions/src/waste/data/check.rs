@@ -1,8 +1,8 @@
 //! Checks of `[waste]`.
 
 use super::WasteSection;
-use scenario::limits::{FRACTION, LENGTH, TIME, closed, named};
-use scenario::{Path, Problem, Scenario};
+use scenario::limits::{FRACTION, LENGTH, TIME, check_names, closed};
+use scenario::{KeyPath, Problem, Scenario};
 
 /// The maximum number of spills of a scenario, and of deposits.
 pub const MAX_SPILLS: usize = 10_000;
@@ -12,9 +12,9 @@ pub(crate) const MAX_ITEMS_IN_ALL: u32 = 200_000;
 
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     let waste = WasteSection::of(scenario);
-    let at = Path::of(["waste"]);
+    let at = KeyPath::new(["waste"]);
     let spills = at.key("spills");
-    named(
+    check_names(
         &spills,
         waste.spills.iter().map(|spill| spill.name.as_str()),
         MAX_SPILLS,
@@ -68,7 +68,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
 }
 
 /// Checks `duration_s`, which only foraging allows.
-fn lasting(waste: &WasteSection, at: Path) -> Result<(), Problem> {
+fn lasting(waste: &WasteSection, at: KeyPath) -> Result<(), Problem> {
     let Some(duration_s) = waste.duration_s else {
         return Ok(());
     };

@@ -213,7 +213,7 @@ mod tests {
                 *robots_on.entry(task.clone()).or_insert(0) += 1;
             }
         }
-        for task in Catalog::of(&scenario).tasks {
+        for task in Catalog::new(&scenario).tasks {
             assert!(robots_on[&task.name] >= 3, "{}", task.name);
         }
     }

@@ -2,7 +2,7 @@
 
 use super::ItemCounts;
 use run_log::{Table, TableRow};
-use scenario::mission::{MissionFigures, Value};
+use scenario::mission::{FigureValue, MissionFigures};
 use scenario::time::SimTime;
 use serde::Deserialize;
 
@@ -53,11 +53,11 @@ impl WasteFigures {
             },
             reports_made: count(REPORTS_MADE),
             report_lateness_mean_ms: match figures.get(LATENESS_MEAN_MS) {
-                Value::Real(mean) => Some(mean),
+                FigureValue::Real(mean) => Some(mean),
                 _ => None,
             },
             report_lateness_max_ms: match figures.get(LATENESS_MAX_MS) {
-                Value::Count(most) => Some(most),
+                FigureValue::Count(most) => Some(most),
                 _ => None,
             },
         }

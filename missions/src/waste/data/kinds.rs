@@ -2,7 +2,7 @@
 
 use super::WasteSection;
 use scenario::ids::TaskId;
-use scenario::mission::data::BuiltIn;
+use scenario::mission::data::DefaultAllianceParams;
 use scenario::{BehaviorSpec, Scenario};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -36,14 +36,14 @@ impl BehaviorKind {
 
     /// Returns the built-in parameters, which suit the default mission. Longer work gets more patience: moving a spill
     /// most, a report least. Wandering is less reliable than following the walls, so its impatience is lower.
-    pub(super) fn built_in(self) -> BuiltIn {
+    pub(super) fn built_in(self) -> DefaultAllianceParams {
         let (fast, slow, phi, psi, lambda) = match self {
             Self::FindLocationsMethodical => (20.0, 1.0, 60.0, 120.0, 300.0),
             Self::FindLocationsWander => (5.0, 0.5, 60.0, 120.0, 300.0),
             Self::MoveSpill(_) => (10.0, 0.5, 120.0, 240.0, 480.0),
             Self::ReportProgress => (25.0, 1.0, 60.0, 60.0, 120.0),
         };
-        BuiltIn {
+        DefaultAllianceParams {
             broadcast_rate_hz: 1.0,
             ceased_after_s: 5.0,
             fast_impatience: fast,

@@ -29,18 +29,20 @@ pub(super) use work::{EMPTY_EXPIRES, sweep_cells};
 use glam::Vec2;
 use scenario::fault::{FaultSpec, MissionFault, Order, OrderError};
 use scenario::mission::columns::Column;
-use scenario::mission::data::{BuiltIn, BuiltinScenario, MissionData, Terms};
+use scenario::mission::data::{
+    BuiltinScenario, DefaultAllianceParams, MissionData, MissionVocabulary,
+};
+use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::Mission;
-use scenario::mission::registry::section;
-use scenario::mission::expected_properties::Promises;
+use scenario::mission::registry::read_section;
 use scenario::mission::section::{MissionSection, Section};
-use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Setup, Unread};
+use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Setup, UntypedTable};
 
 #[must_use]
 pub fn default_scenario() -> Scenario {
     // Cannot fail: the section has no required key, and a test reads it.
     #[allow(clippy::expect_used)]
-    Scenario::of(WASTE).expect("the section has no required key")
+    Scenario::for_mission(WASTE).expect("the section has no required key")
 }
 
 #[must_use]
@@ -98,12 +100,12 @@ const SCENARIOS: [BuiltinScenario; 8] = [
 struct WasteData;
 
 impl MissionData for WasteData {
-    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
-        section::<WasteSection>(text)
+    fn section(&self, text: UntypedTable<'_>) -> Result<Box<dyn Section>, Problem> {
+        read_section::<WasteSection>(text)
     }
 
     /// Hides the number of items from the robots.
-    fn brief(&self, section: &mut MissionSection) {
+    fn withhold(&self, section: &mut MissionSection) {
         if let Some(waste) = section.values_mut::<WasteSection>() {
             for spill in &mut waste.spills {
                 spill.items = 0;
@@ -134,7 +136,7 @@ impl MissionData for WasteData {
         Some(family::family(robots, size))
     }
 
-    fn size_word(&self) -> Option<&'static str> {
+    fn size_option(&self) -> Option<&'static str> {
         Some("spills")
     }
 
@@ -142,8 +144,8 @@ impl MissionData for WasteData {
         parameters::all()
     }
 
-    fn terms(&self) -> Terms {
-        Terms {
+    fn vocabulary(&self) -> MissionVocabulary {
+        MissionVocabulary {
             devices: &["waste", "spill-zone", "report-site", "gripper"],
             measuring_devices: &["waste"],
             notes: &notes::NAMES,
@@ -178,7 +180,7 @@ impl MissionData for WasteData {
                     Column::time(LAST_REPORT, "reported"),
                 ]
             },
-            ..Terms::NONE
+            ..MissionVocabulary::NONE
         }
     }
 
@@ -192,11 +194,16 @@ impl MissionData for WasteData {
             || robot.has_device(Robot::SIDE_BORDER)
     }
 
-    fn built_in(&self, _scenario: &Scenario, _robot: &Robot, behavior: &BehaviorSpec) -> BuiltIn {
+    fn default_alliance_params(
+        &self,
+        _scenario: &Scenario,
+        _robot: &Robot,
+        behavior: &BehaviorSpec,
+    ) -> DefaultAllianceParams {
         BehaviorKind::of(behavior).built_in()
     }
 
-    fn unit_s(
+    fn work_unit_s(
         &self,
         scenario: &Scenario,
         body: &Body,
@@ -214,11 +221,11 @@ impl MissionData for WasteData {
         faults::check(scenario.limit_s, order)
     }
 
-    fn period_s(&self, scenario: &Scenario, column: &str) -> Option<f64> {
+    fn max_event_interval_s(&self, scenario: &Scenario, column: &str) -> Option<f64> {
         (column == LAST_REPORT).then(|| WasteSection::of(scenario).report_period_s)
     }
 
-    fn promises(&self, scenario: &Scenario) -> Promises {
+    fn expected_properties(&self, scenario: &Scenario) -> ExpectedProperties {
         promises::promises(scenario)
     }
 
@@ -230,7 +237,7 @@ impl MissionData for WasteData {
         }
     }
 
-    fn is_looked_for(&self, scenario: &Scenario, place: Vec2) -> bool {
+    fn is_searched(&self, scenario: &Scenario, place: Vec2) -> bool {
         promises::is_looked_for(scenario, place)
     }
 
@@ -238,16 +245,16 @@ impl MissionData for WasteData {
         Some(work::search_s(scenario, body))
     }
 
-    fn due_every_s(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> Option<f64> {
+    fn recurrence_s(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> Option<f64> {
         let reports = BehaviorKind::of(behavior) == BehaviorKind::ReportProgress;
         reports.then(|| WasteSection::of(scenario).report_period_s)
     }
 
-    fn goes_on(&self, behavior: &BehaviorSpec) -> bool {
+    fn is_long_running(&self, behavior: &BehaviorSpec) -> bool {
         matches!(BehaviorKind::of(behavior), BehaviorKind::MoveSpill(_))
     }
 
-    fn kept_free(&self, scenario: &Scenario) -> Vec<[Vec2; 2]> {
+    fn free_areas(&self, scenario: &Scenario) -> Vec<[Vec2; 2]> {
         promises::kept_free(scenario)
     }
 

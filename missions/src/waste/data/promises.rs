@@ -2,7 +2,7 @@
 
 use glam::Vec2;
 use scenario::Scenario;
-use scenario::mission::expected_properties::{Place, Promises};
+use scenario::mission::expected_properties::{Disc, ExpectedProperties};
 
 use super::WasteSection;
 
@@ -11,14 +11,14 @@ const DEPOSIT_FREE_M: f32 = 0.5;
 /// The width of the free strip at the report site, m.
 const SITE_FREE_M: f32 = 1.2;
 
-pub(super) fn promises(scenario: &Scenario) -> Promises {
+pub(super) fn promises(scenario: &Scenario) -> ExpectedProperties {
     let waste = WasteSection::of(scenario);
-    let deposits = waste.deposits().map(|spot| Place {
+    let deposits = waste.deposits().map(|spot| Disc {
         center: spot.in_room(&scenario.room),
         radius_m: waste.deposit.radius_m,
     });
-    let deposits: Vec<Place> = deposits.collect();
-    Promises {
+    let deposits: Vec<Disc> = deposits.collect();
+    ExpectedProperties {
         items: waste.spills.iter().map(|spill| spill.items as usize).sum(),
         goals: deposits.clone(),
         targets: deposits,

@@ -8,7 +8,7 @@ use proto::view::{ItemView, Mark, MarkOutline, MarkRole, View};
 use scenario::time::SimTime;
 
 use super::{Item, Waste};
-use world_server::mission::{TeamFigures, Value};
+use world_server::mission::{FigureValue, TeamFigures};
 use world_server::world::Outline;
 
 #[derive(Clone, Debug)]
@@ -58,7 +58,7 @@ impl Reports {
 }
 
 impl Waste {
-    pub(super) fn write_row(&self, row: &mut Vec<Value>) {
+    pub(super) fn write_row(&self, row: &mut Vec<FigureValue>) {
         let counts = self.floor.told_counts();
         row.extend(
             [
@@ -67,7 +67,7 @@ impl Waste {
                 counts.on_floor,
                 counts.delivered,
             ]
-            .map(Value::from),
+            .map(FigureValue::from),
         );
         row.push(self.reports.last().map(|time| time.0).into());
     }

@@ -9,9 +9,9 @@
 //! - An item lies within reach of a gripper at the start and after each drop, if there is such a place.
 
 mod gripper;
+mod item_faults;
 mod items;
 mod log;
-mod item_faults;
 mod sensing;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -19,8 +19,8 @@ pub(crate) mod tests;
 use crate::waste::data::{self, BehaviorKind, WasteSection};
 use std::cell::Cell;
 
-use proto::mission::items::{Gripper, ItemsDeed, ItemsSensed, Zone};
-use proto::mission::{Deed, Sensed};
+use proto::mission::items::{Gripper, ItemsAction, ItemsReading, Zone};
+use proto::mission::{Action, SensorReading};
 use proto::tick::Outcome;
 use proto::view::View;
 use scenario::fault::Fault;
@@ -28,11 +28,13 @@ use scenario::ids::{ItemId, RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{Catalog, Setup};
 
-use world_server::mission::{Happened, MissionWorld, TeamFigures, Validity, Value, WorldMission};
+use world_server::mission::{
+    FigureValue, Happened, MissionWorld, TeamFigures, Validity, WorldMission,
+};
 use world_server::world::{ChangeError, Circle, Floor};
 
-pub use items::Item;
 pub use item_faults::PlaceError;
+pub use items::Item;
 
 use items::WasteFloor;
 use log::Reports;
@@ -96,8 +98,8 @@ fn kinds(catalog: &Catalog) -> Vec<BehaviorKind> {
 }
 
 impl WorldMission for Waste {
-    fn act(&mut self, robot: RobotId, deed: &Deed, floor: &mut Floor, happened: &mut Happened) {
-        let ItemsDeed {
+    fn act(&mut self, robot: RobotId, deed: &Action, floor: &mut Floor, happened: &mut Happened) {
+        let ItemsAction {
             gripper,
             report: report_progress,
         } = deed.items();
@@ -109,7 +111,7 @@ impl WorldMission for Waste {
         }
     }
 
-    fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut Sensed) -> Validity {
+    fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut SensorReading) -> Validity {
         self.look(robot, floor, sensed.items_mut());
         Validity::UntilChange
     }
@@ -122,7 +124,7 @@ impl WorldMission for Waste {
         self.place_by_fault(fault, floor)
     }
 
-    fn copy_device(&self, device: &str, from: &Sensed, to: &mut Sensed) {
+    fn copy_device(&self, device: &str, from: &SensorReading, to: &mut SensorReading) {
         let (from, to) = (from.items(), to.items_mut());
         match device {
             "waste" => to.items.clone_from(&from.items),
@@ -140,9 +142,9 @@ impl WorldMission for Waste {
     }
 
     /// Adds errors to the waste sensor and sorts its items again. The other devices return no lengths.
-    fn mislead(&self, device: &str, sensed: &mut Sensed, error_m: &mut dyn FnMut() -> f32) {
+    fn mislead(&self, device: &str, sensed: &mut SensorReading, error_m: &mut dyn FnMut() -> f32) {
         if device == "waste"
-            && let ItemsSensed {
+            && let ItemsReading {
                 items: Some(items), ..
             } = sensed.items_mut()
         {
@@ -154,10 +156,10 @@ impl WorldMission for Waste {
         }
     }
 
-    fn disable(&self, actuator: &str, deed: &mut Deed) {
+    fn disable(&self, actuator: &str, deed: &mut Action) {
         if actuator == "gripper" {
             let gripper = Gripper::Keep;
-            *deed = ItemsDeed {
+            *deed = ItemsAction {
                 gripper,
                 ..deed.items()
             }
@@ -182,7 +184,7 @@ impl WorldMission for Waste {
         self.robots[robot.index()].carrying
     }
 
-    fn row(&self, row: &mut Vec<Value>) {
+    fn row(&self, row: &mut Vec<FigureValue>) {
         self.write_row(row);
     }
 

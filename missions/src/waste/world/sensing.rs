@@ -1,7 +1,7 @@
 //! Sensor readings of the clean-up's devices.
 
 use glam::Vec2;
-use proto::mission::items::{ITEMS_MOST, ItemsSensed, SensedItems, Zone};
+use proto::mission::items::{ItemsReading, MAX_SENSED_ITEMS, SensedItems, Zone};
 use scenario::ids::{ItemId, RobotId};
 
 use super::Waste;
@@ -14,7 +14,7 @@ const ZONE_SKIRT_M: f32 = 2.0;
 const WASTE_SKIRT_M: f32 = 0.3;
 
 impl Waste {
-    pub(super) fn look(&self, robot: RobotId, floor: &Floor, sensed: &mut ItemsSensed) {
+    pub(super) fn look(&self, robot: RobotId, floor: &Floor, sensed: &mut ItemsReading) {
         let cached = &self.robots[robot.index()];
         if cached.jumps.replace(floor.jumps(robot)) != floor.jumps(robot) {
             cached.zone.take();
@@ -90,8 +90,8 @@ impl Waste {
 struct Nearest {
     count: usize,
     /// Squared distance and id combined into one number that sorts in the same order.
-    keys: [u64; ITEMS_MOST],
-    offsets: [Vec2; ITEMS_MOST],
+    keys: [u64; MAX_SENSED_ITEMS],
+    offsets: [Vec2; MAX_SENSED_ITEMS],
 }
 
 impl Nearest {
@@ -100,7 +100,7 @@ impl Nearest {
         let squared = offset.length_squared().to_bits();
         let key = u64::from(squared) << 32 | u64::from(item.0);
         let mut place = self.count;
-        if place == ITEMS_MOST {
+        if place == MAX_SENSED_ITEMS {
             place -= 1;
             if key > self.keys[place] {
                 return;
@@ -140,7 +140,7 @@ mod tests {
                 all.push((offset.length_squared(), id, offset));
             }
             all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            let expected: Vec<Vec2> = all.iter().take(ITEMS_MOST).map(|entry| entry.2).collect();
+            let expected: Vec<Vec2> = all.iter().take(MAX_SENSED_ITEMS).map(|entry| entry.2).collect();
             prop_assert_eq!(nearest.offsets(), expected);
         }
     }

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use proto::team::{Broadcast, Bulletin, Content, TaskState};
+use proto::team::{Broadcast, BroadcastContent, Bulletin, TaskState};
 use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{HistoryOrigin, Switches};
@@ -64,7 +64,7 @@ impl History {
         own_task: impl Fn(TaskId) -> Option<usize>,
     ) -> bool {
         let (task, weight, progress) = match &broadcast.body {
-            Content::Heartbeat(heartbeat) => {
+            BroadcastContent::Heartbeat(heartbeat) => {
                 let weight = match heartbeat.state {
                     TaskState::Executing => Weight::Full,
                     TaskState::Waiting => Weight::Wish,
@@ -76,10 +76,10 @@ impl History {
                 };
                 (task, weight, heartbeat.progress)
             }
-            Content::Bulletin(Bulletin {
+            BroadcastContent::Bulletin(Bulletin {
                 about: Some(about), ..
             }) => (about.task, Weight::Full, about.progress),
-            Content::Bulletin(_) | Content::Allocation(_) => return false,
+            BroadcastContent::Bulletin(_) | BroadcastContent::Allocation(_) => return false,
         };
         // Messages about tasks for which the robot has no set do not affect it.
         let Some(index) = own_task(task) else {

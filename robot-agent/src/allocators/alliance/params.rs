@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use proto::team::{Broadcast, Content};
+use proto::team::{Broadcast, BroadcastContent};
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{BehaviorParams, Roster, Setup, Switches};
@@ -176,9 +176,9 @@ impl Config {
     /// Checks that a broadcast comes from a teammate and that any task it names exists in this mission.
     pub fn admits(&self, broadcast: &Broadcast) -> bool {
         let task = match &broadcast.body {
-            Content::Heartbeat(heartbeat) => heartbeat.task,
-            Content::Bulletin(bulletin) => bulletin.about.map(|about| about.task),
-            Content::Allocation(_) => None,
+            BroadcastContent::Heartbeat(heartbeat) => heartbeat.task,
+            BroadcastContent::Bulletin(bulletin) => bulletin.about.map(|about| about.task),
+            BroadcastContent::Allocation(_) => None,
         };
         broadcast.sender != self.robot
             && broadcast.sender.index() < self.team
@@ -196,11 +196,11 @@ impl Config {
 impl Params {
     fn new(values: &BehaviorParams, roster: &Roster) -> Self {
         let toward = |name: &str| Toward {
-            slow: values.slow_toward(name),
-            phi: SimTime::from_secs_f64(values.phi_toward(name)),
+            slow: values.slow_impatience_toward(name),
+            phi: SimTime::from_secs_f64(values.willing_to_affect_toward_s(name)),
         };
         let listed = values.slow_impatience.keys();
-        let listed = listed.filter_map(|name| Some((roster.robot_named(name)?, toward(name))));
+        let listed = listed.filter_map(|name| Some((roster.find(name)?, toward(name))));
         let mut listed: Vec<(RobotId, Toward)> = listed.collect();
         listed.sort_unstable_by_key(|&(robot, _)| robot);
         let toward_most = match listed.first() {

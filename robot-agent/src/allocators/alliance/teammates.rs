@@ -1,6 +1,6 @@
 //! The reported activities of teammates, and the order of their claims (docs/ALLIANCE.md §3).
 
-use proto::team::{Broadcast, Content, Heartbeat, TaskState};
+use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
 use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 
@@ -53,7 +53,9 @@ impl Teammates {
                 .retain(|activity| activity.teammate != broadcast.sender);
         }
         let claims = match &broadcast.body {
-            Content::Heartbeat(heartbeat) => self.take(now, broadcast.sender, heartbeat, is_own),
+            BroadcastContent::Heartbeat(heartbeat) => {
+                self.take(now, broadcast.sender, heartbeat, is_own)
+            }
             _ => false,
         };
         claims || self.activities.len() < before

@@ -17,8 +17,8 @@ mod table;
 mod tests;
 
 use proto::allocation::AllocationMessage;
-use proto::allocation::ble::{ELIGIBLE_MAX, Eligibility, Eligible};
-use proto::team::Content;
+use proto::allocation::ble::{ELIGIBLE_MAX, Eligibility, EligibleTask};
+use proto::team::BroadcastContent;
 use proto::telemetry::Reason;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -76,7 +76,7 @@ impl Default for Config {
 #[derive(Clone, Copy, Debug)]
 struct Offer {
     behavior: BehaviorId,
-    entry: Eligible,
+    entry: EligibleTask,
     bid: Bid,
 }
 
@@ -187,7 +187,7 @@ impl Ble {
         let utility = self.under_way.utility(choice, input)? as f32;
         Some(Offer {
             behavior: choice.behavior,
-            entry: Eligible {
+            entry: EligibleTask {
                 task: choice.task,
                 round: choice.round,
                 utility,
@@ -204,7 +204,8 @@ impl Ble {
     fn receive(&mut self, input: &Input<'_>) -> News {
         let mut all = News::default();
         for broadcast in input.heard {
-            let Content::Allocation(AllocationMessage::Ble(eligibility)) = &broadcast.body else {
+            let BroadcastContent::Allocation(AllocationMessage::Ble(eligibility)) = &broadcast.body
+            else {
                 continue;
             };
             let robot = broadcast.sender;

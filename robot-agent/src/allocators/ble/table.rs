@@ -2,7 +2,7 @@
 
 use std::cmp::Reverse;
 
-use proto::allocation::ble::Eligible;
+use proto::allocation::ble::EligibleTask;
 use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 use smallvec::SmallVec;
@@ -35,7 +35,7 @@ struct Row {
     stamp: Word,
     /// The receive time; `None` once the row has expired.
     received: Option<SimTime>,
-    entries: SmallVec<[Eligible; 6]>,
+    entries: SmallVec<[EligibleTask; 6]>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -67,7 +67,7 @@ impl Table {
         &mut self,
         robot: RobotId,
         stamp: Word,
-        entries: impl Iterator<Item = Eligible> + Clone,
+        entries: impl Iterator<Item = EligibleTask> + Clone,
         now: SimTime,
     ) -> News {
         let row = self.rows.get_or_insert_with(robot, Row::default);
@@ -83,12 +83,12 @@ impl Table {
     }
 
     /// Replaces the row of the robot that owns the table.
-    pub fn set_own(&mut self, me: RobotId, entries: impl Iterator<Item = Eligible> + Clone) {
+    pub fn set_own(&mut self, me: RobotId, entries: impl Iterator<Item = EligibleTask> + Clone) {
         let row = self.rows.get_or_insert_with(me, Row::default);
         set(&mut row.entries, entries);
     }
 
-    pub fn row(&self, robot: RobotId) -> &[Eligible] {
+    pub fn row(&self, robot: RobotId) -> &[EligibleTask] {
         match self.rows.place(robot) {
             Ok(place) => &self.rows.at(place).entries,
             Err(_) => &[],
@@ -179,8 +179,8 @@ impl Table {
 
 /// Replaces the entries. Returns whether they changed.
 fn set(
-    known: &mut SmallVec<[Eligible; 6]>,
-    entries: impl Iterator<Item = Eligible> + Clone,
+    known: &mut SmallVec<[EligibleTask; 6]>,
+    entries: impl Iterator<Item = EligibleTask> + Clone,
 ) -> bool {
     if entries.clone().eq(known.iter().copied()) {
         return false;

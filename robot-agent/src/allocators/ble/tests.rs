@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use proptest::prelude::*;
 use proto::allocation::AllocationMessage;
-use proto::allocation::ble::{Eligibility, Eligible};
+use proto::allocation::ble::{Eligibility, EligibleTask};
 use proto::telemetry::Reason;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -18,7 +18,7 @@ use crate::allocator::utility::{Bid, DISCOUNT_PER_S};
 use crate::allocators::team::{PERIOD, STEP, Situation, TAU, Task, Team, words};
 use crate::testkit;
 
-type Rows = BTreeMap<RobotId, Vec<Eligible>>;
+type Rows = BTreeMap<RobotId, Vec<EligibleTask>>;
 
 fn opportunist() -> Config {
     Config {
@@ -157,7 +157,7 @@ proptest! {
         let mut team = Team::<Ble>::new(situation, Config::default());
         let robots = team.robots.len();
         // The row of each robot at each robot, itself included, and its receive time.
-        let mut known = vec![vec![(Vec::<Eligible>::new(), SimTime::ZERO); robots]; robots];
+        let mut known = vec![vec![(Vec::<EligibleTask>::new(), SimTime::ZERO); robots]; robots];
         let mut compared = 0;
         for _ in 0..400 {
             if chance.random_bool(0.02) {
@@ -240,7 +240,7 @@ proptest! {
             for (costs, rank) in situation.cost_s.iter().zip(0..) {
                 let entries = costs.iter().zip(0..).filter_map(|(cost_s, task)| {
                     let raise = if raised == Some(TaskId(task)) && me == RobotId(rank) { more } else { 0.0 };
-                    Some(Eligible { task: TaskId(task), round: SimTime::ZERO, utility: 1.0 / (*cost_s)? as f32 + raise })
+                    Some(EligibleTask { task: TaskId(task), round: SimTime::ZERO, utility: 1.0 / (*cost_s)? as f32 + raise })
                 });
                 table.set_own(RobotId(rank), entries);
             }
@@ -318,25 +318,25 @@ fn the_task_of_a_crashed_robot_is_claimed_exactly_after_tau() {
 fn forged_rows_change_nothing() {
     let mut team = Team::<Ble>::new(Situation::of(&[&[80.0], &[90.0]]), Config::default());
     team.run(5);
-    let sound = Eligible {
+    let sound = EligibleTask {
         task: TaskId(0),
         round: SimTime::ZERO,
         utility: 9.0,
     };
     for entry in [
-        Eligible {
+        EligibleTask {
             utility: f32::NAN,
             ..sound
         },
-        Eligible {
+        EligibleTask {
             utility: f32::INFINITY,
             ..sound
         },
-        Eligible {
+        EligibleTask {
             round: SimTime(u64::MAX),
             ..sound
         },
-        Eligible {
+        EligibleTask {
             task: TaskId(7),
             ..sound
         },
@@ -405,7 +405,7 @@ fn a_third_row_received_by_one_robot_breaks_an_agreement_of_two() {
 #[test]
 fn older_rounds_and_messages_are_ignored() {
     let briefs = Team::<Ble>::new(Situation::of(&[&[1.0]]), Config::default()).briefs();
-    let entry = |round_ms, utility| Eligible {
+    let entry = |round_ms, utility| EligibleTask {
         task: TaskId(0),
         round: SimTime(round_ms),
         utility,

@@ -2,14 +2,14 @@
 
 use proto::allocation::AllocationMessage;
 use proto::allocation::consensus::Deltas as Message;
-use proto::allocation::consensus::{Belief, Claim, DELTAS_MAX, Delta};
-use proto::team::{Broadcast, Content};
+use proto::allocation::consensus::{BidChange, DELTAS_MAX, TableEntry, WinningBid};
+use proto::team::{Broadcast, BroadcastContent};
 use scenario::ids::{Incarnation, RobotId};
 use scenario::time::SimTime;
 
-use super::winners::Beliefs;
 use super::bundle::Bundle;
 use super::records::Records;
+use super::winners::Beliefs;
 use super::{Consensus, Rules};
 use crate::allocator::{Input, Me};
 
@@ -109,15 +109,15 @@ impl Deltas {
         &mut self,
         me: &Me,
         broadcast: &Broadcast,
-        delta: &Delta,
+        delta: &BidChange,
         now: SimTime,
         beliefs: &mut Beliefs,
     ) {
-        let Belief { task, round, claim } = delta.belief;
+        let TableEntry { task, round, claim } = delta.belief;
         let Some(place) = beliefs.find(task, delta.slot) else {
             return;
         };
-        let is_sound = |claim: Claim| {
+        let is_sound = |claim: WinningBid| {
             claim.robot.index() < me.team && claim.value.is_finite() && claim.value >= 0.0
         };
         let is_old = round < beliefs.entries()[place].round;
@@ -152,7 +152,7 @@ impl Deltas {
         for (place, known) in self.places.iter_mut().enumerate() {
             let record = known.records.of(robot);
             if record.is_some_and(|record| record.claim.value > 0.0) {
-                let none = Claim { robot, value: 0.0 };
+                let none = WinningBid { robot, value: 0.0 };
                 known.records.hear(none, then);
                 beliefs.set_others(place, known.records.best_but(self.me));
             }
@@ -168,7 +168,7 @@ impl Deltas {
             let value = own.map_or(0.0, |claim| claim.value);
             let recorded = records.of(robot).map_or(0.0, |record| record.claim.value);
             if value != recorded {
-                records.set(Claim { robot, value }, now);
+                records.set(WinningBid { robot, value }, now);
             }
         }
     }
@@ -217,7 +217,7 @@ impl Consensus for Deltas {
                 continue;
             }
             has_changed |= self.note(broadcast, beliefs);
-            if let Content::Allocation(AllocationMessage::Deltas(deltas)) = &broadcast.body
+            if let BroadcastContent::Allocation(AllocationMessage::Deltas(deltas)) = &broadcast.body
                 && self.is_new(broadcast)
             {
                 for delta in &deltas.entries {
@@ -247,13 +247,13 @@ impl Consensus for Deltas {
                 }
             }
         }
-        let mut outgoing: Vec<Delta> = Vec::new();
+        let mut outgoing: Vec<BidChange> = Vec::new();
         // The remaining entries are sent in the next step.
         let most = DELTAS_MAX * (1 + beliefs.tasks().len());
         for place in (0..count).map(|place| (self.next + place) % count) {
             let entry = &beliefs.entries()[place];
-            let delta = |claim, made| Delta {
-                belief: Belief {
+            let delta = |claim, made| BidChange {
+                belief: TableEntry {
                     task: entry.task,
                     round: entry.round,
                     claim,

@@ -3,14 +3,16 @@
 //! The entries are sent in parts ([`Table`]), each a separate consensus with its own times of news s.
 
 use proto::allocation::AllocationMessage;
-use proto::allocation::consensus::{BLOCK_TASKS, Belief, Claim, NEWS_MAX, News, Table};
-use proto::team::{Broadcast, Content};
+use proto::allocation::consensus::{
+    BLOCK_TASKS, BidTable, TIME_STAMPS_MAX, TableEntry, TimeStamp, WinningBid,
+};
+use proto::team::{Broadcast, BroadcastContent};
 use scenario::ids::{Incarnation, RobotId};
 use scenario::time::SimTime;
 
-use super::winners::{Beliefs, Entry};
 use super::bundle::Bundle;
 use super::rules::{Action, Stamps, consensus};
+use super::winners::{Beliefs, Entry};
 use super::{Consensus, Rules};
 use crate::allocator::{Input, Me};
 
@@ -70,33 +72,33 @@ impl Part {
         }
     }
 
-    fn table(&self, beliefs: &Beliefs, now: SimTime) -> Table {
+    fn table(&self, beliefs: &Beliefs, now: SimTime) -> BidTable {
         let entries = || beliefs.entries().iter().filter(|entry| self.has(entry));
-        let mut all_news: Vec<News> = self
+        let mut all_news: Vec<TimeStamp> = self
             .known
             .iter()
-            .map(|known| News {
+            .map(|known| TimeStamp {
                 robot: known.robot,
                 // News older than τ has been removed.
                 age_ms: u32::try_from(now.since(known.sent).0).unwrap_or(u32::MAX),
             })
             .collect();
-        if all_news.len() > NEWS_MAX {
+        if all_news.len() > TIME_STAMPS_MAX {
             // A receiver does not adopt a claim without news of its winner, so winners go first.
             let is_winner = |robot| {
                 let mut claims = entries().filter_map(|entry| entry.claim);
                 claims.any(|claim| claim.robot == robot)
             };
             all_news.sort_by_key(|news| (!is_winner(news.robot), news.robot));
-            all_news.truncate(NEWS_MAX);
+            all_news.truncate(TIME_STAMPS_MAX);
             all_news.sort_by_key(|news| news.robot);
         }
-        let belief = |entry: &Entry| Belief {
+        let belief = |entry: &Entry| TableEntry {
             task: entry.task,
             round: entry.round,
             claim: entry.claim,
         };
-        Table {
+        BidTable {
             block: self.block,
             slot: self.slot,
             beliefs: entries().map(belief).collect(),
@@ -108,7 +110,7 @@ impl Part {
 /// The times of news in a part and in a message about it.
 struct Both<'a> {
     part: &'a Part,
-    table: &'a Table,
+    table: &'a BidTable,
     sender: RobotId,
     sent: SimTime,
 }
@@ -130,7 +132,7 @@ impl Stamps for Both<'_> {
 }
 
 /// Returns the send time of news; `None` if it would be before the mission.
-fn stamp(news: &News, sent: SimTime) -> Option<SimTime> {
+fn stamp(news: &TimeStamp, sent: SimTime) -> Option<SimTime> {
     sent.0.checked_sub(u64::from(news.age_ms)).map(SimTime)
 }
 
@@ -140,7 +142,7 @@ impl Tables {
         &mut self,
         me: &Me,
         broadcast: &Broadcast,
-        table: &Table,
+        table: &BidTable,
         now: SimTime,
         beliefs: &mut Beliefs,
     ) -> bool {
@@ -176,7 +178,7 @@ impl Tables {
             let Some(place) = beliefs.find(belief.task, table.slot) else {
                 continue;
             };
-            let is_sound = |claim: Claim| {
+            let is_sound = |claim: WinningBid| {
                 is_of_team(claim.robot) && claim.value.is_finite() && claim.value >= 0.0
             };
             let is_old = belief.round < beliefs.entries()[place].round;
@@ -252,7 +254,7 @@ impl Consensus for Tables {
     ) -> bool {
         let mut has_changed = false;
         for broadcast in input.heard {
-            if let Content::Allocation(AllocationMessage::Table(table)) = &broadcast.body {
+            if let BroadcastContent::Allocation(AllocationMessage::Table(table)) = &broadcast.body {
                 has_changed |= self.receive_table(me, broadcast, table, input.now, beliefs);
                 bundle.drop_lost(beliefs);
             }

@@ -9,14 +9,14 @@
 //! - `tables`: messages, and the removal of silent robots (FORGET).
 //! - `deltas`, `records`: the same for ACBBA, without a table.
 
-mod winners;
 mod bundle;
 mod deltas;
+mod messages;
 mod records;
 mod rules;
-mod messages;
 #[cfg(test)]
 pub(crate) mod tests;
+mod winners;
 
 use proto::allocation::AllocationMessage;
 use proto::telemetry::Reason;
@@ -26,10 +26,10 @@ use serde::Deserialize;
 
 use crate::allocator::unit::Unit;
 use crate::allocator::{Allocator, Decision, Input, Me};
-use winners::Beliefs;
 use bundle::{Bundle, Worths};
 use deltas::Deltas;
 use messages::Tables;
+use winners::Beliefs;
 
 /// The parameters in `[allocators.cbba]`.
 #[derive(Clone, Copy, Debug, Deserialize)]

@@ -4,7 +4,7 @@
 //! withdrawn bid could then circulate without end. Here only reports about the same robot are compared by time, and
 //! bids of different robots by value. Robots with the same reports agree for any order of arrival.
 
-use proto::allocation::consensus::Claim;
+use proto::allocation::consensus::WinningBid;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
@@ -12,7 +12,7 @@ use scenario::time::SimTime;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Record {
     /// The bidder and its bid; 0 after a withdrawal.
-    pub claim: Claim,
+    pub claim: WinningBid,
     /// The time of the bid or withdrawal.
     pub made: SimTime,
     /// True if the record must be sent.
@@ -47,7 +47,7 @@ impl Records {
 
     /// Stores a report about a robot's bid and returns whether it was newer. A newer report, or the known record after
     /// an older one, is marked for sending.
-    pub fn hear(&mut self, claim: Claim, made: SimTime) -> bool {
+    pub fn hear(&mut self, claim: WinningBid, made: SimTime) -> bool {
         let report = Record {
             claim,
             made,
@@ -67,7 +67,7 @@ impl Records {
         true
     }
 
-    pub fn set(&mut self, claim: Claim, made: SimTime) {
+    pub fn set(&mut self, claim: WinningBid, made: SimTime) {
         let record = Record {
             claim,
             made,
@@ -87,7 +87,7 @@ impl Records {
     }
 
     /// Returns the largest bid except that of `me`.
-    pub fn best_but(&self, me: RobotId) -> Option<Claim> {
+    pub fn best_but(&self, me: RobotId) -> Option<WinningBid> {
         let claims = self.0.iter().map(|record| record.claim);
         let others = claims.filter(|claim| claim.robot != me && claim.value > 0.0);
         others.reduce(|best, claim| if claim.beats(&best) { claim } else { best })

@@ -1,6 +1,6 @@
 //! The rules of CBBA for merging a teammate's view of a task (Choi, Brunet, How 2009, Table I).
 
-use proto::allocation::consensus::Claim;
+use proto::allocation::consensus::WinningBid;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
@@ -27,8 +27,8 @@ pub trait Stamps {
 pub fn consensus(
     me: RobotId,
     sender: RobotId,
-    sender_claim: Option<Claim>,
-    own_claim: Option<Claim>,
+    sender_claim: Option<WinningBid>,
+    own_claim: Option<WinningBid>,
     stamps: &impl Stamps,
 ) -> Action {
     let newer = |robot| stamps.theirs(robot) > stamps.mine(robot);

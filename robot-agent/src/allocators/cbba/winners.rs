@@ -2,7 +2,7 @@
 //! robots has several places, each negotiated separately. A task for all robots at once has no places and needs no
 //! negotiation.
 
-use proto::allocation::consensus::Claim;
+use proto::allocation::consensus::WinningBid;
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
@@ -16,9 +16,9 @@ pub struct Entry {
     pub slot: u16,
     /// The time since which the task has been due.
     pub round: SimTime,
-    pub claim: Option<Claim>,
+    pub claim: Option<WinningBid>,
     /// The best claim of the other robots, if it is known.
-    others: Option<Claim>,
+    others: Option<WinningBid>,
     /// True if the entry must be sent.
     pub is_unsaid: bool,
 }
@@ -94,7 +94,7 @@ impl Beliefs {
     }
 
     /// Replaces a claim and marks a change for sending.
-    pub fn set(&mut self, place: usize, claim: Option<Claim>) {
+    pub fn set(&mut self, place: usize, claim: Option<WinningBid>) {
         let entry = &mut self.entries[place];
         if entry.claim != claim {
             entry.claim = claim;
@@ -104,7 +104,7 @@ impl Beliefs {
     }
 
     /// Stores the best claim of the other robots. The robot's own claim stays if it is larger.
-    pub fn set_others(&mut self, place: usize, others: Option<Claim>) {
+    pub fn set_others(&mut self, place: usize, others: Option<WinningBid>) {
         let entry = &mut self.entries[place];
         entry.others = others;
         let own = entry.claim.filter(|claim| claim.robot == self.me);
@@ -116,7 +116,7 @@ impl Beliefs {
 
     /// Bids for a place. Returns whether the bid wins; otherwise the best other claim is stored.
     pub fn bid(&mut self, place: usize, value: f32) -> bool {
-        let own = Claim {
+        let own = WinningBid {
             robot: self.me,
             value,
         };
@@ -202,7 +202,7 @@ impl Beliefs {
                 _ => worst,
             }
         })?;
-        let bid = Claim {
+        let bid = WinningBid {
             robot: self.me,
             value,
         };

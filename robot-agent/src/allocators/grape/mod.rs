@@ -9,7 +9,7 @@ mod partition;
 mod tests;
 
 use proto::allocation::AllocationMessage;
-use proto::team::Content;
+use proto::team::BroadcastContent;
 use proto::telemetry::Reason;
 use rand::RngExt;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
@@ -65,7 +65,9 @@ impl Grape {
             if let Err(at) = self.met.binary_search(&sender) {
                 self.met.insert(at, sender);
             }
-            if let Content::Allocation(AllocationMessage::Partition(message)) = &broadcast.body {
+            if let BroadcastContent::Allocation(AllocationMessage::Partition(message)) =
+                &broadcast.body
+            {
                 let size = (self.me.team, self.me.tasks);
                 has_changed |= self.inbox.take(message, &mut self.partition, size, now);
             }

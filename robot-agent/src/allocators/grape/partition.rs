@@ -3,7 +3,7 @@
 
 use std::cmp::Ordering;
 
-use proto::allocation::grape::{MEMBERS_MAX, Member, Partition as Message};
+use proto::allocation::grape::{CoalitionMember, CoalitionPartition as Message, MEMBERS_MAX};
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
@@ -26,13 +26,13 @@ impl Version {
 pub struct Partition {
     pub version: Version,
     /// The robots with a task, in ascending order.
-    members: Vec<Member>,
+    members: Vec<CoalitionMember>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 struct Incomplete {
     version: Version,
-    parts: Vec<Option<Vec<Member>>>,
+    parts: Vec<Option<Vec<CoalitionMember>>>,
 }
 
 /// The received parts of the newest partition.
@@ -46,7 +46,7 @@ impl Partition {
     }
 
     pub fn others(&self, task: TaskId, me: RobotId) -> usize {
-        let of = |member: &&Member| member.task == task && member.robot != me;
+        let of = |member: &&CoalitionMember| member.task == task && member.robot != me;
         self.members.iter().filter(of).count()
     }
 
@@ -59,11 +59,13 @@ impl Partition {
 
     pub fn put(&mut self, robot: RobotId, task: Option<TaskId>, seen: SimTime) {
         match (self.place(robot), task) {
-            (Ok(at), Some(task)) => self.members[at] = Member { robot, task, seen },
+            (Ok(at), Some(task)) => self.members[at] = CoalitionMember { robot, task, seen },
             (Ok(at), None) => {
                 self.members.remove(at);
             }
-            (Err(at), Some(task)) => self.members.insert(at, Member { robot, task, seen }),
+            (Err(at), Some(task)) => self
+                .members
+                .insert(at, CoalitionMember { robot, task, seen }),
             (Err(_), None) => {}
         }
     }
@@ -89,7 +91,7 @@ impl Partition {
     }
 
     /// Merges the signs of life that another robot reports.
-    fn merge_seen(&mut self, members: &[Member], now: SimTime) {
+    fn merge_seen(&mut self, members: &[CoalitionMember], now: SimTime) {
         // Times in the future are invalid.
         for member in members.iter().filter(|member| member.seen <= now) {
             self.saw(member.robot, member.seen);
@@ -168,9 +170,10 @@ impl Inbox {
         message: &Message,
         team: usize,
         tasks: usize,
-    ) -> Option<Vec<Member>> {
+    ) -> Option<Vec<CoalitionMember>> {
         let parts = usize::from(message.parts);
-        let in_team = |member: &Member| member.robot.index() < team && member.task.index() < tasks;
+        let in_team =
+            |member: &CoalitionMember| member.robot.index() < team && member.task.index() < tasks;
         let is_sound = (0.0..1.0).contains(&version.stamp)
             && (1..=team.div_ceil(MEMBERS_MAX)).contains(&parts)
             && message.part < message.parts
@@ -191,7 +194,7 @@ impl Inbox {
             return None;
         }
         incomplete.parts[usize::from(message.part)] = Some(message.members.clone());
-        let all: Option<Vec<Vec<Member>>> = incomplete.parts.iter().cloned().collect();
+        let all: Option<Vec<Vec<CoalitionMember>>> = incomplete.parts.iter().cloned().collect();
         let members = all?.concat();
         self.0 = None;
         let is_sorted = members.is_sorted_by(|a, b| a.robot < b.robot);

@@ -1,7 +1,7 @@
 //! The properties of GRAPE (docs/ALLOCATORS.md §8).
 
 use proto::allocation::AllocationMessage;
-use proto::allocation::grape::{MEMBERS_MAX, Member, Partition as Message};
+use proto::allocation::grape::{CoalitionMember, CoalitionPartition as Message, MEMBERS_MAX};
 use proto::codec::encoded_len;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -174,7 +174,7 @@ fn invalid_messages_are_ignored() {
         stamp: 0.1,
         part: 0,
         parts: 1,
-        members: vec![Member {
+        members: vec![CoalitionMember {
             robot: RobotId(1),
             task: TaskId(0),
             seen: SimTime(0),
@@ -186,7 +186,7 @@ fn invalid_messages_are_ignored() {
         Inbox::default().take(message, &mut at, (3, 2), SimTime(0))
     };
     assert!(take(&sound));
-    let member = |robot, task| Member {
+    let member = |robot, task| CoalitionMember {
         robot: RobotId(robot),
         task: TaskId(task),
         seen: SimTime(0),

@@ -20,8 +20,8 @@ impl Kind for LAlliance {
             name: Self::NAME,
             about: "ALLIANCE with learned times: motivation and patience follow each robot's measured task times (Parker 1995)",
             parameters: Config::parameters(),
-            wants_truth: false,
-            learns: true,
+            needs_ground_truth: false,
+            learns_times: true,
         }
     }
 

@@ -17,7 +17,7 @@ mod tests;
 use rand::RngExt;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
-use scenario::{KnownTimes, Setup, Switches};
+use scenario::{LearnedTimes, Setup, Switches};
 
 use super::alliance::{Engine, Learned, Toward, Values};
 use crate::allocator::{Input, Me, Mind, Outcome};
@@ -95,8 +95,8 @@ impl Learner {
         let profile = setup.profile.robots.get(setup.roster.name(self.me.robot));
         for (task, times) in profile.into_iter().flatten() {
             for (robot, times) in times {
-                let task = setup.catalog.task_named(task);
-                let robot = setup.roster.robot_named(robot);
+                let task = setup.catalog.find_task(task);
+                let robot = setup.roster.find(robot);
                 if let (Some(task), Some(robot)) = (task, robot) {
                     self.monitor.recall(task, robot, times);
                 }
@@ -319,7 +319,7 @@ impl Mind for Learner {
         false
     }
 
-    fn learned(&self) -> Vec<(TaskId, RobotId, KnownTimes)> {
+    fn learned(&self) -> Vec<(TaskId, RobotId, LearnedTimes)> {
         self.monitor.learned()
     }
 

@@ -6,8 +6,8 @@
 
 use std::sync::Arc;
 
-use proto::team::{Broadcast, Content, TaskState};
-use scenario::KnownTimes;
+use proto::team::{Broadcast, BroadcastContent, TaskState};
+use scenario::LearnedTimes;
 use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 use smallvec::SmallVec;
@@ -84,7 +84,7 @@ impl Monitor {
         }
     }
 
-    pub fn recall(&mut self, task: TaskId, robot: RobotId, times: &KnownTimes) {
+    pub fn recall(&mut self, task: TaskId, robot: RobotId, times: &LearnedTimes) {
         for &time_s in &times.latest_s {
             self.store(robot, task, time_s);
         }
@@ -94,9 +94,9 @@ impl Monitor {
     }
 
     /// Returns all times, by task and robot, without trials in progress.
-    pub fn learned(&self) -> Vec<(TaskId, RobotId, KnownTimes)> {
+    pub fn learned(&self) -> Vec<(TaskId, RobotId, LearnedTimes)> {
         let known = self.trials.iter().map(|((task, robot), trials)| {
-            let times = KnownTimes {
+            let times = LearnedTimes {
                 trials: trials.count,
                 latest_s: trials.times.to_vec(),
             };
@@ -124,9 +124,9 @@ impl Monitor {
     fn receive(&mut self, now: SimTime, broadcast: &Broadcast) {
         let sender = broadcast.sender;
         let task = match &broadcast.body {
-            Content::Heartbeat(heartbeat) => heartbeat.task,
-            Content::Bulletin(bulletin) => bulletin.about.map(|about| about.task),
-            Content::Allocation(_) => None,
+            BroadcastContent::Heartbeat(heartbeat) => heartbeat.task,
+            BroadcastContent::Bulletin(bulletin) => bulletin.about.map(|about| about.task),
+            BroadcastContent::Allocation(_) => None,
         };
         let is_known = |task: TaskId| task.index() < self.priors.len();
         if sender == self.me || sender.index() >= self.team || !task.is_none_or(is_known) {
@@ -148,7 +148,7 @@ impl Monitor {
             self.fail(sender, attempt, before.sent);
         }
         let (progress, continues) = match &broadcast.body {
-            Content::Heartbeat(heartbeat) => {
+            BroadcastContent::Heartbeat(heartbeat) => {
                 let is_same = at.is_some_and(|at| Some(at.task) == heartbeat.task);
                 let continues = match heartbeat.state {
                     TaskState::Executing => is_same,
@@ -158,12 +158,12 @@ impl Monitor {
                 };
                 (is_same.then_some(heartbeat.progress), continues)
             }
-            Content::Bulletin(bulletin) => {
+            BroadcastContent::Bulletin(bulletin) => {
                 let about = bulletin.about.as_ref();
                 let same = about.filter(|about| at.is_some_and(|at| at.task == about.task));
                 (same.map(|about| about.progress), true)
             }
-            Content::Allocation(_) => (None, true),
+            BroadcastContent::Allocation(_) => (None, true),
         };
         if let (Some(attempt), Some(progress)) = (&mut at, progress) {
             let units = progress.saturating_sub(attempt.progress);
@@ -173,7 +173,7 @@ impl Monitor {
         if !continues && let Some(attempt) = at.take() {
             self.fail(sender, attempt, sent);
         }
-        if let Content::Heartbeat(heartbeat) = &broadcast.body
+        if let BroadcastContent::Heartbeat(heartbeat) = &broadcast.body
             && let (TaskState::Executing, Some(task), None) = (heartbeat.state, heartbeat.task, at)
         {
             at = Some(Attempt {

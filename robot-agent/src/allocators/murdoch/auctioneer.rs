@@ -2,7 +2,7 @@
 
 use std::cmp::Reverse;
 
-use proto::allocation::murdoch::{AuctionId, Negotiation, Word};
+use proto::allocation::murdoch::{AuctionId, Negotiation, NegotiationKind};
 use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 use smallvec::SmallVec;
@@ -174,7 +174,7 @@ impl Auctioneer {
                     task: entry.task,
                     round: contract.round,
                     auction: contract.auction,
-                    word: Word::Renew {
+                    word: NegotiationKind::Renew {
                         winner: contract.winner,
                     },
                 });
@@ -207,7 +207,7 @@ impl Auctioneer {
                 task: entry.task,
                 round: open.round,
                 auction: open.auction,
-                word: Word::Renew { winner: robot },
+                word: NegotiationKind::Renew { winner: robot },
             });
         }
         for entry in self.entries.iter_mut().filter(|entry| closes(entry)) {
@@ -292,7 +292,7 @@ impl Auctioneer {
                 task: entry.task,
                 round,
                 auction,
-                word: Word::Announce { closes },
+                word: NegotiationKind::Announce { closes },
             });
             running += 1;
         }

@@ -1,6 +1,6 @@
 //! The bidder: bids for tasks, and executes the task of its contract.
 
-use proto::allocation::murdoch::{AuctionId, Negotiation, Status, Word};
+use proto::allocation::murdoch::{AuctionId, ContractStatus, Negotiation, NegotiationKind};
 use proto::telemetry::Reason;
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
@@ -68,7 +68,7 @@ impl Bidder {
         {
             self.bids[place] = Some(message.auction);
             answers.push(Negotiation {
-                word: Word::Bid { utility },
+                word: NegotiationKind::Bid { utility },
                 ..*message
             });
         }
@@ -92,7 +92,7 @@ impl Bidder {
         // Bids of an earlier incarnation are not stored.
         let has_bid = self.bids[place] == Some(message.auction);
         if self.contract.is_some() || offer.is_none() || !has_bid {
-            answers.push(ack(message, Status::Abort, 0));
+            answers.push(ack(message, ContractStatus::Abort, 0));
             return;
         }
         self.delivery = None;
@@ -119,11 +119,11 @@ impl Bidder {
         if let Some(mut held) = self.contract.take() {
             let renewal = self.renewal_of(&held);
             let ended = if offers[held.place].is_none_or(|offer| offer.choice.round > held.round) {
-                Some((Status::Done, None))
+                Some((ContractStatus::Done, None))
             } else if ledger.is_surplus(held.place, &held.auction, self.me) {
-                Some((Status::Abort, Some(Reason::Outbid)))
+                Some((ContractStatus::Abort, Some(Reason::Outbid)))
             } else if now.since(held.renewed) > self.settings.lease {
-                Some((Status::Abort, Some(Reason::LeaseEnded)))
+                Some((ContractStatus::Abort, Some(Reason::LeaseEnded)))
             } else {
                 None
             };
@@ -131,7 +131,7 @@ impl Bidder {
                 outgoing.push(ack(&renewal, status, held.progress));
                 self.reason = reason;
                 self.bids[held.place] = None;
-                let has_load = input.is_laden && status == Status::Abort;
+                let has_load = input.is_laden && status == ContractStatus::Abort;
                 self.delivery = has_load.then_some((held.place, now));
             } else {
                 let done = input.progressed.iter();
@@ -140,7 +140,7 @@ impl Bidder {
                 let is_due = |acked: SimTime| now.since(acked) >= self.settings.renew_every;
                 if done > 0 || held.acked.is_none_or(is_due) {
                     held.acked = Some(now);
-                    outgoing.push(ack(&renewal, Status::Ongoing, held.progress));
+                    outgoing.push(ack(&renewal, ContractStatus::Ongoing, held.progress));
                 }
                 self.contract = Some(held);
             }
@@ -164,14 +164,14 @@ impl Bidder {
             task: self.tasks[held.place],
             round: held.round,
             auction: held.auction,
-            word: Word::Renew { winner: self.me },
+            word: NegotiationKind::Renew { winner: self.me },
         }
     }
 }
 
-fn ack(message: &Negotiation, status: Status, progress: u32) -> Negotiation {
+fn ack(message: &Negotiation, status: ContractStatus, progress: u32) -> Negotiation {
     Negotiation {
-        word: Word::Ack { status, progress },
+        word: NegotiationKind::Ack { status, progress },
         ..*message
     }
 }

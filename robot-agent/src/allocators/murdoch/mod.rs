@@ -27,8 +27,8 @@ mod ledger;
 mod tests;
 
 use proto::allocation::AllocationMessage;
-use proto::allocation::murdoch::{Negotiation, Status, Word};
-use proto::team::Content;
+use proto::allocation::murdoch::{ContractStatus, Negotiation, NegotiationKind};
+use proto::team::BroadcastContent;
 use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
@@ -236,7 +236,9 @@ impl Allocator for Murdoch {
                 // The new incarnation has no contracts.
                 self.ledger.end_all(sender);
             }
-            if let Content::Allocation(AllocationMessage::Murdoch(negotiation)) = &broadcast.body {
+            if let BroadcastContent::Allocation(AllocationMessage::Murdoch(negotiation)) =
+                &broadcast.body
+            {
                 let number = (broadcast.incarnation, broadcast.seq);
                 self.receive(
                     sender,
@@ -274,10 +276,10 @@ impl Allocator for Murdoch {
 
         // Messages about running contracts are more urgent than those about new ones.
         outgoing.sort_by_key(|message: &Negotiation| match message.word {
-            Word::Ack { .. } => 0,
-            Word::Renew { .. } => 1,
-            Word::Announce { .. } => 2,
-            Word::Bid { .. } => 3,
+            NegotiationKind::Ack { .. } => 0,
+            NegotiationKind::Renew { .. } => 1,
+            NegotiationKind::Announce { .. } => 2,
+            NegotiationKind::Bid { .. } => 3,
         });
         outgoing.truncate(1 + self.tasks.len());
         let messages = outgoing.iter().copied().map(AllocationMessage::Murdoch);
@@ -352,15 +354,15 @@ impl Murdoch {
             *latest = number;
         }
         match message.word {
-            Word::Announce { closes } => {
+            NegotiationKind::Announce { closes } => {
                 self.auctioneer.attended(place, sender, input.now);
                 self.bidder
                     .invited(place, message, closes, &offers[place], input.now, answers);
             }
-            Word::Bid { utility } => {
+            NegotiationKind::Bid { utility } => {
                 self.auctioneer.bid(place, message.auction, sender, utility);
             }
-            Word::Renew { winner } => {
+            NegotiationKind::Renew { winner } => {
                 if winner.index() >= self.me.team {
                     return;
                 }
@@ -374,10 +376,10 @@ impl Murdoch {
                         .renewed(place, message, &offers[place], input.now, answers);
                 }
             }
-            Word::Ack { status, progress } => {
+            NegotiationKind::Ack { status, progress } => {
                 self.auctioneer
                     .attended(place, message.auction.auctioneer, input.now);
-                let continues = status == Status::Ongoing;
+                let continues = status == ContractStatus::Ongoing;
                 if !continues || !self.auctioneer.is_banned(place, sender, input.now) {
                     let progress = continues.then_some(progress);
                     self.ledger

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use proptest::prelude::*;
 use proto::allocation::AllocationMessage;
-use proto::allocation::murdoch::{Negotiation, Status, Word};
-use proto::team::{Broadcast, Content};
+use proto::allocation::murdoch::{ContractStatus, Negotiation, NegotiationKind};
+use proto::team::{Broadcast, BroadcastContent};
 use proto::telemetry::Reason;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -126,7 +126,7 @@ proptest! {
         for _ in 0..wait {
             let now = team.now();
             team.step();
-            if negotiations(&team).iter().any(|(_, message)| matches!(message.word, Word::Ack { .. })) {
+            if negotiations(&team).iter().any(|(_, message)| matches!(message.word, NegotiationKind::Ack { .. })) {
                 answered = now;
             }
         }
@@ -143,7 +143,7 @@ proptest! {
             prop_assert!(now < answered + SimTime(60_000));
             team.step();
             let mut sent = negotiations(&team).into_iter();
-            if announced.is_none() && sent.any(|(_, message)| matches!(message.word, Word::Announce { .. })) {
+            if announced.is_none() && sent.any(|(_, message)| matches!(message.word, NegotiationKind::Announce { .. })) {
                 announced = Some(now);
             }
         }
@@ -198,7 +198,7 @@ proptest! {
             let mut winners = BTreeSet::new();
             for (robot, message) in negotiations(&team) {
                 match message.word {
-                    Word::Renew { winner } if awarded.insert(key_of(&message)) => {
+                    NegotiationKind::Renew { winner } if awarded.insert(key_of(&message)) => {
                         awards += 1;
                         prop_assert!(winners.insert(winner), "M3: one award at a time");
                         let bids = bids.remove(&key_of(&message)).unwrap_or_default();
@@ -210,7 +210,7 @@ proptest! {
                         // The winner may return the award, which is received two steps later.
                         busy[winner.index()] = now;
                     }
-                    Word::Bid { utility } => {
+                    NegotiationKind::Bid { utility } => {
                         let active = team.robots[robot.index()].active;
                         // The robot may win another auction in the step in which it bids.
                         let began = team.robots[robot.index()].outcome.changes.iter().any(|change| change.reason == Reason::Awarded);
@@ -238,7 +238,7 @@ proptest! {
             team.step();
             for (robot, message) in negotiations(&team) {
                 let is_news = match message.word {
-                    Word::Ack { progress, .. } => reported.insert((robot, message.task), progress) < Some(progress),
+                    NegotiationKind::Ack { progress, .. } => reported.insert((robot, message.task), progress) < Some(progress),
                     _ => false,
                 };
                 count += usize::from(!is_news);
@@ -263,11 +263,11 @@ proptest! {
             }
             team.step_with(|_, _| !chance.random_bool(loss));
             for (robot, message) in negotiations(&team) {
-                if let Word::Ack { status, .. } = message.word {
+                if let NegotiationKind::Ack { status, .. } = message.word {
                     let held = &mut held[robot.index()];
                     match status {
-                        Status::Ongoing => held.insert(key_of(&message)),
-                        Status::Done | Status::Abort => held.remove(&key_of(&message)),
+                        ContractStatus::Ongoing => held.insert(key_of(&message)),
+                        ContractStatus::Done | ContractStatus::Abort => held.remove(&key_of(&message)),
                     };
                 }
             }
@@ -408,7 +408,8 @@ fn a_task_without_announcements_is_auctioned_by_the_next_robot() {
     };
     let mut team = Team::<Murdoch>::new(situation, Config::default());
     let mute = |broadcast: &Broadcast, _: RobotId| {
-        !(broadcast.sender == RobotId(0) && matches!(broadcast.body, Content::Allocation(_)))
+        !(broadcast.sender == RobotId(0)
+            && matches!(broadcast.body, BroadcastContent::Allocation(_)))
     };
     while team.executors(1) != [1] {
         assert!(team.now() < SimTime(20_000));
@@ -436,7 +437,7 @@ fn forged_messages_change_nothing() {
         forge(
             &mut team,
             Negotiation {
-                word: Word::Bid { utility },
+                word: NegotiationKind::Bid { utility },
                 ..announced
             },
         );
@@ -448,17 +449,17 @@ fn forged_messages_change_nothing() {
         },
         Negotiation {
             round: SimTime(u64::MAX),
-            word: Word::Renew { winner: RobotId(2) },
+            word: NegotiationKind::Renew { winner: RobotId(2) },
             ..announced
         },
         Negotiation {
-            word: Word::Renew {
+            word: NegotiationKind::Renew {
                 winner: RobotId(999),
             },
             ..announced
         },
         Negotiation {
-            word: Word::Announce {
+            word: NegotiationKind::Announce {
                 closes: SimTime::ZERO,
             },
             ..announced
@@ -485,7 +486,7 @@ fn a_new_incarnation_returns_its_old_contract() {
     while renewed.is_none() {
         team.step();
         let mut sent = negotiations(&team).into_iter();
-        renewed = sent.find(|(_, message)| matches!(message.word, Word::Renew { .. }));
+        renewed = sent.find(|(_, message)| matches!(message.word, NegotiationKind::Renew { .. }));
     }
     team.restart(1);
     let back = team.now();
@@ -496,8 +497,8 @@ fn a_new_incarnation_returns_its_old_contract() {
     assert!(negotiations(&team).iter().any(|(robot, message)| {
         let returns_contract = matches!(
             message.word,
-            Word::Ack {
-                status: Status::Abort,
+            NegotiationKind::Ack {
+                status: ContractStatus::Abort,
                 ..
             }
         );
@@ -514,7 +515,7 @@ fn old_messages_restore_no_contract() {
     let mut team = Team::<Murdoch>::new(Situation::of(&[&[90.0], &[10.0]]), Config::default());
     until_taken(&mut team, 0);
     let answer = team.air.iter().find(|broadcast| {
-        broadcast.sender == RobotId(1) && matches!(broadcast.body, Content::Allocation(_))
+        broadcast.sender == RobotId(1) && matches!(broadcast.body, BroadcastContent::Allocation(_))
     });
     let answer = answer.unwrap().clone();
     team.run(5);

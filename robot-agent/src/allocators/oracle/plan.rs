@@ -1,7 +1,7 @@
 //! The assignment with the largest total value, by shortest augmenting paths (the Hungarian method, Kuhn 1955,
 //! restricted to the existing offers).
 
-use proto::tick::Offer;
+use proto::tick::TaskOffer;
 use smallvec::SmallVec;
 
 use crate::allocator::TaskBrief;
@@ -57,7 +57,7 @@ enum End {
 impl Plan {
     /// Computes the best plan: first by the higher priorities, then by the sum of utilities. The offers are sorted by
     /// robot.
-    pub fn make(&mut self, offers: &[Offer], briefs: &[TaskBrief]) {
+    pub fn make(&mut self, offers: &[TaskOffer], briefs: &[TaskBrief]) {
         self.weigh(offers, briefs);
         self.tasks.resize_with(briefs.len(), Task::default);
         for task in &mut self.tasks {
@@ -78,14 +78,14 @@ impl Plan {
         }
     }
 
-    pub fn taken<'a>(&'a self, offers: &'a [Offer]) -> impl Iterator<Item = &'a Offer> {
+    pub fn taken<'a>(&'a self, offers: &'a [TaskOffer]) -> impl Iterator<Item = &'a TaskOffer> {
         let taken = self.robots.iter().filter_map(|robot| robot.assigned);
         taken.map(|offer| &offers[offer])
     }
 
     /// Computes the value of each offer; 0 for an unknown task.
-    fn weigh(&mut self, offers: &[Offer], briefs: &[TaskBrief]) {
-        let brief = |offer: &Offer| briefs.get(offer.task.index());
+    fn weigh(&mut self, offers: &[TaskOffer], briefs: &[TaskBrief]) {
+        let brief = |offer: &TaskOffer| briefs.get(offer.task.index());
         self.priorities.clear();
         let mut largest = 0.0_f64;
         for offer in offers {
@@ -111,7 +111,7 @@ impl Plan {
     }
 
     /// Adds one robot. It takes its best task, and displaced robots change tasks along the path with the least loss.
-    fn join(&mut self, robot: usize, offers: &[Offer], briefs: &[TaskBrief]) {
+    fn join(&mut self, robot: usize, offers: &[TaskOffer], briefs: &[TaskBrief]) {
         let Robot { from, to, .. } = self.robots[robot];
         let gain = |offer: usize| {
             let task = self.tasks.get(offers[offer].task.index());
@@ -163,7 +163,7 @@ impl Plan {
     }
 
     /// Adds a robot to the search, and its tasks that are nearer than `loss`.
-    fn look(&mut self, robot: usize, at: i64, loss: i64, offers: &[Offer]) {
+    fn look(&mut self, robot: usize, at: i64, loss: i64, offers: &[TaskOffer]) {
         self.seen.push((robot, at));
         let Robot { from, to, gain, .. } = self.robots[robot];
         for (index, offer) in (from..to).zip(&offers[from..to]) {
@@ -188,7 +188,7 @@ impl Plan {
         left.min().map(|(_, task)| task)
     }
 
-    fn release(&mut self, robot: usize, offers: &[Offer]) -> Option<usize> {
+    fn release(&mut self, robot: usize, offers: &[TaskOffer]) -> Option<usize> {
         let offer = self.robots[robot].assigned.take()?;
         let task = offers[offer].task.index();
         self.tasks[task].holders.retain(|holder| *holder != robot);

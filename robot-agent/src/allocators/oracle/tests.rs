@@ -1,7 +1,7 @@
 //! The properties of the oracle (docs/ALLOCATORS.md §7).
 
 use proptest::prelude::*;
-use proto::tick::Offer;
+use proto::tick::TaskOffer;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 
 use super::Oracle;
@@ -48,14 +48,14 @@ fn exhaustive_best(rows: &[Vec<Option<f64>>], left: &mut [usize], rank: &[usize]
     best
 }
 
-fn best(offers: &[Offer], briefs: &[TaskBrief]) -> Vec<Offer> {
+fn best(offers: &[TaskOffer], briefs: &[TaskBrief]) -> Vec<TaskOffer> {
     let mut plan = Plan::default();
     plan.make(offers, briefs);
     plan.taken(offers).copied().collect()
 }
 
-fn offer(robot: usize, task: usize, utility: f64) -> Offer {
-    Offer {
+fn offer(robot: usize, task: usize, utility: f64) -> TaskOffer {
+    TaskOffer {
         robot: RobotId(robot as u16),
         behavior: BehaviorId(task as u16),
         task: TaskId(task as u16),
@@ -76,7 +76,7 @@ proptest! {
     ) {
         let rows: Vec<Vec<Option<f64>>> =
             rows.into_iter().map(|row| row[..tasks.len()].to_vec()).collect();
-        let offers: Vec<Offer> = rows
+        let offers: Vec<TaskOffer> = rows
             .iter()
             .enumerate()
             .flat_map(|(robot, row)| {

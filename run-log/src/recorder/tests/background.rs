@@ -16,7 +16,7 @@ proptest! {
         let setup = default_setup(7);
         let ticks = run_of(ticks);
         let (run, expected) = log(level, &ticks);
-        let recorder = Recorder::new(&setup, level, Memory::default()).unwrap();
+        let recorder = Recorder::new(&setup, level, MemoryLog::default()).unwrap();
         let mut background = Background::new(recorder).unwrap();
         let mut news = Vec::new();
         for tick in &ticks {
@@ -75,7 +75,7 @@ impl Sink for ForwardingSink {
 #[test]
 fn a_failed_write_is_reported_once_and_ends_the_log() {
     let sink = Dying {
-        memory: Memory::default(),
+        memory: MemoryLog::default(),
         bytes_left: 2000,
     };
     let recorder = Recorder::new(&default_setup(7), LogLevel::Full, sink).unwrap();

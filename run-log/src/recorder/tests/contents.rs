@@ -6,7 +6,7 @@ use scenario::testkit::default_setup;
 use super::*;
 use scenario::mission::Target;
 
-fn text(memory: &Memory, table: Table) -> &str {
+fn text(memory: &MemoryLog, table: Table) -> &str {
     std::str::from_utf8(&memory.tables[&table]).unwrap()
 }
 
@@ -161,7 +161,7 @@ fn levels_write_their_tables() {
     let (_, full) = log(LogLevel::Full, &sample());
     let (_, summary) = log(LogLevel::Summary, &sample());
     let (_, off) = log(LogLevel::Off, &sample());
-    let tables = |memory: &Memory| memory.tables.keys().copied().collect::<Vec<_>>();
+    let tables = |memory: &MemoryLog| memory.tables.keys().copied().collect::<Vec<_>>();
     // No allocator of this run writes the optional table.
     let always = Table::ALL.into_iter().filter(|table| !table.is_optional());
     assert_eq!(tables(&full), always.collect::<Vec<_>>());
@@ -206,7 +206,7 @@ fn run_file_reads_back() {
 
 #[test]
 fn the_outcome_of_an_unfinished_run_is_running() {
-    let recorder = Recorder::new(&default_setup(7), LogLevel::Full, Memory::default()).unwrap();
+    let recorder = Recorder::new(&default_setup(7), LogLevel::Full, MemoryLog::default()).unwrap();
     let text = &recorder.sink.documents[&Document::Run];
     let json: serde_json::Value = serde_json::from_str(text).unwrap();
     assert_eq!(json["outcome"], "running");

@@ -32,7 +32,8 @@ fn figures_of_the_sample() {
 
 #[test]
 fn figures_of_the_mission_are_among_the_others_and_come_back() {
-    let mut recorder = Recorder::new(&default_setup(7), LogLevel::Off, Memory::default()).unwrap();
+    let mut recorder =
+        Recorder::new(&default_setup(7), LogLevel::Off, MemoryLog::default()).unwrap();
     for tick in sample() {
         tick.record(&mut recorder).unwrap();
     }
@@ -60,7 +61,8 @@ fn figures_of_the_mission_are_among_the_others_and_come_back() {
 /// Blue has completed one task, according to the counting column.
 #[test]
 fn completed_work_is_counted_if_the_mission_has_no_figures() {
-    let mut recorder = Recorder::new(&default_setup(7), LogLevel::Off, Memory::default()).unwrap();
+    let mut recorder =
+        Recorder::new(&default_setup(7), LogLevel::Off, MemoryLog::default()).unwrap();
     for tick in sample() {
         tick.record(&mut recorder).unwrap();
     }

@@ -3,7 +3,7 @@
 use scenario::testkit::default_setup;
 use std::collections::BTreeMap;
 
-use proto::mission::Deed;
+use proto::mission::Action;
 
 use super::*;
 
@@ -52,7 +52,7 @@ fn level_does_not_change_the_hash() {
 #[test]
 fn flushes_do_not_change_the_log() {
     let mut recorder =
-        Recorder::new(&default_setup(7), LogLevel::Summary, Memory::default()).unwrap();
+        Recorder::new(&default_setup(7), LogLevel::Summary, MemoryLog::default()).unwrap();
     for tick in sample() {
         tick.record(&mut recorder).unwrap();
         recorder.flush().unwrap();
@@ -69,7 +69,8 @@ fn flushes_do_not_change_the_log() {
 #[test]
 fn the_hash_is_available_after_every_tick() {
     let ticks = sample();
-    let mut recorder = Recorder::new(&default_setup(7), LogLevel::Off, Memory::default()).unwrap();
+    let mut recorder =
+        Recorder::new(&default_setup(7), LogLevel::Off, MemoryLog::default()).unwrap();
     for (index, tick) in ticks.iter().enumerate() {
         tick.record(&mut recorder).unwrap();
         let (run, _) = log(LogLevel::Full, &ticks[..=index]);
@@ -92,7 +93,7 @@ fn every_bit_of_a_float_counts() {
         let change_sensor = |tick: &mut OwnedTick| {
             let mut at = Vec2::new(0.5, -0.25);
             flip(&mut at.y);
-            tick.blue().0.mission = Sensed::Open(Box::new(Bytes::encode(&at).unwrap()));
+            tick.blue().0.mission = SensorReading::Open(Box::new(Bytes::encode(&at).unwrap()));
         };
         assert_eq!(changed(change_sensor), ["blue readings"]);
     }
@@ -109,7 +110,7 @@ fn every_bit_of_a_float_counts() {
 fn every_part_counts_in_its_section() {
     let readings = ["blue readings"];
     assert_eq!(
-        changed(|tick| tick.blue().0.mission = Sensed::Nothing),
+        changed(|tick| tick.blue().0.mission = SensorReading::Nothing),
         readings
     );
     assert_eq!(
@@ -119,7 +120,7 @@ fn every_part_counts_in_its_section() {
 
     let commands = ["blue commands"];
     assert_eq!(
-        changed(|tick| tick.blue().1.actuation.deed = Deed::Open(Bytes::default())),
+        changed(|tick| tick.blue().1.actuation.deed = Action::Open(Bytes::default())),
         commands
     );
 
@@ -133,7 +134,7 @@ fn every_part_counts_in_its_section() {
         changed(|tick| tick.blue().1.receptions[0].delivery = Delivery::Lost),
         messages
     );
-    let said = |change: fn(&mut Said)| {
+    let said = |change: fn(&mut BroadcastSummary)| {
         changed(move |tick| change(tick.blue().1.receptions[0].said.as_mut().unwrap()))
     };
     assert_eq!(said(|said| said.seq ^= 1), messages);

@@ -10,7 +10,7 @@ fn reception(seq: u64, at_ms: u64, delivery: Delivery) -> Reception {
         incarnation: 1,
         sent: SimTime(0),
         delivery,
-        said: Some(Said {
+        said: Some(BroadcastSummary {
             seq,
             kind: BroadcastKind::Heartbeat,
             state: None,
@@ -66,7 +66,7 @@ fn rows(ticks: &[OwnedTick]) -> Vec<(u64, String, u64, String)> {
     assert_eq!(Some(format!("{:016x}", last.hash)), log.run.hash);
     let rows: Vec<MessageRow> = log.rows().unwrap();
     assert_eq!(rows.len() + 1, lines, "with the header line");
-    let columns = |row: MessageRow| (row.t_ms.0, row.receiver, row.seq.unwrap(), row.fate);
+    let columns = |row: MessageRow| (row.t_ms.0, row.receiver, row.seq.unwrap(), row.delivery);
     rows.into_iter().map(columns).collect()
 }
 

@@ -9,19 +9,20 @@ mod repeated;
 mod torn;
 
 use crate::{
-    EventRow, Input, Memory, MessageRow, MotivationRow, PoseRow, RUN_SECTION, RobotFigures, RunLog,
-    Table, TickRow,
+    EventRow, Input, MemoryLog, MessageRow, MotivationRow, PoseRow, RUN_SECTION, RobotFigures,
+    RunLog, Table, TickRow,
 };
 use glam::Vec2;
-use proto::mission::{Bytes, Sensed};
+use proto::mission::{Bytes, SensorReading};
 use proto::readings::{Actuation, Pose, Readings};
 use proto::team::{Broadcast, BroadcastKind, TaskState};
 use proto::telemetry::{
-    BehaviorState, Delivery, Motivation, Note, NoteKind, Reason, Reception, Said, StateChange,
+    BehaviorState, BroadcastSummary, Delivery, Motivation, Note, NoteKind, Reason, Reception,
+    StateChange,
 };
 use proto::tick::{Outcome, Report};
 use scenario::ids::{BehaviorId, RobotId, TaskId, Tick};
-use scenario::mission::{Target, Value};
+use scenario::mission::{FigureValue, Target};
 use scenario::testkit::default_setup;
 use scenario::time::SimTime;
 
@@ -40,7 +41,7 @@ struct OwnedTick {
     foreign: Vec<bool>,
     said: Vec<Broadcast>,
     events: Vec<Event>,
-    mission: Vec<Value>,
+    mission: Vec<FigureValue>,
     targets: Vec<Target>,
     mission_state: u64,
 }
@@ -86,8 +87,8 @@ fn header(table: Table) -> &'static str {
 }
 
 /// Logs a run that ends after these ticks.
-fn log(level: LogLevel, ticks: &[OwnedTick]) -> (RunFile, Memory) {
-    let mut recorder = Recorder::new(&default_setup(7), level, Memory::default()).unwrap();
+fn log(level: LogLevel, ticks: &[OwnedTick]) -> (RunFile, MemoryLog) {
+    let mut recorder = Recorder::new(&default_setup(7), level, MemoryLog::default()).unwrap();
     for tick in ticks {
         tick.record(&mut recorder).unwrap();
     }
@@ -138,8 +139,8 @@ fn body(x: f32, y: f32) -> BodyRecord {
     }
 }
 
-fn row(counts: [u32; 4], last_ms: Option<u64>) -> Vec<Value> {
-    let counts = counts.into_iter().map(Value::from);
+fn row(counts: [u32; 4], last_ms: Option<u64>) -> Vec<FigureValue> {
+    let counts = counts.into_iter().map(FigureValue::from);
     counts.chain([last_ms.into()]).collect()
 }
 
@@ -194,7 +195,8 @@ fn sample() -> Vec<OwnedTick> {
     gold.broadcasts = 2;
     gold.broadcast_bytes = 250;
     let (readings, blue) = second.blue();
-    readings.mission = Sensed::Open(Box::new(Bytes::encode(&Vec2::new(0.5, -0.25)).unwrap()));
+    readings.mission =
+        SensorReading::Open(Box::new(Bytes::encode(&Vec2::new(0.5, -0.25)).unwrap()));
     blue.actuation.speed_m_s = 0.5;
     blue.motivations = vec![
         Motivation {
@@ -230,7 +232,7 @@ fn sample() -> Vec<OwnedTick> {
         incarnation: 1,
         sent: SimTime(0),
         delivery: Delivery::Heard,
-        said: Some(Said {
+        said: Some(BroadcastSummary {
             seq: 0,
             kind: BroadcastKind::Heartbeat,
             state: Some(TaskState::Executing),

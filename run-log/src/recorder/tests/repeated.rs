@@ -68,15 +68,17 @@ fn any_reception() -> impl Strategy<Value = Reception> {
         mostly(None, vec![Some(TaskId(0))]),
         mostly(None, vec![Some(2)]),
     );
-    let said = said.prop_map(|(seq, kind, state, since, set, task, progress)| Said {
-        seq,
-        kind,
-        state,
-        since,
-        set,
-        task,
-        progress,
-    });
+    let said = said.prop_map(
+        |(seq, kind, state, since, set, task, progress)| BroadcastSummary {
+            seq,
+            kind,
+            state,
+            since,
+            set,
+            task,
+            progress,
+        },
+    );
     (
         mostly(0, vec![1, 3]),
         mostly(1, vec![2]),
@@ -126,7 +128,7 @@ proptest! {
         let alone = ticks.iter().map(|tick| log(LogLevel::Full, std::slice::from_ref(tick)).1);
         let alone: Vec<_> = alone.collect();
         for table in [Table::Motivations, Table::Messages, Table::Poses] {
-            let rows = |log: &Memory| log.tables[&table][header(table).len()..].to_vec();
+            let rows = |log: &MemoryLog| log.tables[&table][header(table).len()..].to_vec();
             let expected: Vec<u8> = alone.iter().flat_map(rows).collect();
             prop_assert_eq!(
                 String::from_utf8(rows(&together)).unwrap(),

@@ -3,10 +3,10 @@
 use scenario::testkit::default_setup;
 use std::collections::BTreeMap;
 
-use crate::{AllocationRow, ForeignAnswer, InputLine, TableRow};
+use crate::{AllocationRow, ExternalAnswer, InputLine, TableRow};
 use proptest::prelude::*;
 use proto::mission::Payload;
-use proto::team::{Bulletin, BulletinKind, Content};
+use proto::team::{BroadcastContent, Bulletin, BulletinKind};
 use proto::telemetry;
 use serde::Deserialize;
 
@@ -36,7 +36,7 @@ type Rows = (
     Vec<DrillRow>,
     Vec<TickRow>,
     Vec<InputLine>,
-    Vec<ForeignAnswer>,
+    Vec<ExternalAnswer>,
 );
 
 fn all_rows(log: &RunLog) -> Rows {
@@ -67,7 +67,7 @@ pub fn run_of(ticks: usize) -> Vec<OwnedTick> {
         index,
         seq: u64::from(index),
         sent: SimTime(50),
-        body: Content::Bulletin(Bulletin {
+        body: BroadcastContent::Bulletin(Bulletin {
             kind: BulletinKind::First,
             about: None,
             payload: Payload::Open(vec![byte; 30]),
@@ -100,7 +100,7 @@ fn prefixes(ticks: usize) -> Vec<(BTreeMap<Table, Vec<u8>>, Rows)> {
             let (run, memory) = log(LogLevel::Full, &ticks[..end]);
             let mut tables = memory.tables;
             // These files do not exist before their first row.
-            for table in [Table::Inputs, Table::Allocation, Table::Foreign] {
+            for table in [Table::Inputs, Table::Allocation, Table::External] {
                 tables.entry(table).or_default();
             }
             let rows = all_rows(&RunLog::from_tables(Path::new(""), run, tables.clone()));
@@ -146,7 +146,7 @@ fn any_file_cut_or_damaged_at_any_byte() {
 
 /// A sink that fails after a number of bytes, like that of a killed process.
 pub struct Dying {
-    pub memory: Memory,
+    pub memory: MemoryLog,
     pub bytes_left: usize,
 }
 
@@ -173,11 +173,11 @@ proptest! {
         let ticks = run_of(12);
         let total: usize = log(level, &ticks).1.tables.values().map(Vec::len).sum();
         let bytes = (fraction * total as f64) as usize;
-        let mut recorder = Recorder::new(&default_setup(7), level, Memory::default()).unwrap();
+        let mut recorder = Recorder::new(&default_setup(7), level, MemoryLog::default()).unwrap();
         let mut run = recorder.finish(Outcome::Interrupted, Ending::default()).unwrap();
         run.outcome = RunOutcome::Running;
 
-        let sink = Dying { memory: Memory::default(), bytes_left: bytes };
+        let sink = Dying { memory: MemoryLog::default(), bytes_left: bytes };
         let mut flushed = 0;
         let memory = match Recorder::new(&default_setup(7), level, sink) {
             // Failed in the header lines. `any_file_cut_or_damaged_at_any_byte` covers such logs.
@@ -214,7 +214,7 @@ proptest! {
 #[test]
 fn no_bytes_follow_a_torn_row() {
     let sink = Dying {
-        memory: Memory::default(),
+        memory: MemoryLog::default(),
         bytes_left: 2000,
     };
     let mut recorder = Recorder::new(&default_setup(7), LogLevel::Full, sink).unwrap();

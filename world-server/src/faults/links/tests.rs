@@ -1,7 +1,9 @@
 //! Tests of link faults and of the attribution of deliveries.
 
 use proptest::prelude::*;
-use scenario::fault::{Chance, Delay, Link, Loss, Partition, RadioQuality, RangeFault};
+use scenario::fault::{
+    Delay, LinkChance, LinkSelection, Loss, Partition, RadioQuality, RangeFault,
+};
 use scenario::testkit::default_setup;
 
 use super::*;
@@ -12,7 +14,7 @@ const GREEN: RobotId = RobotId(2);
 
 const NONE: [usize; 0] = [];
 
-fn who(name: &str) -> Who {
+fn who(name: &str) -> LinkEnd {
     name.to_owned().into()
 }
 
@@ -25,8 +27,8 @@ fn dropping(from: &str, to: &str, p: f64, burst_s: f64) -> Fault {
     })
 }
 
-fn chance(from: &str, to: &str, p: f64) -> Chance {
-    Chance {
+fn chance(from: &str, to: &str, p: f64) -> LinkChance {
+    LinkChance {
         from: who(from),
         to: who(to),
         p,
@@ -35,8 +37,8 @@ fn chance(from: &str, to: &str, p: f64) -> Chance {
 
 fn delaying(delay_s: f64, jitter_s: f64) -> Fault {
     Fault::Delay(Delay {
-        from: Who::All,
-        to: Who::All,
+        from: LinkEnd::All,
+        to: LinkEnd::All,
         delay_s,
         jitter_s,
     })
@@ -51,7 +53,7 @@ fn partition(groups: &[&[&str]], one_way: bool) -> Fault {
 }
 
 fn hold(from: &str, to: &str) -> Fault {
-    Fault::Hold(Link {
+    Fault::Hold(LinkSelection {
         from: who(from),
         to: who(to),
     })
@@ -150,8 +152,8 @@ fn a_fault_affects_only_its_own_links() {
         Fault::Reorder(chance("all", "gold", 0.25)),
         Fault::Duplicate(chance("blue", "green", 1.0)),
     ]);
-    let drop = Probability::of(0.3);
-    let reorder = Probability::of(0.25);
+    let drop = Probability::from_share(0.3);
+    let reorder = Probability::from_share(0.25);
     let clear = LinkState::default();
     let expected = [
         ((BLUE, GOLD), LinkState { reorder, ..clear }),
@@ -188,11 +190,11 @@ fn faults_add_up_and_end() {
     ];
     let mut links = with(&faults);
     let state = links.state(BLUE, GOLD).unwrap();
-    assert_eq!(state.drop, Probability::of(0.75));
+    assert_eq!(state.drop, Probability::from_share(0.75));
     assert_eq!((state.delay, state.jitter), (SimTime(1600), SimTime(250)));
     begin(&mut links, 11, &faults[..1]);
     let state = links.state(BLUE, GOLD).unwrap();
-    assert_eq!(state.drop, Probability::of(0.5));
+    assert_eq!(state.drop, Probability::from_share(0.5));
     assert_eq!(state.delay, SimTime(0));
     begin(&mut links, 12, &[]);
     assert_eq!(links.state(BLUE, GOLD), None);
@@ -202,7 +204,7 @@ fn faults_add_up_and_end() {
 fn a_radio_quality_applies_its_terms_to_all_links() {
     let good = with(&[Fault::Radio(RadioQuality::GoodRadio)]);
     let expected = LinkState {
-        drop: Probability::of(0.01),
+        drop: Probability::from_share(0.01),
         delay: SimTime(20),
         jitter: SimTime(30),
         ..LinkState::default()
@@ -213,8 +215,8 @@ fn a_radio_quality_applies_its_terms_to_all_links() {
         let state = severe.state(from, to).unwrap();
         assert!([Probability::NEVER, Probability::ALWAYS].contains(&state.drop));
         assert_eq!((state.delay, state.jitter), (SimTime(300), SimTime(1200)));
-        assert_eq!(state.duplicate, Probability::of(0.05));
-        assert_eq!(state.reorder, Probability::of(0.05));
+        assert_eq!(state.duplicate, Probability::from_share(0.05));
+        assert_eq!(state.reorder, Probability::from_share(0.05));
     }
 }
 

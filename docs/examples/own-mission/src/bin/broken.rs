@@ -18,7 +18,7 @@ use glam::Vec2;
 use missions::MissionParts;
 use own_mission::VISIT;
 use robot_agent::allocator::{Allocator, Choice, Decision, Input, Me, NoParameters, RouteCost};
-use robot_agent::mission::{Action, AgentMission, MissionMind, Moment, Perception, SharedMission};
+use robot_agent::mission::{StepOutput, AgentMission, MissionMind, Moment, Perception, SharedMission};
 use world_server::mission::{Happened, MissionWorld, TeamFigures, Validity, Value, WorldMission};
 use world_server::world::{ChangeError, Floor};
 
@@ -143,7 +143,7 @@ impl AgentMission for Mind {
         self.mind.choices(moment, applicable, choices);
     }
 
-    fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut Action) {
+    fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut StepOutput) {
         self.mind.act(moment, active, action);
         if breaks("nan") && moment.now >= WHEN {
             action.actuation.speed_m_s = f32::NAN;

@@ -36,15 +36,15 @@ fn vocabulary() -> Vocabulary {
             parameter("greedy", ParameterRange::Flag),
             parameter("tie", ParameterRange::Choice(&["low", "high"])),
         ],
-        wants_truth: false,
-        learns: false,
+        needs_ground_truth: false,
+        learns_times: false,
     });
     vocabulary.allocators.push(AllocatorSpec {
         name: "market",
         about: "auctions",
         parameters: vec![parameter("rounds", ParameterRange::Whole(1, 9))],
-        wants_truth: true,
-        learns: false,
+        needs_ground_truth: true,
+        learns_times: false,
     });
     vocabulary
 }
@@ -57,10 +57,10 @@ fn read(text: &str) -> Result<Scenario, String> {
 fn a_robot_uses_its_own_allocator_or_that_of_the_team() {
     let text = "allocator = 'market'\n[[robots]]\nname = 'a'\n[[robots]]\nname = 'b'\nallocator = 'nearest'";
     let scenario = read(text).unwrap();
-    let of = |rank: usize| scenario.allocator_of(&scenario.robots[rank]);
+    let of = |rank: usize| scenario.decider_of(&scenario.robots[rank]);
     assert_eq!((of(0), of(1)), ("market", "nearest"));
     let default = default_scenario();
-    assert_eq!(default.allocator_of(&default.robots[0]), "alliance");
+    assert_eq!(default.decider_of(&default.robots[0]), "alliance");
 }
 
 #[test]
@@ -140,7 +140,7 @@ fn mistakes_have_file_line_and_remedy() {
 
 #[test]
 fn only_robots_of_allocators_that_request_it_receive_the_ground_truth() {
-    let receivers = |text: &str| vocabulary().told_truth(&read(text).unwrap());
+    let receivers = |text: &str| vocabulary().ground_truth_robots(&read(text).unwrap());
     assert_eq!(receivers(""), []);
     assert_eq!(receivers("allocator = 'nearest'"), []);
     assert_eq!(receivers("allocator = 'market'"), [0, 1, 2].map(RobotId));

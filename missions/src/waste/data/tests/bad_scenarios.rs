@@ -669,7 +669,7 @@ fn only_foraging_has_a_duration() {
         &Registry::built_in().vocabulary(),
     );
     let scenario = read.unwrap();
-    assert!(!scenario.mission().promises(&scenario).ends);
+    assert!(!scenario.mission().expected_properties(&scenario).ends);
 }
 
 /// Draws fragments of scenario files, similar enough to real ones to reach every check.

@@ -37,7 +37,7 @@ fn check(order: &Order) -> Result<(), OrderError> {
         _ => text,
     };
     let scenario = Scenario::parse("team", text, &vocabulary).unwrap();
-    order.check(&scenario, &Catalog::of(&scenario))
+    order.check(&scenario, &Catalog::new(&scenario))
 }
 
 #[test]
@@ -72,6 +72,6 @@ fn the_page_has_an_example_of_every_fault() {
         assert_eq!(check(&Order::now(fault)), Ok(()), "{cell}");
     }
     let own = WASTE.faults().iter().map(|spec| spec.name);
-    let all = Fault::COMMON.into_iter().chain(own);
+    let all = Fault::COMMON_NAMES.into_iter().chain(own);
     assert_eq!(shown, all.map(str::to_owned).collect());
 }

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::Value;
 
-use scenario::fault::{Campaign, Fault, Faults, Mix, Order};
+use scenario::fault::{Fault, FaultMix, Faults, Order, RandomFaults};
 use scenario::mission::section::MissionSection;
 use scenario::testkit::one_of_each;
 use scenario::{
@@ -72,7 +72,7 @@ fn its_switches_are_those_of_the_default_preset() {
         step_order: all.step_order,
         ..all.alliance.switches
     };
-    let all_of_preset = SwitchSection::stating(preset.switches(), preset.step_order());
+    let all_of_preset = SwitchSection::from_switches(preset.switches(), preset.step_order());
     assert_eq!(switches, all_of_preset);
 }
 
@@ -119,7 +119,7 @@ fn its_random_faults_have_the_built_in_values() {
         &Registry::built_in().vocabulary(),
     )
     .unwrap();
-    assert_eq!(all.faults.random, Some(Campaign::default()));
+    assert_eq!(all.faults.random, Some(RandomFaults::default()));
 }
 
 /// No `..Default` here: a new field fails to compile, and the test then requires its documentation.
@@ -241,10 +241,10 @@ fn populated() -> Scenario {
         }],
         faults: Faults {
             timeline: every_fault().map(Order::now).collect(),
-            random: Some(Campaign {
+            random: Some(RandomFaults {
                 mtbf_s: 1.0,
                 mttr_s: 1.0,
-                mix: Mix {
+                mix: FaultMix {
                     kill: 1.0,
                     pause: 1.0,
                     link: 1.0,

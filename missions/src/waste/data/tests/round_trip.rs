@@ -62,12 +62,12 @@ fn the_briefing_hides_unknown_facts_from_robots() {
                 [[faults.timeline]]\nat_s = 9\nfault.kill = 'gold'\n[[waste.spills]]\nname = 'only'\nitems = 7";
     let scenario = Scenario::parse("s.toml", text, &Registry::built_in().vocabulary()).unwrap();
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-    let briefed = setup.briefing().scenario;
+    let briefed = setup.for_robots().scenario;
     assert!(briefed.obstacles.is_empty() && briefed.faults.is_empty());
     let [spill] = &WasteSection::of(&briefed).spills[..] else {
         panic!("{briefed:?}")
     };
     assert_eq!((spill.name.as_str(), spill.items), ("only", 0));
     assert_eq!(WasteSection::of(&setup.scenario).spills[0].items, 7);
-    assert_eq!(setup.briefing().catalog, setup.catalog);
+    assert_eq!(setup.for_robots().catalog, setup.catalog);
 }

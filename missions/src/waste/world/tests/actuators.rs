@@ -1,6 +1,6 @@
 //! Actuator faults: a failed gripper, and robots that ignore commands.
 
-use proto::mission::items::{Gripper, ItemsDeed};
+use proto::mission::items::{Gripper, ItemsAction};
 use proto::readings::Actuation;
 use scenario::fault::{ActuatorFault, ActuatorMode, Fault};
 use scenario::ids::RobotId;
@@ -57,9 +57,9 @@ fn a_failed_gripper_keeps_and_the_drive_goes_on() {
 #[test]
 fn a_robot_without_power_or_that_babbles_executes_no_command() {
     let commanded = Actuation {
-        deed: ItemsDeed {
+        deed: ItemsAction {
             report: true,
-            ..ItemsDeed::default()
+            ..ItemsAction::default()
         }
         .into(),
         ..Actuation::default()

@@ -200,7 +200,7 @@ fn with_foraging_delivered_items_return_until_time_runs_out() {
         world.mission().holds(&world).unwrap();
         let mut row = Vec::new();
         world.mission().row(&mut row);
-        assert_eq!(row[3], Value::Count(delivered));
+        assert_eq!(row[3], FigureValue::Count(delivered));
     }
     places.dedup();
     assert_eq!(places.len(), 20, "each item returns to another place");
@@ -208,7 +208,7 @@ fn with_foraging_delivered_items_return_until_time_runs_out() {
     world.mission().figures(&mut figures);
     let hours = world.now().as_secs_f64() / 3600.0;
     let per_hour = figures.mission.get("items_per_hour");
-    assert_eq!(per_hour, Value::Real(20.0 / hours));
+    assert_eq!(per_hour, FigureValue::Real(20.0 / hours));
     assert!(!world.is_complete());
     while world.now() < SimTime::from_secs_f64(3.0) {
         assert!(!world.is_complete());
@@ -335,9 +335,9 @@ fn tasks_are_due_according_to_the_ground_truth() {
     }
     assert_eq!(due(&world), ["report-progress"]);
     let report = Actuation {
-        deed: ItemsDeed {
+        deed: ItemsAction {
             report: true,
-            ..ItemsDeed::default()
+            ..ItemsAction::default()
         }
         .into(),
         ..Actuation::default()
@@ -489,9 +489,9 @@ fn items_that_begin_in_the_deposit_are_delivered() {
 #[test]
 fn a_report_counts_only_on_the_site_and_colors_it_for_a_while() {
     let report = Some(Actuation {
-        deed: ItemsDeed {
+        deed: ItemsAction {
             report: true,
-            ..ItemsDeed::default()
+            ..ItemsAction::default()
         }
         .into(),
         ..Actuation::default()
@@ -499,17 +499,17 @@ fn a_report_counts_only_on_the_site_and_colors_it_for_a_while() {
     let mut away = world(robots(&[(3.0, 4.5, 0.0)]));
     assert_eq!(away.step(&[report]), []);
     let site = |world: &World| (last_report(world), view(world).marks[0].share);
-    assert_eq!(site(&away), (Value::None, Some(0.0)));
+    assert_eq!(site(&away), (FigureValue::None, Some(0.0)));
 
     let mut world = world(robots(&[(0.3, 4.5, 0.0)]));
     world.step(&[None]);
     assert_eq!(summary(&world.step(&[report])), ["reported 0 "]);
     // The color lasts 5 s.
     while world.now().0 < 5050 {
-        assert_eq!(site(&world), (Value::Count(50), Some(1.0)));
+        assert_eq!(site(&world), (FigureValue::Count(50), Some(1.0)));
         world.step(&[None]);
     }
-    assert_eq!(site(&world), (Value::Count(50), Some(0.0)));
+    assert_eq!(site(&world), (FigureValue::Count(50), Some(0.0)));
 }
 
 #[test]
@@ -580,7 +580,7 @@ fn the_view_contains_zones_with_progress_and_items() {
     assert_eq!(world.mission().holds(&world), Ok(()));
 }
 
-fn last_report(world: &World) -> Value {
+fn last_report(world: &World) -> FigureValue {
     let mut row = Vec::new();
     world.mission().row(&mut row);
     row[4]

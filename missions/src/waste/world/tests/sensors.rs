@@ -2,8 +2,8 @@
 
 use crate::waste::data;
 use crate::waste::data::default_setup;
-use proto::mission::Sensed;
-use proto::mission::items::{ItemsSensed, Zone};
+use proto::mission::SensorReading;
+use proto::mission::items::{ItemsReading, Zone};
 use proto::readings::{Ground, Hit, Pose, Proximity};
 use scenario::fault::SensorFault;
 
@@ -28,7 +28,7 @@ fn sensor(device: &str, mode: SensorMode) -> Fault {
 fn sensor_of(robot: &str, device: &str, mode: SensorMode) -> Fault {
     Fault::Sensor(SensorFault {
         robot: robot.to_owned(),
-        device: Device::named(device),
+        device: Device::new(device),
         mode,
     })
 }
@@ -57,7 +57,7 @@ fn sensed(tick: Tick) -> Readings {
             left: [None; 3],
             right: [None, hit(0.2), None],
         }),
-        mission: Sensed::Items(ItemsSensed {
+        mission: SensorReading::Items(ItemsReading {
             items: Some(
                 [Vec2::new(0.3, 0.0), Vec2::new(-0.4, 0.1)]
                     .into_iter()
@@ -124,7 +124,7 @@ impl Bench {
 
 #[test]
 fn a_dead_device_has_no_reading_and_all_others_continue() {
-    for device in Device::of(data::WASTE) {
+    for device in Device::names_for(data::WASTE) {
         let mut bench = Bench::new([sensor(device, SensorMode::Dead)]);
         let (readings, hits) = bench.tick(0);
         assert_eq!(hits, [0], "{device:?}");

@@ -1,7 +1,7 @@
 //! comm_received, its origin, releases, and the memory use of the history.
 
 use proto::mission::Payload;
-use proto::team::About;
+use proto::team::BulletinSubject;
 use proto::team::{Bulletin, BulletinKind};
 
 use super::*;
@@ -37,7 +37,7 @@ impl Gold {
         self.seq += 1;
         let mut message = heartbeat(GOLD, self.seq, ms(at), state, ms(0), TOP);
         message.incarnation = self.incarnation;
-        if let Content::Heartbeat(heartbeat) = &mut message.body {
+        if let BroadcastContent::Heartbeat(heartbeat) = &mut message.body {
             heartbeat.progress = progress;
         }
         self.history
@@ -177,13 +177,13 @@ fn a_position_update_counts_for_its_task_and_carries_progress() {
     assert!(gold.begins(4000));
 }
 
-fn position_update(progress: u32) -> Content {
-    let about = About {
+fn position_update(progress: u32) -> BroadcastContent {
+    let about = BulletinSubject {
         task: task(TOP),
         set: set(TOP),
         progress,
     };
-    Content::Bulletin(Bulletin {
+    BroadcastContent::Bulletin(Bulletin {
         kind: BulletinKind::First,
         about: Some(about),
         payload: Payload::Open(Vec::new()),

@@ -14,8 +14,8 @@ mod waiting;
 use scenario::testkit::default_scenario;
 use std::sync::Arc;
 
-use proto::mission::Lore;
-use proto::team::{Broadcast, Content, Heartbeat, TaskState};
+use proto::mission::SharedKnowledge;
+use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
 use proto::telemetry::{BehaviorState, Reason, StateChange};
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -99,7 +99,7 @@ fn engine(robot: RobotId, setup: &Setup) -> Engine {
 /// Changes the section of one task in the scenario.
 fn with_task(mut setup: Setup, name: &str, edit: impl FnOnce(&mut TaskSection)) -> Setup {
     edit(setup.scenario.tasks.entry(name.to_owned()).or_default());
-    setup.catalog = Arc::new(Catalog::of(&setup.scenario));
+    setup.catalog = Arc::new(Catalog::new(&setup.scenario));
     setup
 }
 
@@ -143,7 +143,7 @@ fn broadcast(sender: RobotId, seq: u64, sent: SimTime, announcement: &Announceme
         index: 0,
         seq,
         sent,
-        body: Content::Heartbeat(Heartbeat {
+        body: BroadcastContent::Heartbeat(Heartbeat {
             state: announcement.state,
             since: announcement.since,
             set: announcement.behavior,
@@ -151,7 +151,7 @@ fn broadcast(sender: RobotId, seq: u64, sent: SimTime, announcement: &Announceme
             progress: announcement.progress,
             position: None,
             carrying: false,
-            lore: Lore::default(),
+            lore: SharedKnowledge::default(),
         }),
     }
 }

@@ -283,7 +283,7 @@ proptest! {
                 }
                 let Some((since, waited_out)) = was else { continue };
                 for message in &received[rank] {
-                    let Content::Heartbeat(other) = &message.body else { continue };
+                    let BroadcastContent::Heartbeat(other) = &message.body else { continue };
                     let beaten = other.state == TaskState::Executing
                         && (other.since, message.sender) < (since, me)
                         && !waited_out;

@@ -153,7 +153,7 @@ fn messages_from_outside_the_team_or_about_unknown_tasks_are_ignored() {
     let own = gold.message(GOLD, TaskState::Executing, ms(0));
     let outsider = gold.message(RobotId(7), TaskState::Executing, ms(0));
     let mut unknown = gold.message(BLUE, TaskState::Executing, ms(0));
-    if let Content::Heartbeat(heartbeat) = &mut unknown.body {
+    if let BroadcastContent::Heartbeat(heartbeat) = &mut unknown.body {
         heartbeat.task = Some(TaskId(99));
     }
     let output = gold.step(ONLY_TOP, &[unknown, own, outsider]);

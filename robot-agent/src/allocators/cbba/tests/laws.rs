@@ -1,6 +1,6 @@
 //! The properties C1 to C5: consensus, its result, and the effect of message loss.
 
-use proto::allocation::consensus::Claim;
+use proto::allocation::consensus::WinningBid;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -10,8 +10,8 @@ use scenario::time::SimTime;
 use super::reference::{Assignment, greedy, optimum};
 use super::team::{STEP_MS, Team, Work};
 use crate::allocator::Allocator;
-use crate::allocators::cbba::winners::{Beliefs, Entry};
 use crate::allocators::cbba::bundle::Bundle;
+use crate::allocators::cbba::winners::{Beliefs, Entry};
 use crate::allocators::cbba::{Acbba, BundleConfig, Cbaa, Cbba, DeltaConfig, SingleConfig};
 use crate::testkit;
 
@@ -56,7 +56,7 @@ fn assignment<A: Open>(team: &Team<A>) -> Assignment {
 }
 
 /// The claim to a place of a task: task, slot, round, claim.
-type Believed = (TaskId, u16, SimTime, Option<Claim>);
+type Believed = (TaskId, u16, SimTime, Option<WinningBid>);
 
 /// Returns the entries of all robots.
 fn beliefs<A: Open>(team: &Team<A>) -> Vec<Vec<Believed>> {

@@ -3,9 +3,11 @@
 use std::sync::Arc;
 
 use proto::allocation::AllocationMessage;
-use proto::allocation::consensus::{Belief, Claim, Delta, Deltas, News, Table};
+use proto::allocation::consensus::{
+    BidChange, BidTable, Deltas, TableEntry, TimeStamp, WinningBid,
+};
 use proto::codec::encoded_len;
-use proto::team::{Broadcast, Content};
+use proto::team::{Broadcast, BroadcastContent};
 use proto::telemetry::Reason;
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
@@ -37,7 +39,7 @@ fn single() -> BundleConfig {
     }
 }
 
-fn sent_by(sender: u16, seq: u64, sent: SimTime, table: Table) -> Arc<Broadcast> {
+fn sent_by(sender: u16, seq: u64, sent: SimTime, table: BidTable) -> Arc<Broadcast> {
     Arc::new(Broadcast {
         sender: RobotId(sender),
         incarnation: 1,
@@ -45,18 +47,18 @@ fn sent_by(sender: u16, seq: u64, sent: SimTime, table: Table) -> Arc<Broadcast>
         index: 0,
         seq,
         sent,
-        body: Content::Allocation(AllocationMessage::Table(table)),
+        body: BroadcastContent::Allocation(AllocationMessage::Table(table)),
     })
 }
 
-fn claims(task: u16, round: SimTime, claim: Option<(u16, f32)>) -> Table {
-    Table {
+fn claims(task: u16, round: SimTime, claim: Option<(u16, f32)>) -> BidTable {
+    BidTable {
         block: 0,
         slot: 0,
-        beliefs: vec![Belief {
+        beliefs: vec![TableEntry {
             task: TaskId(task),
             round,
-            claim: claim.map(|(robot, value)| Claim {
+            claim: claim.map(|(robot, value)| WinningBid {
                 robot: RobotId(robot),
                 value,
             }),
@@ -114,12 +116,12 @@ fn empty_and_forged_messages_take_no_task() {
         claims(0, SimTime::ZERO, Some((9, 1e9))),
         claims(0, SimTime(u64::MAX), Some((1, 1e9))),
         claims(7, SimTime::ZERO, Some((1, 1e9))),
-        Table {
+        BidTable {
             slot: 3,
             ..claims(0, SimTime::ZERO, Some((1, 1e9)))
         },
-        Table {
-            news: vec![News {
+        BidTable {
+            news: vec![TimeStamp {
                 robot: RobotId(2),
                 age_ms: u32::MAX,
             }],
@@ -302,19 +304,19 @@ fn messages_are_bounded_in_any_team() {
 /// The bound also holds with the largest numbers in all fields.
 #[test]
 fn the_largest_table_fits_a_message() {
-    let belief = |task| Belief {
+    let belief = |task| TableEntry {
         task: TaskId(u16::MAX - task),
         round: SimTime(u64::from(u32::MAX) + 1),
-        claim: Some(Claim {
+        claim: Some(WinningBid {
             robot: RobotId(u16::MAX),
             value: 1.0,
         }),
     };
-    let news = News {
+    let news = TimeStamp {
         robot: RobotId(u16::MAX),
         age_ms: 60_000,
     };
-    let table = AllocationMessage::Table(Table {
+    let table = AllocationMessage::Table(BidTable {
         block: u16::MAX,
         slot: u16::MAX,
         beliefs: (0..32).map(belief).collect(),
@@ -332,15 +334,15 @@ fn a_released_task_goes_to_the_next_bidder() {
         team.step();
     }
     let made = team.now().since(SimTime(50));
-    let delta = Delta {
+    let delta = BidChange {
         belief: claims(0, SimTime::ZERO, Some((1, 0.1))).beliefs[0],
         slot: 0,
         made,
     };
-    let mut message = sent_by(1, 1000, made, Table::default());
+    let mut message = sent_by(1, 1000, made, BidTable::default());
     let entries = vec![delta];
     Arc::make_mut(&mut message).body =
-        Content::Allocation(AllocationMessage::Deltas(Deltas { entries }));
+        BroadcastContent::Allocation(AllocationMessage::Deltas(Deltas { entries }));
     team.whisper(0, message);
     let holder = |team: &Team<Acbba>| team.members[0].allocator.0.beliefs.holder(TaskId(0));
     team.step();

@@ -1,15 +1,15 @@
 //! The state of the records is independent of the order and number of the reports.
 
 use proptest::prelude::*;
-use proto::allocation::consensus::Claim;
+use proto::allocation::consensus::WinningBid;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
 use crate::allocators::cbba::records::Records;
 
-fn report() -> impl Strategy<Value = (Claim, SimTime)> {
+fn report() -> impl Strategy<Value = (WinningBid, SimTime)> {
     (0..4_u16, 0..3_u8, 0..4_u64).prop_map(|(robot, value, made)| {
-        let claim = Claim {
+        let claim = WinningBid {
             robot: RobotId(robot),
             value: f32::from(value),
         };
@@ -17,7 +17,7 @@ fn report() -> impl Strategy<Value = (Claim, SimTime)> {
     })
 }
 
-fn records_after(reports: &[(Claim, SimTime)]) -> Records {
+fn records_after(reports: &[(WinningBid, SimTime)]) -> Records {
     let mut records = Records::default();
     for &(claim, made) in reports {
         records.hear(claim, made);
@@ -48,7 +48,7 @@ proptest! {
     fn withdrawn_bids_stay_withdrawn(reports in prop::collection::vec(report(), 0..20), robot in 0..4_u16) {
         let robot = RobotId(robot);
         let mut records = records_after(&reports);
-        records.hear(Claim { robot, value: 0.0 }, SimTime(10));
+        records.hear(WinningBid { robot, value: 0.0 }, SimTime(10));
         for &(claim, made) in reports.iter().filter(|(claim, _)| claim.robot == robot) {
             for record in records.iter_mut() {
                 record.is_unsaid = false;

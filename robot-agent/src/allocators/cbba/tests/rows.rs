@@ -1,6 +1,6 @@
 //! All rows of CBBA's table in all cases, compared with an independent transcription (docs/ALLOCATORS.md §6).
 
-use proto::allocation::consensus::Claim;
+use proto::allocation::consensus::WinningBid;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
@@ -131,7 +131,7 @@ fn every_row_matches_the_paper() {
             };
             for (theirs, mine) in [(0.5, 0.4), (0.5, 0.5), (0.4, 0.5)] {
                 let claim =
-                    |robot: Option<RobotId>, value| robot.map(|robot| Claim { robot, value });
+                    |robot: Option<RobotId>, value| robot.map(|robot| WinningBid { robot, value });
                 let case = Case {
                     // Of equal bids the lower rank's is the larger one.
                     y: theirs > mine || (theirs == mine && sender_claim < own_claim),

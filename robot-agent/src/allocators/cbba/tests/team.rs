@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use proto::team::{Broadcast, Content};
+use proto::team::{Broadcast, BroadcastContent};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -284,7 +284,7 @@ impl<A: Allocator> Team<A> {
                     index: index as u16,
                     seq: member.seq,
                     sent: now,
-                    body: Content::Allocation(message.clone()),
+                    body: BroadcastContent::Allocation(message.clone()),
                 }));
                 member.seq += 1;
             }

@@ -7,8 +7,8 @@ mod trials;
 use std::sync::Arc;
 
 use glam::Vec2;
-use proto::mission::Lore;
-use proto::team::{Broadcast, Content, Heartbeat, TaskState};
+use proto::mission::SharedKnowledge;
+use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
 use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{Preset, Switches};
@@ -69,7 +69,7 @@ fn heartbeat(
         index: 0,
         seq: stamp.1,
         sent,
-        body: Content::Heartbeat(Heartbeat {
+        body: BroadcastContent::Heartbeat(Heartbeat {
             state,
             since: sent,
             set: task.map(BehaviorId),
@@ -77,7 +77,7 @@ fn heartbeat(
             progress,
             position: Some(Vec2::ONE),
             carrying: false,
-            lore: Lore::default(),
+            lore: SharedKnowledge::default(),
         }),
     })
 }

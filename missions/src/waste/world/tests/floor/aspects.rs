@@ -1,7 +1,7 @@
 //! Energy, and the order of the aspects within a step.
 
 use crate::waste::data::WasteSection;
-use proto::mission::items::ItemsDeed;
+use proto::mission::items::ItemsAction;
 use scenario::Energy;
 
 use super::*;
@@ -55,7 +55,7 @@ fn a_robot_without_energy_does_nothing_and_logs_it_once() {
     let command = Actuation {
         speed_m_s: 0.05,
         turn_rad_s: 1.0,
-        deed: ItemsDeed {
+        deed: ItemsAction {
             gripper: Gripper::Pick,
             report: true,
         }

@@ -2,7 +2,7 @@
 
 use crate::waste::data::{WasteSection, default_setup};
 use proptest::prelude::*;
-use proto::mission::items::ItemsDeed;
+use proto::mission::items::ItemsAction;
 use proto::readings::Readings;
 use scenario::Room;
 use scenario::ids::ItemId;
@@ -72,7 +72,7 @@ pub(super) fn actuations(commands: &[RandomActuation]) -> Vec<Option<Actuation>>
         command.map(|(speed_m_s, turn_deg_s, grip)| Actuation {
             speed_m_s,
             turn_rad_s: turn_deg_s.to_radians(),
-            deed: ItemsDeed {
+            deed: ItemsAction {
                 gripper: [Gripper::Keep, Gripper::Pick, Gripper::Drop][usize::from(grip).min(2)],
                 report: grip == 5,
             }
