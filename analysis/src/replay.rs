@@ -12,7 +12,7 @@ use terminal::tell;
 use world_server::simulation::Simulation;
 
 use crate::diff::{Comparison, Difference, compare};
-use in_process::{Foreign, ForeignError, Kept, Team, TickError};
+use in_process::{AnswerError, AnswerSource, LoggedAnswers, Team, TickError};
 
 /// Run a logged run again and compare every tick.
 #[derive(Args, Clone, Debug)]
@@ -31,7 +31,7 @@ pub struct ReplayCommand {
 }
 
 /// A function that runs external controllers beside their logged answers. Its strings are the values of `--mind`.
-pub type AskMinds = fn(&RunLog, &[String], Kept) -> anyhow::Result<Box<dyn Foreign>>;
+pub type AskMinds = fn(&RunLog, &[String], LoggedAnswers) -> anyhow::Result<Box<dyn AnswerSource>>;
 
 /// A difference between the answer of an external controller and the log.
 #[derive(Debug, thiserror::Error)]
@@ -46,7 +46,7 @@ impl ReplayCommand {
         match self.replay(ask_minds) {
             Ok(comparison) => comparison.show(self.json),
             Err(error) => {
-                if let Some(TickError::Foreign(ForeignError::Other(why))) = error.downcast_ref()
+                if let Some(TickError::Foreign(AnswerError::Other(why))) = error.downcast_ref()
                     && let Some(OtherAnswer(found)) = why.downcast_ref()
                 {
                     return Comparison::Differs(found.clone()).show(self.json);
@@ -74,7 +74,7 @@ impl ReplayCommand {
                 logged.run.version
             );
         }
-        let foreign: Option<Box<dyn Foreign>> = match Kept::of(&logged)? {
+        let foreign: Option<Box<dyn AnswerSource>> = match LoggedAnswers::of(&logged)? {
             Some(kept) if !self.minds.is_empty() => Some(ask_minds(&logged, &self.minds, kept)?),
             Some(kept) => Some(Box::new(kept)),
             None if !self.minds.is_empty() => {
@@ -119,14 +119,14 @@ pub(crate) fn team_at_end(
     level: LogLevel,
     see: impl FnMut(&mut Simulation),
 ) -> anyhow::Result<(Team<MemoryLog>, Outcome)> {
-    let kept = Kept::of(logged)?.map(|kept| Box::new(kept) as Box<dyn Foreign>);
+    let kept = LoggedAnswers::of(logged)?.map(|kept| Box::new(kept) as Box<dyn AnswerSource>);
     team_to_end(logged, level, kept, see)
 }
 
 fn team_to_end(
     logged: &RunLog,
     level: LogLevel,
-    foreign: Option<Box<dyn Foreign>>,
+    foreign: Option<Box<dyn AnswerSource>>,
     see: impl FnMut(&mut Simulation),
 ) -> anyhow::Result<(Team<MemoryLog>, Outcome)> {
     let (ticks, outcome) = match (logged.run.outcome, logged.last) {
@@ -140,12 +140,12 @@ fn team_to_end(
     let setup = logged.run.setup.clone();
     let scenario = &setup.scenario;
     let registry = Registry::of_this_program();
-    if let Err(error) = registry.worlds().of(scenario)?.start_poses(scenario) {
-        bail!("run.json: scenario.{}", error.of(scenario));
+    if let Err(error) = registry.worlds().find(scenario)?.start_poses(scenario) {
+        bail!("run.json: scenario.{}", error.describe(scenario));
     }
     let inputs = logged.inputs()?;
-    let mut team = Team::with_foreign(setup, inputs, level, MemoryLog::default(), foreign)?;
-    let outcome = team.go_on_for(ticks, outcome, see)?;
+    let mut team = Team::with_answer_source(setup, inputs, level, MemoryLog::default(), foreign)?;
+    let outcome = team.continue_for(ticks, outcome, see)?;
     Ok((team, outcome))
 }
 

@@ -9,7 +9,7 @@ use crate::keyring::Keyring;
 use crate::member::Login;
 use crate::remote;
 use crate::rendezvous::{Announcement, ConnectionRole, JoinEndpoint, RemoteWorld, Rendezvous};
-use crate::router::Plan;
+use crate::router::RouterConfig;
 use crate::session;
 use anyhow::{Context, bail};
 use proto::identity;
@@ -65,7 +65,7 @@ impl Relay {
         let (protocol, _) = login.endpoint.split_once('/').unwrap_or_default();
         let users = robots.iter();
         let users = users.map(|(robot, secret)| (identity::robot(robot), secret.clone()));
-        let plan = Plan {
+        let plan = RouterConfig {
             listen: listen.to_vec(),
             uplink: Some(login.clone()),
             users: users.collect(),

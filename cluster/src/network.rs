@@ -24,7 +24,7 @@ pub struct NetworkArgs {
     pub keys: Option<PathBuf>,
     /// Robots on another host, which connects them to the world
     #[arg(long, value_name = "HOST=ROBOT,…", value_parser = place, requires = "listen")]
-    pub place: Vec<(String, Vec<String>)>,
+    pub robot_hosts: Vec<(String, Vec<String>)>,
     /// Listen on the network without encryption; all machines on the network can read the messages
     #[arg(long)]
     pub unencrypted: bool,
@@ -44,7 +44,7 @@ impl NetworkArgs {
         let mut hosts: BTreeMap<String, Vec<String>> = BTreeMap::new();
         let mut placed = BTreeSet::new();
         let known = || scenario.robots.iter().map(|robot| robot.name.as_str());
-        for (host, robots) in &self.place {
+        for (host, robots) in &self.robot_hosts {
             for robot in robots {
                 if !known().any(|name| name == robot) {
                     bail!(
@@ -96,7 +96,7 @@ pub struct Network {
 impl Network {
     /// Returns all identities that may send messages from outside: each robot for itself, each host for its robots.
     #[must_use]
-    pub fn speakers(&self, scenario: &Scenario) -> Vec<LinkMembers> {
+    pub fn members(&self, scenario: &Scenario) -> Vec<LinkMembers> {
         let robots = scenario.robots.iter();
         let robots = robots.map(|robot| LinkMembers::robot(&robot.name));
         let hosts = self.hosts.iter();

@@ -43,9 +43,9 @@ pub async fn open_for_team(
         ConnectionRole::Team.name().to_owned(),
         run.team.password.clone(),
     )];
-    let mut router = Plan::default();
+    let mut router = RouterConfig::default();
     if let Some((network, scenario)) = network {
-        let speakers = network.speakers(scenario);
+        let speakers = network.members(scenario);
         let keys = KeyExpressions::new(&run.run);
         router.access = access::team_rules(&keys, &speakers, ConnectionRole::Team.name(), None);
         router.listen.clone_from(&network.listen);
@@ -63,13 +63,13 @@ pub async fn open_for_team(
 
 /// Opens the gateway's router for operators and observers and writes its address to the rendezvous.
 pub async fn open_for_operators(run: &mut Rendezvous) -> Result<Session, RouterError> {
-    let router = Plan {
+    let router = RouterConfig {
         users: vec![(
             ConnectionRole::Operator.name().to_owned(),
             run.token.clone(),
         )],
         access: access::gateway_rules(&KeyExpressions::new(&run.run)),
-        ..Plan::default()
+        ..RouterConfig::default()
     };
     let (session, at) = router
         .open(&run.run, run.pid, ConnectionRole::Operator)
@@ -79,7 +79,7 @@ pub async fn open_for_operators(run: &mut Rendezvous) -> Result<Session, RouterE
 }
 
 #[derive(Default)]
-pub struct Plan {
+pub struct RouterConfig {
     /// Locators to listen on, in addition to the address for this machine.
     pub listen: Vec<String>,
     /// The router to connect to; `None` for a central router.
@@ -90,7 +90,7 @@ pub struct Plan {
     pub access: String,
 }
 
-impl Plan {
+impl RouterConfig {
     /// Opens the router and returns its address: a socket in the runtime folder, or else a free loopback port.
     pub async fn open(
         &self,

@@ -7,7 +7,7 @@ use proto::tick::ManifestEntry;
 use scenario::ids::{RobotId, Tick};
 use smallvec::SmallVec;
 
-pub(super) struct Air {
+pub(super) struct BroadcastStore {
     /// By rank: the broadcasts of the two latest ticks in which the robot sent any.
     sent: Vec<[SentBroadcasts; 2]>,
 }
@@ -20,7 +20,7 @@ struct SentBroadcasts {
     broadcasts: SmallVec<[Arc<Broadcast>; 1]>,
 }
 
-impl Air {
+impl BroadcastStore {
     pub fn new(robots: usize) -> Self {
         Self {
             sent: vec![Default::default(); robots],
@@ -109,7 +109,7 @@ mod tests {
     }
 
     fn received(
-        air: &Air,
+        air: &BroadcastStore,
         tick: Tick,
         incarnation: scenario::ids::Incarnation,
         count: u16,
@@ -130,7 +130,7 @@ mod tests {
 
     #[test]
     fn broadcasts_of_the_two_latest_ticks_are_received_unless_lost() {
-        let mut air = Air::new(2);
+        let mut air = BroadcastStore::new(2);
         let mut spent = Vec::new();
         for tick in [3, 4, 5] {
             air.send(tick, SENDER, &mut broadcasts(tick, 2), &mut spent);

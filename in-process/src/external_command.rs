@@ -5,21 +5,21 @@ use proto::readings::Actuation;
 
 /// The motion command of an external agent for a robot's body. It replaces that of the robot's own agent.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Command {
+pub struct BodyCommand {
     /// Speed as in [`Actuation::speed_m_s`]; finite.
     pub speed_m_s: f32,
     /// Turn rate as in [`Actuation::turn_rad_s`]; finite.
     pub turn_rad_s: f32,
     /// The action of the body; `None` keeps the action of the robot's own agent.
-    pub deed: Option<Action>,
+    pub action: Option<Action>,
 }
 
-impl Command {
+impl BodyCommand {
     /// Replaces the motion, and the action if any, of a robot's own agent.
-    pub(super) fn take_over(&self, actuation: &mut Actuation) {
+    pub(super) fn apply_to(&self, actuation: &mut Actuation) {
         actuation.speed_m_s = self.speed_m_s;
         actuation.turn_rad_s = self.turn_rad_s;
-        if let Some(deed) = self.deed {
+        if let Some(deed) = self.action {
             actuation.deed = deed;
         }
     }

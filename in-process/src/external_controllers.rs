@@ -12,10 +12,10 @@ use scenario::Setup;
 use scenario::ids::{Incarnation, RobotId, Tick};
 
 /// A source of answers for robots whose controllers are not part of this program.
-pub trait Foreign: Send {
-    fn spawn(&mut self, _robot: RobotId, _incarnation: Incarnation) {}
+pub trait AnswerSource: Send {
+    fn start_incarnation(&mut self, _robot: RobotId, _incarnation: Incarnation) {}
 
-    fn die(&mut self, _robot: RobotId) {}
+    fn end_incarnation(&mut self, _robot: RobotId) {}
 
     /// Computes the robot's answer to a tick and overwrites `report` and `broadcasts` with it. `arrived` has one entry for each
     /// broadcast of the tick's manifest; `None` stands for a lost one.
@@ -29,11 +29,11 @@ pub trait Foreign: Send {
         arrived: &[Option<Arc<Broadcast>>],
         report: &mut Report,
         broadcasts: &mut Vec<Broadcast>,
-    ) -> Result<(), ForeignError>;
+    ) -> Result<(), AnswerError>;
 }
 
 #[derive(Debug, thiserror::Error)]
-pub enum ForeignError {
+pub enum AnswerError {
     /// An answer that the log does not contain.
     #[error(
         "foreign.bin has no answer of {robot} in tick {tick}: the file is missing or truncated, or the run is from another version"
@@ -50,17 +50,17 @@ pub enum TickError {
     #[error(transparent)]
     Log(#[from] RecordError),
     #[error(transparent)]
-    Foreign(#[from] ForeignError),
+    Foreign(#[from] AnswerError),
 }
 
 /// The logged answers of external controllers.
-pub struct Kept {
+pub struct LoggedAnswers {
     /// The remaining answers of each robot, by rank and in order of ticks.
     answers: Vec<VecDeque<ExternalAnswer>>,
     names: Vec<String>,
 }
 
-impl Kept {
+impl LoggedAnswers {
     /// Reads the answers of a logged run. Returns `None` if the run has no external controllers.
     pub fn of(logged: &RunLog) -> Result<Option<Self>, ReadError> {
         let setup = &logged.run.setup;
@@ -86,7 +86,7 @@ impl Kept {
     }
 }
 
-impl Foreign for Kept {
+impl AnswerSource for LoggedAnswers {
     fn answer(
         &mut self,
         robot: RobotId,
@@ -94,13 +94,13 @@ impl Foreign for Kept {
         _: &[Option<Arc<Broadcast>>],
         report: &mut Report,
         broadcasts: &mut Vec<Broadcast>,
-    ) -> Result<(), ForeignError> {
+    ) -> Result<(), AnswerError> {
         let (wanted, answers) = (tick.tick, &mut self.answers[robot.index()]);
         let matches_tick = |answer: &mut ExternalAnswer| {
             (answer.report.tick, answer.report.incarnation) == (wanted, tick.incarnation)
         };
         let Some(answer) = answers.pop_front_if(matches_tick) else {
-            return Err(ForeignError::Missing {
+            return Err(AnswerError::Missing {
                 robot: self.names[robot.index()].clone(),
                 tick: wanted,
             });

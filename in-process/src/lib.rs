@@ -23,11 +23,11 @@ use world_server::barrier::Presence;
 use world_server::mission::UnknownMission;
 use world_server::simulation::Simulation;
 
-pub use external_command::Command;
-pub use external_controllers::{Foreign, ForeignError, Kept, TickError};
+pub use external_command::BodyCommand;
+pub use external_controllers::{AnswerError, AnswerSource, LoggedAnswers, TickError};
 use run::Run;
-pub use run::Spaces;
-pub use traffic::{Said, Traffic};
+pub use run::Workspaces;
+pub use traffic::{BroadcastCount, BroadcastCounts};
 
 /// An error that prevents a run in one process from starting.
 #[derive(Debug, thiserror::Error)]
@@ -45,7 +45,7 @@ pub enum StartError {
         "the controller '{mind}' of {robot} is an external program and needs a run with processes; use \
          `alliance run SCENARIO --mind {mind}=COMMAND`"
     )]
-    Mind { robot: String, mind: String },
+    ExternalController { robot: String, mind: String },
 }
 
 /// A team and its world, stepped tick by tick, with the log of the run.
@@ -73,12 +73,12 @@ impl<S: Sink> Team<S> {
     }
 
     /// Creates a run like [`Team::with_inputs`], with a source of answers for external controllers.
-    pub fn with_foreign(
+    pub fn with_answer_source(
         setup: Setup,
         inputs: Vec<InputLine>,
         log: LogLevel,
         sink: S,
-        foreign: Option<Box<dyn Foreign>>,
+        foreign: Option<Box<dyn AnswerSource>>,
     ) -> Result<Self, StartError> {
         Self::with_all(
             Registry::of_this_program(),
@@ -107,7 +107,7 @@ impl<S: Sink> Team<S> {
         inputs: Vec<InputLine>,
         log: LogLevel,
         sink: S,
-        foreign: Option<Box<dyn Foreign>>,
+        foreign: Option<Box<dyn AnswerSource>>,
     ) -> Result<Self, StartError> {
         let run = Run::new(registry, setup, inputs, foreign)?;
         let recorder = Recorder::new(run.simulation.setup(), log, sink)?;
@@ -126,21 +126,21 @@ impl<S: Sink> Team<S> {
 
     /// Drives the body of a robot with this command from now on. Its agent continues to sense, receive and send. `None` returns
     /// control to the agent. The inputs of such a run are not sufficient to repeat it.
-    pub fn drive(&mut self, robot: RobotId, command: Option<Command>) {
+    pub fn drive(&mut self, robot: RobotId, command: Option<BodyCommand>) {
         self.run.drive(robot, command);
     }
 
     /// Exchanges the team's workspaces for these. They contain no data that outlasts a tick.
-    pub fn exchange(&mut self, spaces: &mut Spaces) {
+    pub fn swap_workspaces(&mut self, spaces: &mut Workspaces) {
         self.run.exchange(spaces);
     }
 
     pub fn count_traffic(&mut self) {
-        self.run.traffic = Some(Traffic::default());
+        self.run.traffic = Some(BroadcastCounts::default());
     }
 
     /// Returns the counts of broadcasts, or `None` without [`Team::count_traffic`].
-    pub fn traffic(&self) -> Option<&Traffic> {
+    pub fn traffic(&self) -> Option<&BroadcastCounts> {
         self.run.traffic.as_ref()
     }
 
@@ -149,8 +149,8 @@ impl<S: Sink> Team<S> {
         self.recorder.take_events()
     }
 
-    pub fn glance(&self) -> View {
-        self.run.simulation.glance()
+    pub fn view(&self) -> View {
+        self.run.simulation.view_without_history()
     }
 
     /// Runs one tick. Returns the outcome if the run has ended.
@@ -175,12 +175,12 @@ impl<S: Sink> Team<S> {
         then: Outcome,
         see: impl FnMut(&mut Simulation),
     ) -> Result<(Outcome, Recorder<S>), TickError> {
-        let outcome = self.go_on_for(ticks, then, see)?;
+        let outcome = self.continue_for(ticks, then, see)?;
         Ok(self.finish(outcome)?)
     }
 
     /// Runs like [`Team::run_for`] without finishing the log. Returns the outcome.
-    pub fn go_on_for(
+    pub fn continue_for(
         &mut self,
         ticks: u64,
         then: Outcome,

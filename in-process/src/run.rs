@@ -14,10 +14,10 @@ use world_server::barrier::Presence;
 use world_server::simulation::Simulation;
 
 use crate::StartError;
-use crate::broadcast_store::Air;
-use crate::external_command::Command;
-use crate::external_controllers::{Foreign, ForeignError, TickError};
-use crate::traffic::Traffic;
+use crate::broadcast_store::BroadcastStore;
+use crate::external_command::BodyCommand;
+use crate::external_controllers::{AnswerError, AnswerSource, TickError};
+use crate::traffic::BroadcastCounts;
 
 type Outside = BTreeMap<Tick, Vec<Input>>;
 
@@ -36,7 +36,7 @@ enum Seat {
 /// The workspaces of the robots of a group. Several teams that are stepped in turn can share one set, which then stays in the
 /// cache.
 #[derive(Default)]
-pub struct Spaces(Vec<Workspace>);
+pub struct Workspaces(Vec<Workspace>);
 
 /// A run without its log.
 pub(super) struct Run {
@@ -48,18 +48,18 @@ pub(super) struct Run {
     seats: Vec<Seat>,
     /// By rank: `true` for robots with external controllers.
     is_foreign: Vec<bool>,
-    foreign: Option<Box<dyn Foreign>>,
+    foreign: Option<Box<dyn AnswerSource>>,
     /// The error of an external controller that has not answered in this tick.
-    unanswered: Option<ForeignError>,
-    air: Air,
+    unanswered: Option<AnswerError>,
+    air: BroadcastStore,
     /// The robots of the current group. Their workspaces are in `spaces`, in the same order.
     asked: Vec<RobotId>,
-    spaces: Spaces,
+    spaces: Workspaces,
     outside: Outside,
     /// By rank: commands that replace those of the agents. Empty if no body was ever driven.
-    driven: Vec<Option<Command>>,
+    driven: Vec<Option<BodyCommand>>,
     /// The counts of broadcasts; `None` if they are not counted.
-    pub traffic: Option<Traffic>,
+    pub traffic: Option<BroadcastCounts>,
     /// The incarnations that process faults start, by tick and robot. An incarnation that ends before it takes part has a number, too.
     incarnations: BTreeMap<(Tick, String), VecDeque<Incarnation>>,
     /// The known allocators, including which of them learn.
@@ -72,7 +72,7 @@ impl Run {
         registry: &Registry,
         setup: Setup,
         inputs: Vec<InputLine>,
-        foreign: Option<Box<dyn Foreign>>,
+        foreign: Option<Box<dyn AnswerSource>>,
     ) -> Result<Self, StartError> {
         let mut is_foreign = vec![false; setup.scenario.robots.len()];
         for (robot, is_foreign) in setup.scenario.robots.iter().zip(&mut is_foreign) {
@@ -82,14 +82,14 @@ impl Run {
             {
                 *is_foreign = true;
                 if foreign.is_none() {
-                    return Err(StartError::Mind {
+                    return Err(StartError::ExternalController {
                         robot: robot.name.clone(),
                         mind: controller.to_owned(),
                     });
                 }
             }
         }
-        let mission = registry.worlds().of(&setup.scenario)?;
+        let mission = registry.worlds().find(&setup.scenario)?;
         let briefing = setup.for_robots();
         let vocabulary = registry.vocabulary();
         let informed = vocabulary.ground_truth_robots(&setup.scenario);
@@ -118,9 +118,9 @@ impl Run {
             is_foreign,
             foreign,
             unanswered: None,
-            air: Air::new(setup.scenario.robots.len()),
+            air: BroadcastStore::new(setup.scenario.robots.len()),
             asked: Vec::new(),
-            spaces: Spaces::default(),
+            spaces: Workspaces::default(),
             simulation: Simulation::new(setup, mission, true),
             outside,
             driven: Vec::new(),
@@ -128,7 +128,7 @@ impl Run {
             incarnations,
             vocabulary,
         };
-        run.simulation.tell_truth_to(informed);
+        run.simulation.send_ground_truth_to(informed);
         // A run that is over at its start admits no robots.
         if run.simulation.outcome().is_none() {
             run.admit(0);
@@ -156,14 +156,14 @@ impl Run {
     }
 
     /// Drives a body, see [`Team::drive`](crate::Team::drive).
-    pub fn drive(&mut self, robot: RobotId, command: Option<Command>) {
+    pub fn drive(&mut self, robot: RobotId, command: Option<BodyCommand>) {
         if self.driven.is_empty() {
             self.driven = vec![None; self.seats.len()];
         }
         self.driven[robot.index()] = command;
     }
 
-    pub fn exchange(&mut self, spaces: &mut Spaces) {
+    pub fn exchange(&mut self, spaces: &mut Workspaces) {
         std::mem::swap(&mut self.spaces, spaces);
     }
 
@@ -184,7 +184,7 @@ impl Run {
             loop {
                 // A pending act may depend on an input at the current order index.
                 let mut has_inputs = self.feed(&mut timed);
-                let next = self.simulation.take_act();
+                let next = self.simulation.take_action();
                 has_inputs |= self.feed(&mut timed);
                 if let Some(Some((robot, act))) = next {
                     self.act(robot, act, &outside);
@@ -206,7 +206,7 @@ impl Run {
             }
             if idle && !self.simulation.is_complete() {
                 // No robot takes part, and no further input will change that.
-                self.simulation.abandon();
+                self.simulation.end_if_idle();
                 return Ok(self.simulation.outcome());
             }
         }
@@ -271,7 +271,7 @@ impl Run {
     #[inline(never)]
     fn feed_some(&mut self, timed: &mut VecDeque<Input>) -> bool {
         let mut any = false;
-        while let Some(input) = timed.pop_front_if(|input| self.simulation.feeds(input)) {
+        while let Some(input) = timed.pop_front_if(|input| self.simulation.is_input_due(input)) {
             any = true;
             match &input {
                 Input::Gone { robot, .. } => {
@@ -291,7 +291,7 @@ impl Run {
     fn spawn_agent(&mut self, robot: RobotId, incarnation: Incarnation) {
         self.seats[robot.index()] = match &mut self.foreign {
             Some(foreign) if self.is_foreign[robot.index()] => {
-                foreign.spawn(robot, incarnation);
+                foreign.start_incarnation(robot, incarnation);
                 Seat::Foreign
             }
             _ => Seat::Agent(Agent::new(robot, incarnation, &self.briefing, &self.common)),
@@ -307,7 +307,7 @@ impl Run {
                 }
             }
             // All faults that one command clears are one input.
-            Input::Clear { ids, .. } => self.simulation.clear_again(ids.clone()),
+            Input::Clear { ids, .. } => self.simulation.replay_clear(ids.clone()),
             _ => {}
         }
     }
@@ -356,9 +356,9 @@ impl Run {
             if matches!(std::mem::replace(seat, Seat::Empty), Seat::Foreign)
                 && let Some(foreign) = &mut self.foreign
             {
-                foreign.die(robot);
+                foreign.end_incarnation(robot);
             }
-            self.simulation.gone(robot, incarnation);
+            self.simulation.agent_lost(robot, incarnation);
         }
     }
 
@@ -404,7 +404,7 @@ impl Run {
         };
         self.asked.clear();
         while self.asked.len() < most
-            && let Some(robot) = self.simulation.next_question()
+            && let Some(robot) = self.simulation.next_recipient()
         {
             self.asked.push(robot);
         }
@@ -454,7 +454,7 @@ impl Run {
 
     /// Steps the agents of the group and then passes on their reports.
     fn answer(&mut self, outside: &[Input]) {
-        let Spaces(spaces) = &mut self.spaces;
+        let Workspaces(spaces) = &mut self.spaces;
         let most = spaces.len().max(self.asked.len());
         spaces.resize_with(most, Workspace::default);
         let robots = &self.simulation.setup().scenario.robots;
@@ -508,11 +508,11 @@ impl Run {
                     traffic.add(&space.broadcasts);
                 }
                 if let Some(Some(command)) = self.driven.get(robot.index()) {
-                    command.take_over(&mut space.report.actuation);
+                    command.apply_to(&mut space.report.actuation);
                 }
-                if self.simulation.is_foreign(robot) {
+                if self.simulation.has_external_controller(robot) {
                     for broadcast in &space.broadcasts {
-                        self.simulation.overhear(broadcast.clone());
+                        self.simulation.keep_broadcast(broadcast.clone());
                     }
                 }
                 self.air

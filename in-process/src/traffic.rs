@@ -4,7 +4,7 @@ use proto::team::{Broadcast, BroadcastKind};
 use robot_agent::agent::payload_bytes;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Said {
+pub struct BroadcastCount {
     /// The number of broadcasts, each counted once for all receivers.
     pub messages: u64,
     /// The total size of the encoded and sealed payloads in bytes.
@@ -12,9 +12,9 @@ pub struct Said {
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Traffic([Said; BroadcastKind::ALL.len()]);
+pub struct BroadcastCounts([BroadcastCount; BroadcastKind::ALL.len()]);
 
-impl Traffic {
+impl BroadcastCounts {
     pub(super) fn add(&mut self, broadcasts: &[Broadcast]) {
         for broadcast in broadcasts {
             let counts = &mut self.0[broadcast.body.kind() as usize];
@@ -23,7 +23,7 @@ impl Traffic {
         }
     }
 
-    pub fn by_kind(&self) -> impl Iterator<Item = (BroadcastKind, Said)> + '_ {
+    pub fn by_kind(&self) -> impl Iterator<Item = (BroadcastKind, BroadcastCount)> + '_ {
         BroadcastKind::ALL.into_iter().zip(self.0.iter().copied())
     }
 }

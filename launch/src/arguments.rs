@@ -7,7 +7,7 @@ use clap::Parser;
 use clap::error::ErrorKind;
 use scenario::Vocabulary;
 use terminal::tell;
-use world_server::size::with_size_words;
+use world_server::size::with_size_options;
 
 /// Parses the arguments of this process. The size options of the missions are accepted like `--size`.
 ///
@@ -35,7 +35,7 @@ fn read<C: Parser>(
     vocabulary: &Vocabulary,
     words: impl Iterator<Item = OsString>,
 ) -> Result<C, clap::Error> {
-    let command = with_size_words(C::command(), vocabulary);
+    let command = with_size_options(C::command(), vocabulary);
     C::from_arg_matches_mut(&mut command.try_get_matches_from(words)?)
 }
 

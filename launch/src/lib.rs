@@ -17,7 +17,7 @@ use robot_agent::args::AgentArgs;
 use terminal::tell;
 use world_server::args::{WorldArgs, log_to_stderr};
 use world_server::mission_args::Known;
-use world_server::size::with_size_words;
+use world_server::size::with_size_options;
 
 mod allocators_command;
 pub mod arguments;
@@ -119,7 +119,7 @@ pub fn known() -> Known {
 
 /// Returns the command with the size options of this program's missions.
 fn full_command() -> clap::Command {
-    with_size_words(
+    with_size_options(
         AllianceCli::command(),
         &Registry::of_this_program().vocabulary(),
     )

@@ -8,7 +8,7 @@ use robot_agent::registry::AgentRegistry;
 use scenario::Vocabulary;
 use scenario::mission::registry::Mission;
 use serde::de::DeserializeOwned;
-use world_server::mission::{MissionWorld, TypedMission, Worlds};
+use world_server::mission::{MissionRegistry, MissionWorld, TypedMission};
 
 /// The registry of this program. The program's `main` sets it once, before the first read.
 static OF_THIS_PROGRAM: OnceLock<Registry> = OnceLock::new();
@@ -28,10 +28,10 @@ impl MissionParts {
     pub const fn of<W, M>(data: Mission) -> Self
     where
         W: TypedMission,
-        M: TypedMind<Sensed = W::Sensed, Deed = W::Deed>,
+        M: TypedMind<Sensed = W::Reading, Deed = W::Action>,
     {
         Self {
-            world: MissionWorld::of::<W>(data),
+            world: MissionWorld::typed::<W>(data),
             mind: MissionMind::of::<M>(data),
         }
     }
@@ -53,7 +53,7 @@ impl MissionParts {
 /// A `main` passes the registry to `launch::main(registry)`.
 #[derive(Clone, Debug)]
 pub struct Registry {
-    worlds: Worlds,
+    worlds: MissionRegistry,
     agents: AgentRegistry,
 }
 
@@ -61,7 +61,7 @@ impl Registry {
     #[must_use]
     pub fn built_in() -> Self {
         let none = Self {
-            worlds: Worlds::default(),
+            worlds: MissionRegistry::default(),
             agents: AgentRegistry::built_in(),
         };
         none.mission(crate::waste::PARTS)
@@ -127,7 +127,7 @@ impl Registry {
     }
 
     #[must_use]
-    pub fn worlds(&self) -> &Worlds {
+    pub fn worlds(&self) -> &MissionRegistry {
         &self.worlds
     }
 }

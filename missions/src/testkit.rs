@@ -184,7 +184,7 @@ impl<'s> Trial<'s> {
                 check_state_covers_readings(tick, world, &commands);
                 world.step(&commands);
             });
-            if let Err(violation) = self.world.mission().holds(&self.world) {
+            if let Err(violation) = self.world.mission().check_invariants(&self.world) {
                 panic!("tick {tick}: {violation}");
             }
             self.note_state(tick);
@@ -194,7 +194,7 @@ impl<'s> Trial<'s> {
 
     /// Checks that the row of mission.csv depends on the state alone, and appends state and row to the trace.
     fn note_state(&mut self, tick: Tick) {
-        let state = self.world.mission().state();
+        let state = self.world.mission().state_hash();
         let mut row = Vec::new();
         self.world.mission().row(&mut row);
         let columns = self.setup.catalog.mission.vocabulary().columns;
@@ -210,7 +210,7 @@ impl<'s> Trial<'s> {
         );
         let copy = self.world.clone();
         assert_eq!(
-            copy.mission().state(),
+            copy.mission().state_hash(),
             state,
             "a copy of the world has the same state hash"
         );
@@ -229,7 +229,8 @@ impl<'s> Trial<'s> {
         let mut commands = Vec::new();
         for rank in 0..self.agents.len() {
             let robot = RobotId(rank as u16);
-            self.world.sense(robot, &mut self.agents[rank].readings);
+            self.world
+                .write_readings(robot, &mut self.agents[rank].readings);
             let mut readings = self.agents[rank].readings.clone();
             let counts = self
                 .chance
@@ -353,7 +354,7 @@ fn check_state_covers_readings(tick: Tick, world: &World, commands: &[Option<Act
         world.step(commands);
         world
     });
-    if with.mission().state() != without.mission().state() {
+    if with.mission().state_hash() != without.mission().state_hash() {
         return;
     }
     for robot in (0..with.robot_count() as u16).map(RobotId) {

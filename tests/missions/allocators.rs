@@ -320,7 +320,7 @@ fn only_allocators_that_request_the_ground_truth_receive_it() {
             let world = team.simulation().world();
             let pairs = (0..robots).flat_map(|robot| (0..tasks).map(move |task| (robot, task)));
             let pairs = pairs.map(|(robot, task)| (RobotId(robot), TaskId(task)));
-            let is_due = |&(robot, task): &_| world.mission().is_due(task, robot, world);
+            let is_due = |&(robot, task): &_| world.mission().has_work(task, robot, world);
             let due: Vec<(RobotId, TaskId)> = pairs.filter(is_due).collect();
             let outcome = team.tick().unwrap();
             for robot in (0..robots).map(RobotId) {

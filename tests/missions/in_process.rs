@@ -1,6 +1,6 @@
 //! A run in one process writes the same bytes as a run by processes.
 
-use in_process::{Command, Spaces, Team};
+use in_process::{BodyCommand, Team, Workspaces};
 use missions::waste::data::default_scenario;
 use proto::tick::Outcome;
 use run_log::recorder::Recorder;
@@ -30,7 +30,7 @@ pub fn run(setup: Setup, log: LogLevel) -> (Outcome, Recorder<MemoryLog>) {
 #[test]
 fn teams_can_alternate_share_workspaces_and_return_events_without_a_log() {
     let setups = [3, 4].map(|seed| setup(seed, 60.0, StepOrder::Simultaneous));
-    let mut spaces = Spaces::default();
+    let mut spaces = Workspaces::default();
     let mut teams = setups
         .clone()
         .map(|setup| Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap());
@@ -41,9 +41,9 @@ fn teams_can_alternate_share_workspaces_and_return_events_without_a_log() {
     let outcome = loop {
         let mut outcomes = [None, None];
         for (at, team) in teams.iter_mut().enumerate() {
-            team.exchange(&mut spaces);
+            team.swap_workspaces(&mut spaces);
             outcomes[at] = team.tick().unwrap();
-            team.exchange(&mut spaces);
+            team.swap_workspaces(&mut spaces);
             events[at].extend(team.take_events());
         }
         assert_eq!(outcomes[0], outcomes[1]);
@@ -132,10 +132,10 @@ fn one_process_and_many_write_the_same_bytes() {
 fn a_driven_body_follows_its_commands_until_its_agent_drives_again() {
     let (robot, turn) = (
         RobotId(1),
-        Command {
+        BodyCommand {
             speed_m_s: 0.0,
             turn_rad_s: 0.5,
-            deed: None,
+            action: None,
         },
     );
     let nearest = || {

@@ -47,7 +47,7 @@ fn shares(scenario: &Scenario, seeds: u64) -> Vec<f64> {
     let share = |seed| {
         let setup = setup(scenario, seed);
         let mut team = OneProcess::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
-        let outcome = team.go_on_for(u64::MAX, Outcome::TimeLimit, |_| {});
+        let outcome = team.continue_for(u64::MAX, Outcome::TimeLimit, |_| {});
         let outcome = outcome.unwrap();
         assert_eq!(outcome, Outcome::Complete);
         let (run, _) = team.end(outcome).unwrap();

@@ -98,7 +98,8 @@ fn a_restarted_robot_begins_with_its_profile_again() {
     let mut team = team(RESTART, 2, profile.clone());
     let mut at = |time_s: u64| {
         let ticks = time_s * 1000 / 50;
-        team.go_on_for(ticks, Outcome::Interrupted, |_| {}).unwrap();
+        team.continue_for(ticks, Outcome::Interrupted, |_| {})
+            .unwrap();
         team.learned()
     };
     let before = at(99);

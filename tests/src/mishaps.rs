@@ -53,7 +53,7 @@ const ORDERS: [&str; 8] = [
 /// # Errors
 /// Never returns an error, because the log is in memory.
 pub fn run(setup: &Setup, rates: Rates, seed: u64) -> Result<Recorder<MemoryLog>, RecordError> {
-    let mission = Registry::of_this_program().worlds().of(&setup.scenario);
+    let mission = Registry::of_this_program().worlds().find(&setup.scenario);
     let mission = mission.expect("a mission that comes with the simulator");
     let mut recorder = Recorder::new(setup, LogLevel::Full, MemoryLog::default())?;
     let mut team = Team {
@@ -130,7 +130,7 @@ impl Team {
                 self.send_random_order();
                 self.act(robot, act);
             }
-            while let Some(robot) = self.simulation.next_question() {
+            while let Some(robot) = self.simulation.next_recipient() {
                 self.send_random_order();
                 self.step(robot);
             }
@@ -169,7 +169,7 @@ impl Team {
         let member = &mut self.members[robot.index()];
         if !is_last && !matches!(member.state, State::Crashed) {
             member.state = State::Crashed;
-            self.simulation.gone(robot, member.incarnation);
+            self.simulation.agent_lost(robot, member.incarnation);
         }
     }
 
@@ -183,7 +183,7 @@ impl Team {
                     .name
                     .clone();
                 if let Ok((robot, incarnation, _)) = self.simulation.invite(&name) {
-                    self.simulation.gone(robot, incarnation);
+                    self.simulation.agent_lost(robot, incarnation);
                 }
             }
             ProcessAction::Stop | ProcessAction::Continue if fails || is_crashed => {
@@ -202,7 +202,7 @@ impl Team {
                 let member = &mut self.members[robot.index()];
                 member.state = State::Crashed;
                 let incarnation = member.incarnation;
-                self.simulation.gone(robot, incarnation);
+                self.simulation.agent_lost(robot, incarnation);
             }
             ProcessAction::Stop | ProcessAction::Continue => {
                 self.simulation.act_done(robot, act, Ok(()));
@@ -257,7 +257,7 @@ impl Team {
             if self.rng.random_bool(0.5) {
                 self.simulation.report(&report);
             }
-            self.simulation.gone(robot, member.incarnation);
+            self.simulation.agent_lost(robot, member.incarnation);
         } else if stalls {
             member.state = State::Stalled(Box::new(report));
             self.simulation.stall(robot);

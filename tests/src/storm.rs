@@ -57,7 +57,7 @@ pub fn run(
     coverage: &mut Coverage,
 ) -> Result<Recorder<MemoryLog>, RecordError> {
     let registry = Registry::of_this_program();
-    let mission = registry.worlds().of(&setup.scenario);
+    let mission = registry.worlds().find(&setup.scenario);
     let mission = mission.expect("a mission that comes with the simulator");
     let team = TeamConfig::of(setup, registry.agents()).expect("the allocators of the simulator");
     let mut fuzzer = Fuzzer {
@@ -295,13 +295,13 @@ impl Fuzzer<'_> {
             }
             AgentMessage::TokenDown => {
                 self.note("token gone", robot);
-                self.simulation.gone(robot, incarnation);
+                self.simulation.agent_lost(robot, incarnation);
             }
             AgentMessage::Report(report) => {
                 self.note("report", robot);
                 match self.simulation.report(&report) {
                     Verdict::Counted => self.peers[robot.index()].awaited = false,
-                    Verdict::BackAgain => self.peers[robot.index()].stopped = false,
+                    Verdict::SilenceEnded => self.peers[robot.index()].stopped = false,
                     Verdict::Superseded => self.end(pid),
                     Verdict::Stale | Verdict::Malformed => {}
                 }
@@ -486,7 +486,7 @@ impl Fuzzer<'_> {
         let is_slow = process.is_some_and(|process| process.stopped || process.ended);
         if barrier.presence(robot) == Presence::Invited && is_slow {
             if let Some(incarnation) = barrier.incarnation(robot) {
-                self.simulation.give_up(robot, incarnation);
+                self.simulation.cancel_invitation(robot, incarnation);
             }
         } else if !barrier.started() {
             for (rank, peer) in self.peers.iter().enumerate() {
@@ -505,8 +505,8 @@ impl Fuzzer<'_> {
             let late = "not done within 30 s".to_owned();
             self.simulation
                 .act_done(request.robot, request.act, Err(late));
-        } else if barrier.is_deserted() && self.processes.iter().all(|process| process.ended) {
-            self.simulation.abandon();
+        } else if barrier.has_no_agents() && self.processes.iter().all(|process| process.ended) {
+            self.simulation.end_if_idle();
         }
     }
 
@@ -532,7 +532,7 @@ impl Fuzzer<'_> {
         self.simulation.begin();
         self.request_acts();
         let mut stopped = Vec::new();
-        while let Some(robot) = self.simulation.next_question() {
+        while let Some(robot) = self.simulation.next_recipient() {
             let message = self.simulation.message(robot).clone();
             let peer = &mut self.peers[robot.index()];
             peer.awaited = true;

@@ -39,7 +39,7 @@ pub fn mission(lines: &str, seed: u64, profile: Profile) -> Mission {
     };
     let mut team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
     let outcome = team
-        .go_on_for(u64::MAX, Outcome::TimeLimit, |_| {})
+        .continue_for(u64::MAX, Outcome::TimeLimit, |_| {})
         .unwrap();
     assert_eq!(outcome, Outcome::Complete, "seed {seed}: {lines}");
     let learned = team.learned();

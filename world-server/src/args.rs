@@ -64,7 +64,7 @@ pub struct WorldArgs {
     #[arg(long, hide = true)]
     launched: bool,
     /// Version of an external controller
-    #[arg(long, hide = true, value_name = "NAME=VERSION", value_parser = mind_version)]
+    #[arg(long, hide = true, value_name = "NAME=VERSION", value_parser = controller_version)]
     mind_version: Vec<(String, String)>,
     /// Run as the gateway of a world, which sends the settings on standard input
     #[arg(long, hide = true, exclusive = true)]
@@ -128,8 +128,8 @@ impl RunArgs {
             folder,
             launched: false,
             network: None,
-            told_truth: Vec::new(),
-            minds: BTreeMap::new(),
+            ground_truth_robots: Vec::new(),
+            controller_versions: BTreeMap::new(),
             speed: self.pace(self.paused),
             paused: self.paused,
             log: self.log(setup),
@@ -160,7 +160,7 @@ impl WorldArgs {
             if network.is_some() && self.id.is_some() && !self.launched {
                 bail!("--run with --listen: a run over a network has a random id, so that it rejects messages of earlier runs; omit --run");
             }
-            let mission = known.worlds.of(&setup.scenario)?;
+            let mission = known.worlds.find(&setup.scenario)?;
             Ok((self.run.folder(&setup)?, setup, mission, network))
         });
         let (folder, setup, mission, network) = match prepared {
@@ -205,13 +205,13 @@ impl WorldArgs {
         let id = match (&self.id, &network) {
             (Some(id), _) => id.clone(),
             (None, None) => run_id_for(&setup),
-            (None, Some(_)) => drawn_run_id(&setup)?,
+            (None, Some(_)) => random_run_id(&setup)?,
         };
         let options = Options {
             network,
-            told_truth,
+            ground_truth_robots: told_truth,
             launched: self.launched,
-            minds: self.mind_version.iter().cloned().collect(),
+            controller_versions: self.mind_version.iter().cloned().collect(),
             ..self.run.options(&setup, id, folder)
         };
         let seed = setup.seed;
@@ -235,7 +235,7 @@ impl WorldArgs {
 }
 
 /// Parses `NAME=VERSION`. The launcher has already validated both parts.
-fn mind_version(text: &str) -> Result<(String, String), String> {
+fn controller_version(text: &str) -> Result<(String, String), String> {
     let (name, version) = text.split_once('=').ok_or("use NAME=VERSION")?;
     Ok((name.to_owned(), version.to_owned()))
 }
@@ -269,7 +269,7 @@ pub fn run_id_for(setup: &Setup) -> String {
 }
 
 /// Returns a random run id for a run over a network, so that no message of another run fits.
-pub fn drawn_run_id(setup: &Setup) -> std::io::Result<String> {
+pub fn random_run_id(setup: &Setup) -> std::io::Result<String> {
     Ok(format!(
         "{:.15}-{:016x}",
         setup.scenario.name,

@@ -29,7 +29,7 @@ use scenario::ids::{Incarnation, RobotId, Tick};
 use scenario::{Robot, StepOrder};
 
 pub use place::Presence;
-use place::{Listing, Place};
+use place::{CountedAnswer, RobotSlot};
 
 /// The maximum number of broadcasts of one robot in one tick. A report with more is malformed.
 pub(crate) const MAX_BROADCASTS: u16 = 256;
@@ -39,7 +39,7 @@ pub enum Verdict {
     /// The report counts, unless the world decides otherwise before the tick ends.
     Counted,
     /// The report ends the silence of an agent, which takes part again from the next tick on.
-    BackAgain,
+    SilenceEnded,
     /// The report is from an older incarnation of the robot. That agent must end.
     Superseded,
     /// The report is ignored: not for the current tick, a duplicate, or from a robot without an agent.
@@ -50,7 +50,7 @@ pub enum Verdict {
 
 /// A robot that the current tick is to be sent to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Question {
+pub struct TickRecipient {
     pub robot: RobotId,
     pub incarnation: Incarnation,
     /// The latest tick in which this incarnation counted.
@@ -58,7 +58,7 @@ pub struct Question {
 }
 
 #[derive(Clone, Debug, Default)]
-pub struct Gathered {
+pub struct TickResult {
     /// By rank: `true` if the robot counted.
     pub counted: Vec<bool>,
     pub dead: Vec<RobotId>,
@@ -67,14 +67,14 @@ pub struct Gathered {
 }
 
 /// The range of the robots' radios.
-pub trait Air {
+pub trait RadioReach {
     /// Calls `hear` once for each robot in range of the sender.
-    fn for_each_hearer(&self, sender: RobotId, hear: impl FnMut(RobotId));
+    fn for_each_receiver(&self, sender: RobotId, hear: impl FnMut(RobotId));
 }
 
 #[derive(Clone, Debug)]
 pub struct Barrier {
-    places: Vec<Place>,
+    places: Vec<RobotSlot>,
     order: StepOrder,
     tick: Tick,
     started: bool,
@@ -99,7 +99,7 @@ impl Barrier {
     /// Creates a barrier at tick 0 without any agent. `robots` are in order of rank.
     #[must_use]
     pub fn new<'r>(robots: impl IntoIterator<Item = &'r Robot>, order: StepOrder) -> Self {
-        let places = robots.into_iter().map(Place::new).collect();
+        let places = robots.into_iter().map(RobotSlot::new).collect();
         Self {
             places,
             order,
@@ -141,9 +141,9 @@ impl Barrier {
 
     /// Returns `true` if the robot ever had an agent, or lost it before it arrived.
     #[must_use]
-    pub fn has_lived(&self, robot: RobotId) -> bool {
+    pub fn was_ever_invited(&self, robot: RobotId) -> bool {
         let place = &self.places[robot.index()];
-        place.incarnation > 0 || place.missed
+        place.incarnation > 0 || place.start_without
     }
 
     pub fn robots(&self) -> impl Iterator<Item = RobotId> + use<> {
@@ -172,15 +172,15 @@ impl Barrier {
             });
         }
         // An agent that died in this tick has left already, though its death is recorded only when the tick ends.
-        if place.presence != Presence::Empty && !place.gone {
+        if place.presence != Presence::Empty && !place.lost {
             return Err(Refusal::Taken {
                 robot: name.to_owned(),
                 incarnation: place.incarnation,
             });
         }
         place.presence = Presence::Invited;
-        place.missed &= self.started;
-        place.late = false;
+        place.start_without &= self.started;
+        place.may_still_arrive = false;
         place.incarnation += 1;
         place.last_counted = None;
         Ok((RobotId(index as u16), place.incarnation, first_tick))
@@ -191,11 +191,11 @@ impl Barrier {
         let place = &mut self.places[robot.index()];
         let is_due = match place.presence {
             Presence::Invited => true,
-            Presence::Empty => place.late,
+            Presence::Empty => place.may_still_arrive,
             _ => false,
         };
         if is_due && place.incarnation == incarnation {
-            place.late = false;
+            place.may_still_arrive = false;
             place.presence = Presence::Entering { again: false };
             if self.expected.remove(&robot) {
                 place.enter(true, None, &mut self.inputs);
@@ -210,24 +210,24 @@ impl Barrier {
         let place = &mut self.places[robot.index()];
         if place.presence == Presence::Invited && place.incarnation == incarnation {
             place.presence = Presence::Empty;
-            place.late = true;
+            place.may_still_arrive = true;
         }
     }
 
     /// Returns the number of external inputs since the last call, and resets it. Later inputs have larger order indexes.
-    pub fn take_came(&mut self) -> u32 {
+    pub fn take_external_count(&mut self) -> u32 {
         std::mem::take(&mut self.external_count)
     }
 
     /// Sets the order index of the next external input within the tick. `None` while reports are gathered, because those arrive
     /// in any order.
-    pub fn set_moment(&mut self, moment: Option<u32>) {
+    pub fn set_order_index(&mut self, moment: Option<u32>) {
         self.moment = moment;
     }
 
     /// Registers that the liveliness token of an incarnation has disappeared, so its agent is dead. `asked_for` is `true` if the
     /// scenario is killing this agent.
-    pub fn gone(&mut self, robot: RobotId, incarnation: Incarnation, asked_for: bool) {
+    pub fn agent_lost(&mut self, robot: RobotId, incarnation: Incarnation, asked_for: bool) {
         let place = &mut self.places[robot.index()];
         if place.incarnation != incarnation {
             return;
@@ -237,13 +237,13 @@ impl Barrier {
             Presence::Invited | Presence::Entering { again: false } => {
                 place.presence = Presence::Empty;
             }
-            _ if place.gone => {}
+            _ if place.lost => {}
             Presence::Present | Presence::Silent | Presence::Entering { again: true } => {
                 place.suspended = false;
                 place.manifest.clear();
                 let counted_now = place.answer.is_some().then_some(self.tick);
                 // An agent that has reported dies in this tick as ordered. One that has not must have died of another cause.
-                let owes_report = place.presence == Presence::Present && place.asked;
+                let owes_report = place.presence == Presence::Present && place.tick_sent;
                 let scripted =
                     place.dies_after_tick && (counted_now.is_some() || (asked_for && !owes_report));
                 self.external_count += u32::from(self.moment.is_some() && !scripted);
@@ -257,12 +257,12 @@ impl Barrier {
                 });
                 // The place is free at once for a successor that the scenario starts in the same tick. While reports are gathered in
                 // order, `asked` has no meaning here.
-                if place.dies_after_tick && !place.asked && self.moment.is_some() {
+                if place.dies_after_tick && !place.tick_sent && self.moment.is_some() {
                     place.dies_after_tick = false;
                     place.presence = Presence::Empty;
                     self.dead.push(robot);
                 } else {
-                    place.gone = true;
+                    place.lost = true;
                 }
             }
         }
@@ -288,7 +288,7 @@ impl Barrier {
     /// Suspends the robot's agent for the scenario before the tick is sent to it. It is out until it is readmitted.
     pub fn suspend(&mut self, robot: RobotId) {
         let place = &mut self.places[robot.index()];
-        if place.presence == Presence::Present && !place.asked && !place.gone {
+        if place.presence == Presence::Present && !place.tick_sent && !place.lost {
             place.suspended = true;
             place.fall_silent(self.tick, true, &mut self.inputs);
         }
@@ -302,7 +302,7 @@ impl Barrier {
     /// Readmits a suspended agent to the current tick.
     pub fn readmit(&mut self, robot: RobotId) {
         let place = &mut self.places[robot.index()];
-        if std::mem::take(&mut place.suspended) && place.presence == Presence::Silent && !place.gone
+        if std::mem::take(&mut place.suspended) && place.presence == Presence::Silent && !place.lost
         {
             place.presence = Presence::Entering { again: true };
             place.enter(true, None, &mut self.inputs);
@@ -327,7 +327,7 @@ impl Barrier {
 
     /// Returns `true` if an agent is joining but has not taken part yet.
     #[must_use]
-    pub fn is_coming(&self, robot: RobotId) -> bool {
+    pub fn is_joining(&self, robot: RobotId) -> bool {
         let presence = self.places[robot.index()].presence;
         matches!(
             presence,
@@ -341,11 +341,11 @@ impl Barrier {
     }
 
     /// Stops waiting for an expected agent that will not arrive.
-    pub fn expect_no_more(&mut self, robot: RobotId) {
+    pub fn cancel_expected(&mut self, robot: RobotId) {
         self.expected.remove(&robot);
     }
 
-    pub fn dismiss(&mut self, robot: RobotId) {
+    pub fn mark_absent(&mut self, robot: RobotId) {
         self.places[robot.index()].absent = true;
     }
 
@@ -385,17 +385,17 @@ impl Barrier {
         }
         // Only an answer to the latest tick that it was sent ends a silence. An older report is a replayed message.
         if place.presence == Presence::Silent
-            && !place.gone
+            && !place.lost
             && !place.suspended
             && report.tick == place.unanswered
         {
             place.presence = Presence::Entering { again: true };
             self.enter_if_idle();
-            return Verdict::BackAgain;
+            return Verdict::SilenceEnded;
         }
         if place.presence != Presence::Present
-            || place.gone
-            || !place.asked
+            || place.lost
+            || !place.tick_sent
             || place.answer.is_some()
             || report.tick != self.tick
         {
@@ -404,7 +404,7 @@ impl Barrier {
         if report.broadcasts > MAX_BROADCASTS {
             return Verdict::Malformed;
         }
-        place.answer = Some(Listing {
+        place.answer = Some(CountedAnswer {
             incarnation: report.incarnation,
             broadcasts: report.broadcasts,
         });
@@ -418,18 +418,18 @@ impl Barrier {
     }
 
     #[must_use]
-    pub fn is_gone(&self, robot: RobotId) -> bool {
-        self.places[robot.index()].gone
+    pub fn is_lost(&self, robot: RobotId) -> bool {
+        self.places[robot.index()].lost
     }
 
     /// Returns `true` if the robot's agent has died in the current tick in which it was to be killed.
     #[must_use]
     pub fn is_killed(&self, robot: RobotId) -> bool {
         let place = &self.places[robot.index()];
-        place.gone && place.dies_after_tick
+        place.lost && place.dies_after_tick
     }
 
-    pub fn run_on(&mut self, runs_on: bool) {
+    pub fn set_runs_without_participants(&mut self, runs_on: bool) {
         self.runs_on = runs_on;
     }
 
@@ -439,31 +439,32 @@ impl Barrier {
         let place = &self.places[robot.index()];
         self.started
             && place.presence == Presence::Present
-            && place.asked
-            && !place.gone
+            && place.tick_sent
+            && !place.lost
             && place.answer.is_none()
     }
 
     /// Starts the clock without this robot, whose process has ended or is stopped, unless an agent for it arrives before.
     pub fn start_without(&mut self, robot: RobotId) {
         let place = &mut self.places[robot.index()];
-        place.missed |= !self.started && place.presence == Presence::Empty && !place.absent;
+        place.start_without |= !self.started && place.presence == Presence::Empty && !place.absent;
     }
 
     /// Starts the clock if every robot has arrived, except robots to [start without](Self::start_without). At least one robot must
     /// be present. Returns `true` if the clock runs.
-    pub fn start_if_all_here(&mut self) -> bool {
+    pub fn start_if_all_arrived(&mut self) -> bool {
         if self.started {
             return true;
         }
-        let is_here = |place: &Place| matches!(place.presence, Presence::Entering { .. });
-        let is_due = |place: &Place| !place.absent && !place.missed && !is_here(place);
+        let is_here = |place: &RobotSlot| matches!(place.presence, Presence::Entering { .. });
+        let is_due = |place: &RobotSlot| !place.absent && !place.start_without && !is_here(place);
         // Robots mostly arrive by rank, so a search from the end finds a missing one soonest.
         if !self.places.iter().rev().any(is_due)
-            && (self.places.iter().any(is_here) || self.places.iter().all(|place| !place.missed))
+            && (self.places.iter().any(is_here)
+                || self.places.iter().all(|place| !place.start_without))
         {
             self.started = true;
-            for place in self.places.iter().filter(|place| place.missed) {
+            for place in self.places.iter().filter(|place| place.start_without) {
                 self.inputs.push(Input::Gone {
                     robot: place.name.clone(),
                     // No incarnation of this robot has taken part.
@@ -480,13 +481,13 @@ impl Barrier {
     }
 
     /// Returns the next robot to send the current tick to. In order, a robot is next after its predecessor has answered.
-    pub fn next_question(&mut self, radio: &impl Air) -> Option<Question> {
+    pub fn next_recipient(&mut self, radio: &impl RadioReach) -> Option<TickRecipient> {
         if self.to_ask.is_empty() {
             self.line_up(radio);
         }
         let robot = self.to_ask.pop_front()?;
         let place = &self.places[robot.index()];
-        Some(Question {
+        Some(TickRecipient {
             robot,
             incarnation: place.incarnation,
             last_counted: place.last_counted,
@@ -495,7 +496,7 @@ impl Barrier {
 
     /// Moves the manifest of a robot that is sent the tick into `manifest`, sorted by (sender, tick). Replaces its contents.
     #[inline]
-    pub fn hand_over(&mut self, robot: RobotId, manifest: &mut Vec<ManifestEntry>) {
+    pub fn take_manifest(&mut self, robot: RobotId, manifest: &mut Vec<ManifestEntry>) {
         let listed = &mut self.places[robot.index()].manifest;
         // Both are empty in most ticks.
         if !(listed.is_empty() && manifest.is_empty()) {
@@ -513,7 +514,7 @@ impl Barrier {
     }
 
     /// Queues the robots that are to be sent the tick. All are marked at once, so that events in between find them marked.
-    fn line_up(&mut self, radio: &impl Air) {
+    fn line_up(&mut self, radio: &impl RadioReach) {
         if !self.started || !self.expected.is_empty() {
             return;
         }
@@ -522,10 +523,10 @@ impl Barrier {
             self.list_all(radio);
         }
         for (index, place) in self.places.iter_mut().enumerate() {
-            if place.presence != Presence::Present || place.gone || place.answer.is_some() {
+            if place.presence != Presence::Present || place.lost || place.answer.is_some() {
                 continue;
             }
-            if !std::mem::replace(&mut place.asked, true) {
+            if !std::mem::replace(&mut place.tick_sent, true) {
                 self.to_ask.push_back(RobotId(index as u16));
             }
             if self.order == StepOrder::InOrder {
@@ -548,10 +549,10 @@ impl Barrier {
 
     /// Returns `true` if no agent is left that could act later, including silent and joining ones.
     #[must_use]
-    pub fn is_deserted(&self) -> bool {
+    pub fn has_no_agents(&self) -> bool {
         self.places
             .iter()
-            .all(|place| place.presence == Presence::Empty || place.gone)
+            .all(|place| place.presence == Presence::Empty || place.lost)
     }
 
     /// Returns `true` if the current tick waits for no further report.
@@ -559,16 +560,16 @@ impl Barrier {
     #[must_use]
     pub fn is_complete(&self) -> bool {
         let (before, after) = self.places.split_at(self.open.get());
-        let open = match after.iter().position(Place::is_open) {
+        let open = match after.iter().position(RobotSlot::is_open) {
             Some(ahead) => Some(before.len() + ahead),
-            None => before.iter().position(Place::is_open),
+            None => before.iter().position(RobotSlot::is_open),
         };
         self.open.set(open.unwrap_or_default());
         self.started && open.is_none() && !self.is_idle()
     }
 
     /// Ends the current tick, writes its result to `gathered` and begins the next tick with all agents that have arrived.
-    pub fn finish(&mut self, radio: &impl Air, gathered: &mut Gathered) {
+    pub fn finish(&mut self, radio: &impl RadioReach, gathered: &mut TickResult) {
         gathered.counted.clear();
         gathered.dead.clear();
         gathered.dead.append(&mut self.dead);
@@ -577,7 +578,7 @@ impl Barrier {
         self.to_ask.clear();
         // Sorted by rank, so that the order of arrival has no effect. Inputs of one robot keep their order.
         let rank = |input: &Input| {
-            let named = |place: &Place| input.robot() == Some(&place.name);
+            let named = |place: &RobotSlot| input.robot() == Some(&place.name);
             self.places.iter().position(named)
         };
         gathered.inputs.sort_by_cached_key(rank);
@@ -603,7 +604,7 @@ impl Barrier {
     }
 
     /// Adds the broadcasts of all reports to the manifests of the participants in range. Leaves out robots to be killed.
-    fn list_all(&mut self, radio: &impl Air) {
+    fn list_all(&mut self, radio: &impl RadioReach) {
         for sender in 0..self.places.len() {
             let place = &mut self.places[sender];
             let Some(answer) = place.answer else {
@@ -622,9 +623,9 @@ impl Barrier {
                 count: answer.broadcasts,
                 link: None,
             };
-            radio.for_each_hearer(entry.sender, |hearer| {
+            radio.for_each_receiver(entry.sender, |hearer| {
                 let place = &mut self.places[hearer.index()];
-                if hearer != entry.sender && place.presence == Presence::Present && !place.gone {
+                if hearer != entry.sender && place.presence == Presence::Present && !place.lost {
                     place.manifest.push(entry.clone());
                 }
             });

@@ -7,7 +7,7 @@ use scenario::ids::RobotId;
 use scenario::testkit;
 use scenario::time::SimTime;
 
-use crate::mission::{FigureValue, Happened, MissionWorld, Validity, WorldMission};
+use crate::mission::{FigureValue, MissionWorld, StepEvents, Validity, WorldMission};
 use crate::world::Floor;
 /// The drill. Robots start at the middle of the left wall.
 /// The drill: robots begin in the middle of the left wall.
@@ -26,7 +26,7 @@ pub(crate) const DRILL: MissionWorld = MissionWorld {
 struct Drill;
 
 impl WorldMission for Drill {
-    fn act(&mut self, _: RobotId, _: &Action, _: &mut Floor, _: &mut Happened) {}
+    fn act(&mut self, _: RobotId, _: &Action, _: &mut Floor, _: &mut StepEvents) {}
 
     fn sense(&self, _: RobotId, _: &Floor, sensed: &mut SensorReading) -> Validity {
         *sensed = SensorReading::Nothing;
@@ -42,11 +42,11 @@ impl WorldMission for Drill {
         row.push(FigureValue::None);
     }
 
-    fn state(&self) -> u64 {
+    fn state_hash(&self) -> u64 {
         0
     }
 
-    fn boxed(&self) -> Box<dyn WorldMission> {
+    fn clone_boxed(&self) -> Box<dyn WorldMission> {
         Box::new(self.clone())
     }
 }

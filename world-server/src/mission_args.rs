@@ -10,7 +10,7 @@ use scenario::{
 };
 use terminal::tell;
 
-use crate::mission::Worlds;
+use crate::mission::MissionRegistry;
 use crate::size::SizeArgs;
 
 /// The scenarios, missions and worlds that a program contains.
@@ -18,7 +18,7 @@ use crate::size::SizeArgs;
 pub struct Known {
     /// The names that scenarios may use, and the built-in scenarios.
     pub vocabulary: Vocabulary,
-    pub worlds: Worlds,
+    pub worlds: MissionRegistry,
 }
 
 /// The scenario of a run and its overrides.
@@ -96,9 +96,9 @@ impl MissionArgs {
                 read_profile(path, &resolved.setup.scenario, &known.vocabulary)?;
         }
         let scenario = &resolved.setup.scenario;
-        if let Err(error) = known.worlds.of(scenario)?.start_poses(scenario) {
+        if let Err(error) = known.worlds.find(scenario)?.start_poses(scenario) {
             let requested = self.scenario.as_deref().unwrap_or(&scenario.name);
-            bail!("{requested}: {}", error.of(scenario));
+            bail!("{requested}: {}", error.describe(scenario));
         }
         if !resolved.skipped.is_empty() {
             let skipped: Vec<String> = resolved.skipped.iter().map(ToString::to_string).collect();
@@ -193,7 +193,7 @@ mod tests {
         let name = path.to_str().unwrap();
         let known = Known {
             vocabulary: scenario::testkit::vocabulary(),
-            worlds: Worlds::default(),
+            worlds: MissionRegistry::default(),
         };
         let error = read_scenario(name, &known).unwrap_err();
         assert_eq!(

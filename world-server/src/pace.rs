@@ -76,7 +76,7 @@ impl Pace {
     }
 
     /// Registers the begin of a tick and schedules the next one. A run that is too slow does not try to catch up later.
-    pub fn begun(&mut self, now: Instant) {
+    pub fn tick_begun(&mut self, now: Instant) {
         self.steps_left = self.steps_left.saturating_sub(1);
         if let Some(interval) = self.interval() {
             self.due = (self.due + interval).max(now);
@@ -168,11 +168,11 @@ mod tests {
         let start = Instant::now();
         let mut pace = Pace::new(Speed::Factor(5.0), 50, start);
         assert!(pace.is_due(start));
-        pace.begun(start);
+        pace.tick_begun(start);
         assert_eq!(pace.due(), Some(start + Duration::from_millis(10)));
         assert!(!pace.is_due(start + Duration::from_millis(9)));
         let late = start + Duration::from_millis(100);
-        pace.begun(late);
+        pace.tick_begun(late);
         assert_eq!(pace.due(), Some(late));
     }
 
@@ -184,14 +184,14 @@ mod tests {
         assert!(!pace.is_due(start) && pace.due().is_none());
         pace.step(2, start);
         assert!(pace.is_due(start));
-        pace.begun(start);
+        pace.tick_begun(start);
         assert_eq!(pace.steps_left(), 1);
-        pace.begun(start);
+        pace.tick_begun(start);
         assert!(!pace.is_due(start) && pace.is_paused());
         pace.resume(start);
         assert!(pace.is_due(start));
         pace.set_speed(Speed::Factor(1.0), start);
-        pace.begun(start);
+        pace.tick_begun(start);
         assert_eq!(pace.due(), Some(start + Duration::from_millis(50)));
     }
 }

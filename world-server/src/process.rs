@@ -24,7 +24,7 @@ use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
 use crate::error::WorldError;
-use crate::gateway::supervisor::{Gateway, Waiting};
+use crate::gateway::supervisor::{Gateway, StartedGateway};
 use crate::interruption::InterruptionHandler;
 use crate::invocation;
 use crate::latest::link_latest;
@@ -56,9 +56,9 @@ pub struct Options {
     /// `true` if a launcher started this world. The launcher then applies process faults to the agents.
     pub launched: bool,
     /// The robots whose allocators receive the ground truth.
-    pub told_truth: Vec<RobotId>,
+    pub ground_truth_robots: Vec<RobotId>,
     /// The known versions of external controllers, by name.
-    pub minds: BTreeMap<String, String>,
+    pub controller_versions: BTreeMap<String, String>,
     /// The network settings; `None` if the run stays on this machine.
     pub network: Option<Network>,
     /// The wall-clock time after which an agent that does not answer is out of the barrier.
@@ -66,7 +66,7 @@ pub struct Options {
 }
 
 #[derive(Clone, Debug)]
-pub struct Finished {
+pub struct RunResult {
     pub outcome: Outcome,
     pub hash: String,
     /// `true` if the scenario did not cause everything that happened.
@@ -80,11 +80,16 @@ pub async fn serve(
     mission: MissionWorld,
     options: &Options,
     handlers: Vec<Box<dyn InterruptionHandler>>,
-) -> Result<Finished, WorldError> {
+) -> Result<RunResult, WorldError> {
     let started = Instant::now();
     panics::set_process_name(format!("world (mission {})", mission.data.name()));
     let folder = Folder::create(&options.folder)?;
-    let recorder = Recorder::telling(&setup, options.log, &options.minds, folder)?;
+    let recorder = Recorder::with_controller_versions(
+        &setup,
+        options.log,
+        &options.controller_versions,
+        folder,
+    )?;
     // The link is a convenience. The run continues without it.
     let _ = link_latest(Path::new("runs"), &options.folder);
     let keys = KeyExpressions::new(&options.run);
@@ -100,7 +105,7 @@ pub async fn serve(
         pace.pause();
     }
     let mut simulation = Simulation::new(setup, mission, options.launched);
-    simulation.tell_truth_to(options.told_truth.clone());
+    simulation.send_ground_truth_to(options.ground_truth_robots.clone());
     for handler in handlers {
         simulation.add_handler(handler);
     }
@@ -145,7 +150,7 @@ pub async fn serve(
     };
     // Closing may hang, so the process does not wait for it without limit.
     let _ = timeout(CLOSE_DEADLINE, session.close()).await;
-    Ok(Finished {
+    Ok(RunResult {
         outcome,
         hash,
         unscripted,
@@ -158,7 +163,7 @@ async fn open(
     network: Option<&Network>,
     scenario: &Scenario,
 ) -> Result<(Session, Rendezvous, Gateway), WorldError> {
-    let gateway = Waiting::start()?;
+    let gateway = StartedGateway::start()?;
     let mut rendezvous = Rendezvous::new(run.to_owned())?;
     if let Some(network) = network {
         // The secrets of robots and hosts are derived from this one.
@@ -326,7 +331,7 @@ async fn overhear(
         .callback(move |sample| {
             let key = sample.key_expr().as_str();
             let broadcast = opener.open_broadcast(key, &sample.payload().to_bytes());
-            lock(&shared).overhear(key, broadcast);
+            lock(&shared).record_broadcast(key, broadcast);
         })
         .background()
         .await
@@ -341,18 +346,18 @@ async fn supervise(
     let mut interrupt = signal(SignalKind::interrupt())?;
     let mut clock = tokio::time::interval(CLOCK_INTERVAL);
     let mut missing: Option<String> = None;
-    lock(server).pump();
+    lock(server).advance();
     loop {
         let due = lock(server).due();
         tokio::select! {
             ended = &mut end => return Ok(ended.unwrap_or(Ok(Outcome::Interrupted))?),
             _ = terminate.recv() => lock(server).interrupt(),
             _ = interrupt.recv() => lock(server).interrupt(),
-            () = sleep_until(due.unwrap_or_else(Instant::now)), if due.is_some() => lock(server).pump(),
+            () = sleep_until(due.unwrap_or_else(Instant::now)), if due.is_some() => lock(server).advance(),
             _ = clock.tick() => {
                 let mut server = lock(server);
-                server.tick_of_the_clock();
-                server.show();
+                server.check_deadlines();
+                server.publish_view();
                 announce_missing(&server, &mut missing);
             }
         }
@@ -377,7 +382,7 @@ fn announce_missing(server: &Server, announced: &mut Option<String>) {
 /// Waits until all agents have received the end of the run, so that none of them sees the world disappear before.
 async fn wait_for_agents(server: &Mutex<Server>) {
     let until = Instant::now() + FAREWELL;
-    while Instant::now() < until && lock(server).has_company() {
+    while Instant::now() < until && lock(server).has_agents() {
         sleep(Duration::from_millis(5)).await;
     }
 }

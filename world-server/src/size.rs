@@ -27,7 +27,7 @@ struct Work(Option<(String, usize)>);
 
 /// Adds the missions' own size options to each command that has `--size`.
 #[must_use]
-pub fn with_size_words(mut command: Command, vocabulary: &Vocabulary) -> Command {
+pub fn with_size_options(mut command: Command, vocabulary: &Vocabulary) -> Command {
     if command.get_arguments().any(|known| known.get_id() == SIZE) {
         let mut group = ArgGroup::new(WORDS).arg(SIZE);
         for mission in vocabulary.missions.iter() {
@@ -42,7 +42,7 @@ pub fn with_size_words(mut command: Command, vocabulary: &Vocabulary) -> Command
         }
         command = command.group(group);
     }
-    command.mut_subcommands(|part| with_size_words(part, vocabulary))
+    command.mut_subcommands(|part| with_size_options(part, vocabulary))
 }
 
 impl SizeArgs {

@@ -118,11 +118,14 @@ impl Invariants {
         }
         self.check(&WorldState::of(simulation))?;
         let world = simulation.world();
-        world.mission().holds(world).map_err(|what| Violation {
-            invariant: Invariant::MissionHolds,
-            tick: simulation.tick().saturating_sub(1),
-            what,
-        })
+        world
+            .mission()
+            .check_invariants(world)
+            .map_err(|what| Violation {
+                invariant: Invariant::MissionHolds,
+                tick: simulation.tick().saturating_sub(1),
+                what,
+            })
     }
 
     /// Checks a state after a tick. The error is the first violation.

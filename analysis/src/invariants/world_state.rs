@@ -65,7 +65,7 @@ impl WorldState {
         let (world, barrier) = (simulation.world(), simulation.barrier());
         let tick = simulation.tick().saturating_sub(1);
         let mut view = View::default();
-        world.mission().show(world, &mut view);
+        world.mission().add_to_view(world, &mut view);
         let robots = barrier.robots().map(|robot| RobotState {
             present: world.is_present(robot),
             takes_part: barrier.presence(robot) == Presence::Present,

@@ -215,7 +215,7 @@ mod tests {
             assert_eq!(scenario, mission().draw(default_scenario(), seed));
             Registry::built_in()
                 .worlds()
-                .of(&scenario)
+                .find(&scenario)
                 .unwrap()
                 .start_poses(&scenario)
                 .unwrap();

@@ -34,7 +34,7 @@ pub fn attempt(condition: &Condition, rule: &Rule, seed: u64) -> anyhow::Result<
         ..Setup::resolve(scenario, seed, None)?.setup
     };
     let mut team = Team::new(setup, LogLevel::Off, MemoryLog::default())?;
-    let outcome = team.go_on_for(u64::MAX, Outcome::TimeLimit, |_| {})?;
+    let outcome = team.continue_for(u64::MAX, Outcome::TimeLimit, |_| {})?;
     let result = team.end(outcome)?.0.result;
     let worked_s = |robot: usize, figure: &str| {
         let figures = result.robots.get(&format!("r{robot}"));

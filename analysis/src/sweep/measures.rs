@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::report::failures::Cause;
 use crate::report::history::{History, HistoryError, RobotHistory};
 use crate::report::metrics::Metrics;
-use in_process::Traffic;
+use in_process::BroadcastCounts;
 
 /// The measures of one run, for the whole team.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -47,7 +47,7 @@ pub struct Sent {
 
 impl Measures {
     /// Computes the measures from a full log.
-    pub fn of(log: &RunLog, traffic: &Traffic) -> Result<Self, HistoryError> {
+    pub fn of(log: &RunLog, traffic: &BroadcastCounts) -> Result<Self, HistoryError> {
         let history = History::read(log)?;
         let metrics = Metrics::of(&history, &log.run);
         let ways: Vec<f64> = history.robots.iter().map(way).collect();

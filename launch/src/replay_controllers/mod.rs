@@ -13,7 +13,7 @@ use std::time::Duration;
 use analysis::diff::Difference;
 use analysis::replay::OtherAnswer;
 use anyhow::bail;
-use in_process::{Foreign, ForeignError, Kept};
+use in_process::{AnswerError, AnswerSource, LoggedAnswers};
 use nix::sys::signal::Signal;
 use proto::codec::encode;
 use proto::join::Welcome;
@@ -35,7 +35,11 @@ use stage::{Stage, State};
 ///
 /// # Errors
 /// If a value is invalid, no robot has that controller, or the bus fails.
-pub fn ask(logged: &RunLog, words: &[String], kept: Kept) -> anyhow::Result<Box<dyn Foreign>> {
+pub fn ask(
+    logged: &RunLog,
+    words: &[String],
+    kept: LoggedAnswers,
+) -> anyhow::Result<Box<dyn AnswerSource>> {
     let setup = logged.run.setup.clone();
     let minds = setup.scenario.external_controllers();
     let mut commands = BTreeMap::new();
@@ -66,7 +70,7 @@ pub fn ask(logged: &RunLog, words: &[String], kept: Kept) -> anyhow::Result<Box<
 }
 
 struct Comparison {
-    kept: Kept,
+    kept: LoggedAnswers,
     /// The commands, by name of the controller.
     commands: BTreeMap<String, String>,
     processes: BTreeMap<RobotId, Process>,
@@ -220,15 +224,15 @@ fn first_difference(path: &str, a: &Value, b: &Value) -> Option<(String, String,
     }
 }
 
-impl Foreign for Comparison {
-    fn spawn(&mut self, robot: RobotId, incarnation: Incarnation) {
-        self.die(robot);
+impl AnswerSource for Comparison {
+    fn start_incarnation(&mut self, robot: RobotId, incarnation: Incarnation) {
+        self.end_incarnation(robot);
         if let Err(why) = self.start(robot, incarnation) {
             self.failed.get_or_insert(why);
         }
     }
 
-    fn die(&mut self, robot: RobotId) {
+    fn end_incarnation(&mut self, robot: RobotId) {
         if let Some(mut process) = self.processes.remove(&robot) {
             end(&mut process);
         }
@@ -241,9 +245,9 @@ impl Foreign for Comparison {
         arrived: &[Option<Arc<Broadcast>>],
         report: &mut Report,
         broadcasts: &mut Vec<Broadcast>,
-    ) -> Result<(), ForeignError> {
+    ) -> Result<(), AnswerError> {
         if let Some(why) = self.failed.take() {
-            return Err(ForeignError::Other(why.into()));
+            return Err(AnswerError::Other(why.into()));
         }
         self.kept.answer(robot, tick, arrived, report, broadcasts)?;
         if self.command(robot).is_none() {
@@ -251,7 +255,7 @@ impl Foreign for Comparison {
         }
         let (new_report, new_broadcasts) = self.ask(robot, tick, arrived).map_err(|why| {
             let name = self.name(robot);
-            ForeignError::Other(format!("{name}: tick {}: {why}", tick.tick).into())
+            AnswerError::Other(format!("{name}: tick {}: {why}", tick.tick).into())
         })?;
         match self.difference(
             robot,
@@ -260,7 +264,7 @@ impl Foreign for Comparison {
             (&new_report, &new_broadcasts),
         ) {
             None => Ok(()),
-            Some(found) => Err(ForeignError::Other(Box::new(OtherAnswer(found)))),
+            Some(found) => Err(AnswerError::Other(Box::new(OtherAnswer(found)))),
         }
     }
 }

@@ -10,7 +10,7 @@ use clap::Args;
 use missions::Registry;
 use run_log::RunLog;
 use terminal::tell;
-use world_server::args::{RunArgs, drawn_run_id, run_id_for};
+use world_server::args::{RunArgs, random_run_id, run_id_for};
 use world_server::mission_args::MissionArgs;
 
 use super::controllers::{self, MindCommand};
@@ -109,7 +109,7 @@ impl RunCommand {
                 return ExitCode::from(3);
             }
         };
-        let drawn = self.over.as_ref().map(|_| drawn_run_id(&setup));
+        let drawn = self.over.as_ref().map(|_| random_run_id(&setup));
         let run = match drawn.transpose() {
             Ok(drawn) => drawn.unwrap_or_else(|| run_id_for(&setup)),
             Err(error) => {

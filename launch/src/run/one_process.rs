@@ -66,7 +66,7 @@ pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
             }
             if shown.elapsed() >= INTERVAL {
                 shown = Instant::now();
-                progress.show(&team.glance());
+                progress.show(&team.view());
             }
         }
     };

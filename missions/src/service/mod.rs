@@ -13,7 +13,7 @@ use world_server::mission::MissionWorld;
 use crate::MissionParts;
 
 pub const PARTS: MissionParts = MissionParts {
-    world: MissionWorld::of::<world::Service>(data::SERVICE),
+    world: MissionWorld::typed::<world::Service>(data::SERVICE),
     mind: controller::MIND,
 };
 

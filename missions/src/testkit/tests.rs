@@ -44,8 +44,8 @@ struct Bell<const FLAW: u8> {
 struct Ring(u8);
 
 impl<const FLAW: u8> TypedMission for Bell<FLAW> {
-    type Sensed = bool;
-    type Deed = Ring;
+    type Reading = bool;
+    type Action = Ring;
 
     fn new(_: &Setup, _: &Floor) -> Self {
         static RUNS: AtomicU32 = AtomicU32::new(0);
@@ -57,7 +57,7 @@ impl<const FLAW: u8> TypedMission for Bell<FLAW> {
         Self { rung, secret: 0 }
     }
 
-    fn act(&mut self, _: RobotId, Ring(action): Ring, floor: &mut Floor, _: &mut Happened) {
+    fn act(&mut self, _: RobotId, Ring(action): Ring, floor: &mut Floor, _: &mut StepEvents) {
         self.rung = 3.min(self.rung + 1);
         self.secret += 1;
         assert!(
@@ -65,7 +65,7 @@ impl<const FLAW: u8> TypedMission for Bell<FLAW> {
             "the action is possible"
         );
         // Every robot senses the ringing.
-        floor.changed_near(Vec2::ZERO, 100.0);
+        floor.invalidate_readings_near(Vec2::ZERO, 100.0);
     }
 
     fn sense(&self, _: RobotId, _: &Floor) -> (bool, Validity) {

@@ -1,6 +1,6 @@
 //! The environments of one thread, with their observations.
 
-use in_process::Spaces;
+use in_process::Workspaces;
 use proto::tick::Outcome;
 use pyo3::prelude::*;
 
@@ -13,7 +13,7 @@ pub struct Part {
     pub places: Vec<Place>,
     pub seen: Seen,
     /// The memory that the environments share, because they are stepped in turn.
-    spaces: Spaces,
+    spaces: Workspaces,
 }
 
 /// The observations: arrays over environments and agents. Data about the team has one value per environment.
@@ -66,7 +66,7 @@ impl Part {
                 reward: vec![0.0; envs],
                 done: vec![0; envs],
             },
-            spaces: Spaces::default(),
+            spaces: Workspaces::default(),
         }
     }
 

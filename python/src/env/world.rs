@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use in_process::{Command, Spaces, Team, joins_of};
+use in_process::{BodyCommand, Team, Workspaces, joins_of};
 use launch::Registry;
 use proto::control::{AgentState, Phase};
 use proto::event::EventLine;
@@ -212,7 +212,7 @@ impl World {
     }
 
     /// Starts an episode and executes its first tick without external decisions, so that there is an observation.
-    pub fn reset(&mut self, common: &Common, seed: u64, spaces: &mut Spaces) -> PyResult<()> {
+    pub fn reset(&mut self, common: &Common, seed: u64, spaces: &mut Workspaces) -> PyResult<()> {
         self.close()?;
         let (level, place) = match self.record.take() {
             None => (LogLevel::Off, Place::Nowhere(MemoryLog::default())),
@@ -299,17 +299,17 @@ impl World {
             })
         });
         if let Some(team) = &mut self.team {
-            let command = Command {
+            let command = BodyCommand {
                 speed_m_s: speed.clamp(0.0, 1.0) * body.speed_m_s,
                 turn_rad_s: turn.clamp(-1.0, 1.0) * body.turn_deg_s.to_radians(),
-                deed: action,
+                action: action,
             };
             team.drive(agent, Some(command));
         }
     }
 
     /// Executes ticks until the period is over, a set has ended, or the run has ended. Returns the reward of the team.
-    pub fn step(&mut self, common: &Common, spaces: &mut Spaces) -> PyResult<f64> {
+    pub fn step(&mut self, common: &Common, spaces: &mut Workspaces) -> PyResult<f64> {
         self.events.clear();
         if self.outcome.is_some() || self.team.is_none() {
             return Ok(0.0);
@@ -327,13 +327,13 @@ impl World {
 
     /// Executes one tick and returns the reward of the team. The reward is the increase of the completed work. If the
     /// mission counts no completed work, it is the first column times the duration of the tick, s.
-    fn tick(&mut self, common: &Common, spaces: &mut Spaces) -> PyResult<f64> {
+    fn tick(&mut self, common: &Common, spaces: &mut Workspaces) -> PyResult<f64> {
         let Some(team) = &mut self.team else {
             return Ok(0.0);
         };
-        team.exchange(spaces);
+        team.swap_workspaces(spaces);
         let ticked = team.tick();
-        team.exchange(spaces);
+        team.swap_workspaces(spaces);
         self.outcome = ticked.map_err(failed)?;
         if let Some(error) = common.failure.take() {
             return Err(error);

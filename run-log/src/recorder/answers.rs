@@ -33,7 +33,7 @@ pub struct Answer {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Deliveries {
     /// Messages delivered in the step after they were sent.
-    pub heard: u32,
+    pub received: u32,
     pub delayed: u32,
     /// Messages that were not delivered, for any reason.
     pub lost: u32,
@@ -47,7 +47,7 @@ impl Deliveries {
         let mut deliveries = Self::default();
         for reception in receptions {
             *match reception.delivery {
-                Delivery::Heard => &mut deliveries.heard,
+                Delivery::Heard => &mut deliveries.received,
                 Delivery::Delayed => &mut deliveries.delayed,
                 Delivery::Lost | Delivery::Dropped | Delivery::Cut => &mut deliveries.lost,
                 Delivery::Duplicate => &mut deliveries.duplicate,
@@ -59,10 +59,10 @@ impl Deliveries {
 
     /// Returns `true` if all messages were delivered in time.
     #[must_use]
-    pub fn are_usual(&self) -> bool {
+    pub fn all_in_time(&self) -> bool {
         *self
             == Self {
-                heard: self.heard,
+                received: self.received,
                 ..Self::default()
             }
     }
@@ -87,12 +87,12 @@ impl Answers {
     }
 
     /// Marks the readings of a robot as changed since its last report.
-    pub fn readings_change(&mut self, robot: RobotId) {
+    pub fn mark_readings_changed(&mut self, robot: RobotId) {
         self.by_rank[robot.index()].readings_hold = false;
     }
 
     /// Stores and hashes a report together with the readings that the robot received before it.
-    pub fn take(&mut self, readings: &Readings, report: &Report) {
+    pub fn store(&mut self, readings: &Readings, report: &Report) {
         let answer = &mut self.by_rank[report.robot.index()];
         let has_messages = report.broadcasts > 0 || !report.receptions.is_empty();
         let before = answer.hashes;

@@ -27,7 +27,7 @@ const BATCH_STEPS: usize = 192;
 const WAITING: usize = 8;
 
 /// The writer of a run's log, on a separate thread if that is faster.
-pub struct Background<S> {
+pub struct BackgroundRecorder<S> {
     names: Names,
     news: Vec<EventLine>,
     /// Ticks that have not been handed over, and the number of ticks in a batch.
@@ -51,7 +51,7 @@ struct Batch {
     then_flush: bool,
 }
 
-impl<S: Sink + Send + 'static> Background<S> {
+impl<S: Sink + Send + 'static> BackgroundRecorder<S> {
     /// Starts a recorder, on a separate thread for the full log.
     pub fn new(recorder: Recorder<S>) -> Result<Self, RecordError> {
         let names = Names::of(recorder.encoder.setup());
@@ -76,7 +76,7 @@ impl<S: Sink + Send + 'static> Background<S> {
     }
 
     /// Returns the events of the latest tick as rows of events.csv.
-    pub fn take_news(&mut self) -> Vec<EventLine> {
+    pub fn take_events(&mut self) -> Vec<EventLine> {
         mem::take(&mut self.news)
     }
 
@@ -125,7 +125,7 @@ impl<S: Sink + Send + 'static> Background<S> {
     }
 }
 
-impl<S: Sink + Send + 'static> Record for Background<S> {
+impl<S: Sink + Send + 'static> Record for BackgroundRecorder<S> {
     fn record(&mut self, record: &TickRecord<'_>) -> Result<(), RecordError> {
         self.news = encode::events(&self.names, record);
         match &mut self.work {

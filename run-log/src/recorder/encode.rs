@@ -7,24 +7,24 @@ use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
 use super::answers::motivation_bits;
-use super::in_flight::OnTheirWay;
+use super::in_flight::InFlight;
 use super::names::Names;
 use super::record::{EventKind, TickRecord};
-use super::repeated::{Repeated, body_bits};
-use super::row::{Row, Tail};
+use super::repeated::{RowCache, body_bits};
+use super::row::{CachedFields, Row};
 use scenario::mission::FigureValue;
 
 /// Encodes motivations.csv: one row per behavior set of each robot that counted.
 pub(super) fn motivations(
     names: &Names,
-    repeated: &mut Repeated,
+    repeated: &mut RowCache,
     record: &TickRecord<'_>,
     rows: &mut Vec<u8>,
 ) {
     let answers = record.answers.iter().zip(&mut repeated.motivations);
     for (answer, tails) in answers.filter(|(answer, _)| answer.counts) {
         let report = &answer.report;
-        tails.resize_with(report.motivations.len(), Tail::default);
+        tails.resize_with(report.motivations.len(), CachedFields::default);
         for (motivation, tail) in report.motivations.iter().zip(tails) {
             let row = Row::new(rows).fields(&repeated.now);
             row.end_with(tail, motivation_bits(motivation), |row| {
@@ -47,7 +47,7 @@ pub(super) fn motivations(
 /// Encodes allocation.csv: one row per behavior set that a robot's allocator reports.
 pub(super) fn allocation(
     names: &Names,
-    repeated: &Repeated,
+    repeated: &RowCache,
     record: &TickRecord<'_>,
     rows: &mut Vec<u8>,
 ) {
@@ -69,15 +69,15 @@ pub(super) fn allocation(
 /// Encodes messages.csv: one row per broadcast and receiver when its delivery is final. Second copies have rows of their own.
 pub(super) fn messages(
     names: &Names,
-    repeated: &mut Repeated,
-    on_their_way: &mut OnTheirWay,
+    repeated: &mut RowCache,
+    on_their_way: &mut InFlight,
     record: &TickRecord<'_>,
     rows: &mut Vec<u8>,
 ) {
     for counted in record.counted() {
         let (receiver, incarnation) = (counted.report.robot, counted.report.incarnation);
         for reception in &counted.report.receptions {
-            if on_their_way.settle(receiver, incarnation, reception) {
+            if on_their_way.register(receiver, incarnation, reception) {
                 message(names, repeated, receiver, reception, rows);
             }
         }
@@ -88,7 +88,7 @@ pub(super) fn messages(
         } = input
             && let Some(receiver) = names.roster.find(robot)
         {
-            let in_flight = on_their_way.end_of(receiver, *incarnation);
+            let in_flight = on_their_way.take_of_incarnation(receiver, *incarnation);
             pending(names, repeated, &in_flight, rows);
         }
     }
@@ -97,7 +97,7 @@ pub(super) fn messages(
 /// Encodes rows of messages.csv for broadcasts that are still in flight and will not be reported again.
 pub(super) fn pending(
     names: &Names,
-    repeated: &mut Repeated,
+    repeated: &mut RowCache,
     in_flight: &[(RobotId, Reception)],
     rows: &mut Vec<u8>,
 ) {
@@ -108,7 +108,7 @@ pub(super) fn pending(
 
 fn message(
     names: &Names,
-    repeated: &mut Repeated,
+    repeated: &mut RowCache,
     receiver: RobotId,
     reception: &Reception,
     rows: &mut Vec<u8>,
@@ -215,7 +215,7 @@ fn describe(input: &Input) -> Option<(EventKind, &str, &str, String)> {
             robot,
             incarnation: 0,
             ..
-        } => (EventKind::Gone, robot, "", "never joined".to_owned()),
+        } => (EventKind::AgentLost, robot, "", "never joined".to_owned()),
         Input::Gone {
             robot,
             incarnation,
@@ -230,7 +230,7 @@ fn describe(input: &Input) -> Option<(EventKind, &str, &str, String)> {
             let broadcasts = if *listed { "listed" } else { "not listed" };
             let detail =
                 format!("incarnation {incarnation}; {counted}; last broadcasts {broadcasts}");
-            (EventKind::Gone, robot, "", detail)
+            (EventKind::AgentLost, robot, "", detail)
         }
         Input::StallBegin { robot, .. } => (EventKind::Stalled, robot, "", String::new()),
         Input::StallEnd { robot, .. } => (EventKind::Back, robot, "", String::new()),
@@ -249,7 +249,7 @@ fn describe(input: &Input) -> Option<(EventKind, &str, &str, String)> {
 
 pub(super) fn poses(
     names: &Names,
-    repeated: &mut Repeated,
+    repeated: &mut RowCache,
     record: &TickRecord<'_>,
     rows: &mut Vec<u8>,
 ) {
@@ -287,7 +287,7 @@ pub(super) fn mission(record: &TickRecord<'_>, rows: &mut Vec<u8>) {
     all.end();
 }
 
-pub(super) fn targets(repeated: &Repeated, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
+pub(super) fn targets(repeated: &RowCache, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
     for (number, target) in record.targets.iter().enumerate() {
         Row::new(rows)
             .fields(&repeated.now)

@@ -13,11 +13,11 @@ use scenario::time::SimTime;
 
 use super::encode;
 use super::hash::{RunHash, SectionHash};
-use super::in_flight::OnTheirWay;
+use super::in_flight::InFlight;
 use super::names::Names;
 use super::pages::Pages;
 use super::record::TickRecord;
-use super::repeated::Repeated;
+use super::repeated::RowCache;
 use super::tally::{Ending, Tally};
 use super::{Answer, RecordError, Sink};
 
@@ -28,16 +28,16 @@ pub(super) struct Encoder {
     setup: Setup,
     level: LogLevel,
     names: Names,
-    repeated: Repeated,
+    repeated: RowCache,
     pages: Pages,
     hash: RunHash,
     section: SectionHash,
     tally: Tally,
     /// The writer of foreign.bin; created with the first answer of an external controller.
     foreign: Option<Box<ExternalWriter>>,
-    minds: BTreeMap<String, ControllerFile>,
+    controllers: BTreeMap<String, ControllerFile>,
     /// Messages in flight, whose rows follow later.
-    on_their_way: OnTheirWay,
+    on_their_way: InFlight,
     /// The values of the last row of mission.csv.
     mission: Option<Vec<FigureValue>>,
     /// Events for an observer, see [`Encoder::take_events`]; `None` until the first call.
@@ -52,20 +52,20 @@ impl Encoder {
         Self {
             setup: setup.clone(),
             level,
-            repeated: Repeated::new(&names),
+            repeated: RowCache::new(&names),
             names,
             pages: Pages::new(level, setup.catalog.mission),
             hash: RunHash::default(),
             section: SectionHash::default(),
             tally: Tally::new(setup),
             foreign: None,
-            minds: (setup.scenario.external_controllers().into_iter())
+            controllers: (setup.scenario.external_controllers().into_iter())
                 .map(|name| {
                     let version = versions.get(name).cloned();
                     (name.to_owned(), ControllerFile { version })
                 })
                 .collect(),
-            on_their_way: OnTheirWay::default(),
+            on_their_way: InFlight::default(),
             mission: None,
             events: None,
             latest: None,
@@ -98,7 +98,7 @@ impl Encoder {
     }
 
     pub fn finish(&mut self) {
-        let in_flight = self.on_their_way.end();
+        let in_flight = self.on_their_way.take_all();
         if !in_flight.is_empty() {
             let (names, repeated) = (&self.names, &mut self.repeated);
             self.pages.add(Table::Messages, |rows| {
@@ -123,7 +123,7 @@ impl Encoder {
             outcome,
             unscripted,
             faults,
-            minds: self.minds.clone(),
+            minds: self.controllers.clone(),
             result: self.tally.figures(figures),
             setup: self.setup.clone(),
         }

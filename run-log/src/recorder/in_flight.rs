@@ -11,11 +11,11 @@ use scenario::ids::{Incarnation, RobotId};
 type Key = (RobotId, Incarnation, RobotId, Incarnation, u64);
 
 #[derive(Clone, Debug, Default)]
-pub(super) struct OnTheirWay(BTreeMap<Key, Reception>);
+pub(super) struct InFlight(BTreeMap<Key, Reception>);
 
-impl OnTheirWay {
+impl InFlight {
     /// Registers the reception that an incarnation of a robot reports. Returns `true` if its delivery is final.
-    pub fn settle(
+    pub fn register(
         &mut self,
         receiver: RobotId,
         incarnation: Incarnation,
@@ -45,7 +45,7 @@ impl OnTheirWay {
     }
 
     /// Removes and returns the messages in flight to an incarnation that has ended, by sender and sequence number.
-    pub fn end_of(
+    pub fn take_of_incarnation(
         &mut self,
         receiver: RobotId,
         incarnation: Incarnation,
@@ -58,7 +58,7 @@ impl OnTheirWay {
     }
 
     /// Removes and returns all messages in flight at the end of the run, by receiver, sender and sequence number.
-    pub fn end(&mut self) -> Vec<(RobotId, Reception)> {
+    pub fn take_all(&mut self) -> Vec<(RobotId, Reception)> {
         list(mem::take(&mut self.0))
     }
 }

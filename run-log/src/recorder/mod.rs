@@ -40,7 +40,7 @@ use scenario::Setup;
 use encoder::Encoder;
 
 pub use answers::{Answer, Answers, Deliveries};
-pub use background::Background;
+pub use background::BackgroundRecorder;
 pub use record::{BodyRecord, Event, EventKind, FaultEvent, TickRecord};
 pub use sink::{Folder, Sink};
 pub use tally::Ending;
@@ -52,7 +52,7 @@ pub enum RecordError {
     #[error("cannot write {}: {error}", path.display())]
     Write { path: PathBuf, error: io::Error },
     #[error("{} already holds a run", .0.display())]
-    Occupied(PathBuf),
+    FolderInUse(PathBuf),
     /// A consequence of an earlier failed write. Rows after the torn one would not be valid.
     #[error("the log is incomplete after a failed write")]
     Broken,
@@ -83,11 +83,11 @@ pub struct Recorder<S> {
 impl<S: Sink> Recorder<S> {
     /// Starts a log: writes run.json with the outcome "running", and the header lines of the tables.
     pub fn new(setup: &Setup, level: LogLevel, sink: S) -> Result<Self, RecordError> {
-        Self::telling(setup, level, &BTreeMap::new(), sink)
+        Self::with_controller_versions(setup, level, &BTreeMap::new(), sink)
     }
 
     /// Starts a log like [`Recorder::new`], with the known versions of external controllers by name.
-    pub fn telling(
+    pub fn with_controller_versions(
         setup: &Setup,
         level: LogLevel,
         versions: &BTreeMap<String, String>,

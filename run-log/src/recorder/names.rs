@@ -12,7 +12,7 @@ use scenario::{Catalog, Roster, Setup};
 pub(super) struct Names {
     pub roster: Arc<Roster>,
     catalog: Arc<Catalog>,
-    terms: MissionVocabulary,
+    vocabulary: MissionVocabulary,
 }
 
 impl Names {
@@ -20,7 +20,7 @@ impl Names {
         Self {
             roster: Arc::clone(&setup.roster),
             catalog: Arc::clone(&setup.catalog),
-            terms: setup.catalog.mission.vocabulary(),
+            vocabulary: setup.catalog.mission.vocabulary(),
         }
     }
 
@@ -33,11 +33,11 @@ impl Names {
     }
 
     pub fn broadcast(&self, kind: BroadcastKind) -> &'static str {
-        kind.name(self.terms.bulletins)
+        kind.name(self.vocabulary.bulletins)
     }
 
     pub fn note(&self, kind: NoteKind) -> &'static str {
-        kind.as_str(self.terms.notes)
+        kind.as_str(self.vocabulary.notes)
     }
 
     pub fn set(&self, set: Option<BehaviorId>) -> &str {

@@ -6,7 +6,7 @@ use scenario::mission::registry::Mission;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::RecordError;
-use super::repeated::Repeated;
+use super::repeated::RowCache;
 use super::row::{Fields, Row};
 use super::sink::Sink;
 
@@ -87,7 +87,7 @@ impl Pages {
     }
 
     /// Adds a seal that marks the tick as complete in every table. `run` is the hash of the run so far.
-    pub fn seal(&mut self, repeated: &Repeated, run: u64) {
+    pub fn seal(&mut self, repeated: &RowCache, run: u64) {
         let (tick, world) = (&repeated.tick, &repeated.world);
         for table in Table::ALL
             .into_iter()

@@ -91,7 +91,7 @@ pub enum EventKind {
     EnergyOut,
     /// An agent takes part from this tick on.
     Joined,
-    Gone,
+    AgentLost,
     Stalled,
     Back,
     Lost,
@@ -121,7 +121,7 @@ impl fmt::Display for EventKind {
             Self::Mission(kind) => kind,
             Self::EnergyOut => "energy-out",
             Self::Joined => "joined",
-            Self::Gone => "gone",
+            Self::AgentLost => "gone",
             Self::Stalled => "stalled",
             Self::Back => "back",
             Self::Lost => "lost",

@@ -9,27 +9,27 @@ use scenario::time::SimTime;
 use super::answers::MotivationBits;
 use super::names::Names;
 use super::record::BodyRecord;
-use super::row::{Fields, Tail};
+use super::row::{CachedFields, Fields};
 
-pub(super) struct Repeated {
+pub(super) struct RowCache {
     pub now: Fields,
     pub tick: Fields,
     /// The name in rows that belong to no robot.
     pub world: Fields,
     robots: Vec<Fields>,
     /// The ends of rows of motivations.csv, by robot and by position in its report.
-    pub motivations: Vec<Vec<Tail<MotivationBits>>>,
+    pub motivations: Vec<Vec<CachedFields<MotivationBits>>>,
     /// The ends of rows of messages.csv by sender, because a broadcast is the same for all receivers.
-    pub messages: Vec<Tail<Reception>>,
+    pub messages: Vec<CachedFields<Reception>>,
     /// The ends of rows of poses.csv by robot.
-    pub poses: Vec<Tail<BodyBits>>,
+    pub poses: Vec<CachedFields<BodyBits>>,
 }
 
 /// The position, heading and speed, energy, load and active behavior set. Floats are stored as bits, because 0 and -0 are equal
 /// but encoded differently.
 pub(super) type BodyBits = ([u32; 4], Option<u32>, bool, Option<BehaviorId>);
 
-impl Repeated {
+impl RowCache {
     pub fn new(names: &Names) -> Self {
         let robots: Vec<_> = names
             .robots()
@@ -40,8 +40,8 @@ impl Repeated {
             tick: Fields::default(),
             world: Fields::of(|row| row.text(WORLD_ROBOT)),
             motivations: vec![Vec::new(); robots.len()],
-            messages: vec![Tail::default(); robots.len()],
-            poses: vec![Tail::default(); robots.len()],
+            messages: vec![CachedFields::default(); robots.len()],
+            poses: vec![CachedFields::default(); robots.len()],
             robots,
         }
     }

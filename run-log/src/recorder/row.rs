@@ -101,7 +101,12 @@ impl<'b> Row<'b> {
     }
 
     /// Ends the row with cached fields, and encodes them again with `fields` only if the key has changed.
-    pub fn end_with<K: PartialEq>(self, tail: &mut Tail<K>, key: K, fields: impl FnOnce(Row<'_>)) {
+    pub fn end_with<K: PartialEq>(
+        self,
+        tail: &mut CachedFields<K>,
+        key: K,
+        fields: impl FnOnce(Row<'_>),
+    ) {
         if tail.key.as_ref() == Some(&key) {
             self.0.extend_from_slice(&tail.bytes);
         } else {
@@ -140,13 +145,13 @@ impl Fields {
 
 /// The cached last fields of a row. In most ticks they are the same as in the previous tick.
 #[derive(Clone, Debug)]
-pub(super) struct Tail<K> {
+pub(super) struct CachedFields<K> {
     /// The values of the fields. The same bits give the same fields.
     key: Option<K>,
     bytes: Vec<u8>,
 }
 
-impl<K> Default for Tail<K> {
+impl<K> Default for CachedFields<K> {
     fn default() -> Self {
         Self {
             key: None,

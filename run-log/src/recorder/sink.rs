@@ -40,7 +40,7 @@ impl Folder {
         let logs = path.join("logs");
         fs::create_dir_all(&logs).map_err(|source| RecordError::write(&logs, source))?;
         if path.join(Document::Run.file_name()).exists() {
-            return Err(RecordError::Occupied(path));
+            return Err(RecordError::FolderInUse(path));
         }
         Ok(Self {
             path,

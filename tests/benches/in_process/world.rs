@@ -28,7 +28,7 @@ impl World {
                     &setup,
                     Registry::of_this_program()
                         .worlds()
-                        .of(&setup.scenario)
+                        .find(&setup.scenario)
                         .unwrap(),
                 )
             },

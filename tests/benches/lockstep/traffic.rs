@@ -49,7 +49,7 @@ impl Traffic {
     pub fn of(setup: &Setup) -> Self {
         let mission = Registry::of_this_program()
             .worlds()
-            .of(&setup.scenario)
+            .find(&setup.scenario)
             .unwrap();
         let mut recorder = Recorder::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
         let mut simulation = Simulation::new(setup.clone(), mission, false);
@@ -62,7 +62,7 @@ impl Traffic {
         }
         let [mut ticks, mut reports, mut broadcasts] = [(); 3].map(|()| Count::default());
         while simulation.outcome().is_none() {
-            while let Some(robot) = simulation.next_question() {
+            while let Some(robot) = simulation.next_recipient() {
                 let (agent, radio) = &mut agents[robot.index()];
                 let message = simulation.message(robot).clone();
                 let mut space = Workspace::default();

@@ -21,14 +21,14 @@ pub enum Presence {
 
 /// The part of a counted report that manifests need.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Listing {
+pub(super) struct CountedAnswer {
     /// The reporting incarnation, which may differ from the present one of the place.
     pub incarnation: Incarnation,
     pub broadcasts: u16,
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct RobotSlot {
     pub name: String,
     pub presence: Presence,
     /// The latest incarnation; 0 before the first.
@@ -39,25 +39,25 @@ pub(super) struct Place {
     /// The tick that the agent did not answer. A later answer to it ends the silence.
     pub unanswered: Tick,
     /// `true` if the current tick has been sent to the agent.
-    pub asked: bool,
-    pub answer: Option<Listing>,
+    pub tick_sent: bool,
+    pub answer: Option<CountedAnswer>,
     /// `true` if the answer has been listed in the teammates' manifests.
     pub listed: bool,
-    pub gone: bool,
+    pub lost: bool,
     pub absent: bool,
     /// `true` if the clock starts without this robot, because its process ended or was stopped before it arrived.
-    pub missed: bool,
+    pub start_without: bool,
     /// `true` if the scenario kills the agent in this tick: its report counts, its broadcasts are not listed.
     pub dies_after_tick: bool,
     /// `true` if the scenario has suspended the agent. Its reports do not end this; only readmission does.
     pub suspended: bool,
     /// `true` if the latest incarnation was welcomed and given up, but may still arrive.
-    pub late: bool,
+    pub may_still_arrive: bool,
 }
 
-impl Place {
+impl RobotSlot {
     pub fn is_open(&self) -> bool {
-        self.presence == Presence::Present && !self.gone && self.answer.is_none()
+        self.presence == Presence::Present && !self.lost && self.answer.is_none()
     }
 
     pub fn new(robot: &Robot) -> Self {
@@ -68,26 +68,26 @@ impl Place {
             last_counted: None,
             manifest: Vec::new(),
             unanswered: 0,
-            asked: false,
+            tick_sent: false,
             answer: None,
             listed: false,
-            gone: false,
+            lost: false,
             absent: robot.absent,
-            missed: false,
+            start_without: false,
             dies_after_tick: false,
             suspended: false,
-            late: false,
+            may_still_arrive: false,
         }
     }
 
     pub fn is_suspended(&self) -> bool {
-        self.suspended && !self.gone && self.presence == Presence::Silent
+        self.suspended && !self.lost && self.presence == Presence::Silent
     }
 
     /// Ends the tick. Returns `true` if the agent died in it.
     pub fn end_tick(&mut self) -> bool {
-        (self.asked, self.listed, self.dies_after_tick) = (false, false, false);
-        let died = std::mem::take(&mut self.gone);
+        (self.tick_sent, self.listed, self.dies_after_tick) = (false, false, false);
+        let died = std::mem::take(&mut self.lost);
         if died {
             let succeeded = matches!(
                 self.presence,

@@ -10,8 +10,8 @@ use super::*;
 /// A team of this size in which all robots receive each other.
 struct All(u16);
 
-impl Air for All {
-    fn for_each_hearer(&self, _: RobotId, receive: impl FnMut(RobotId)) {
+impl RadioReach for All {
+    fn for_each_receiver(&self, _: RobotId, receive: impl FnMut(RobotId)) {
         (0..self.0).map(RobotId).for_each(receive);
     }
 }
@@ -181,12 +181,12 @@ impl Watched {
     fn arrive(&mut self, robot: u16, ago: u32) {
         let incarnation = self.incarnation(robot).saturating_sub(ago);
         self.barrier.arrive(RobotId(robot), incarnation);
-        self.barrier.start_if_all_here();
+        self.barrier.start_if_all_arrived();
     }
 
     fn gone(&mut self, robot: u16, ago: u32) {
         let incarnation = self.incarnation(robot).saturating_sub(ago);
-        self.barrier.gone(RobotId(robot), incarnation, true);
+        self.barrier.agent_lost(RobotId(robot), incarnation, true);
         if incarnation == self.incarnation(robot) {
             self.awaited.remove(&robot);
         }
@@ -223,11 +223,11 @@ impl Watched {
     }
 
     /// Returns the robots that the barrier sends the tick to, with the manifest of each.
-    fn ask(&mut self) -> Vec<(Question, Vec<ManifestEntry>)> {
+    fn ask(&mut self) -> Vec<(TickRecipient, Vec<ManifestEntry>)> {
         let mut questions = Vec::new();
-        while let Some(question) = self.barrier.next_question(&All(self.robots)) {
+        while let Some(question) = self.barrier.next_recipient(&All(self.robots)) {
             let mut manifest = Vec::new();
-            self.barrier.hand_over(question.robot, &mut manifest);
+            self.barrier.take_manifest(question.robot, &mut manifest);
             let robot = question.robot.0;
             assert!(!self.asked.contains(&robot), "asked twice in a tick");
             if self.order == StepOrder::InOrder {
@@ -285,10 +285,10 @@ impl Watched {
         expected
     }
 
-    fn finish(&mut self) -> Gathered {
+    fn finish(&mut self) -> TickResult {
         let tick = self.barrier.tick();
         assert!(self.awaited.is_empty(), "ended while an answer was due");
-        let mut gathered = Gathered::default();
+        let mut gathered = TickResult::default();
         self.barrier.finish(&All(self.robots), &mut gathered);
         assert_eq!(self.barrier.tick(), tick + 1);
         for (rank, counted) in gathered.counted.iter().enumerate() {
@@ -460,7 +460,7 @@ fn a_silent_robot_receives_nothing_until_it_takes_part_again() {
     watched.ask();
     assert_eq!(
         watched.report(1, 1, 0, 5),
-        Verdict::BackAgain,
+        Verdict::SilenceEnded,
         "late, and not counted"
     );
     watched.report(0, 1, 1, 1);
@@ -480,7 +480,7 @@ fn without_agents_the_clock_stands_and_a_new_agent_enters_the_current_tick() {
     watched.ask();
     watched.gone(0, 0);
     watched.finish();
-    assert!(watched.barrier.is_idle() && watched.barrier.is_deserted());
+    assert!(watched.barrier.is_idle() && watched.barrier.has_no_agents());
     assert!(!watched.barrier.is_complete());
     watched.invite(0);
     assert_eq!(watched.promised[&(0, 2)], 1);
@@ -499,15 +499,15 @@ fn a_replayed_report_does_not_end_a_silence() {
     watched.ask();
     watched.stall(1);
     assert_eq!(watched.report(1, 1, 0, 0), Verdict::Stale);
-    assert_eq!(watched.report(1, 1, 1, 0), Verdict::BackAgain);
+    assert_eq!(watched.report(1, 1, 1, 0), Verdict::SilenceEnded);
 }
 
 /// Sends the tick to all robots and answers for them with one broadcast each. Returns the senders in each robot's manifest.
 fn step_all(barrier: &mut Barrier) -> Vec<(RobotId, Vec<RobotId>)> {
     let mut received = Vec::new();
-    while let Some(question) = barrier.next_question(&All(2)) {
+    while let Some(question) = barrier.next_recipient(&All(2)) {
         let mut manifest = Vec::new();
-        barrier.hand_over(question.robot, &mut manifest);
+        barrier.take_manifest(question.robot, &mut manifest);
         let senders = manifest.iter().map(|entry| entry.sender);
         received.push((question.robot, senders.collect()));
         let answer = report(question.robot, question.incarnation, barrier.tick(), 1);
@@ -516,8 +516,8 @@ fn step_all(barrier: &mut Barrier) -> Vec<(RobotId, Vec<RobotId>)> {
     received
 }
 
-fn finish(barrier: &mut Barrier) -> Gathered {
-    let mut gathered = Gathered::default();
+fn finish(barrier: &mut Barrier) -> TickResult {
+    let mut gathered = TickResult::default();
     barrier.finish(&All(2), &mut gathered);
     gathered
 }
@@ -535,7 +535,7 @@ fn a_robot_that_is_killed_after_a_tick_counts_once_more_without_broadcasts() {
                 .iter()
                 .any(|(_, senders)| senders.contains(&RobotId(1)))
         );
-        barrier.gone(RobotId(0), 1, true);
+        barrier.agent_lost(RobotId(0), 1, true);
         let gathered = finish(&mut barrier);
         assert!(gathered.counted[0]);
         let death = Input::Gone {
@@ -589,11 +589,11 @@ fn a_suspended_robot_is_out_until_it_is_readmitted() {
 fn an_agent_that_has_already_arrived_is_admitted_when_it_is_expected() {
     let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
     step_all(&mut barrier);
-    barrier.gone(RobotId(1), 1, true);
+    barrier.agent_lost(RobotId(1), 1, true);
     finish(&mut barrier);
     let (robot, incarnation, first) = barrier.invite("robot-1").unwrap();
     barrier.arrive(robot, incarnation);
-    assert!(barrier.is_coming(robot));
+    assert!(barrier.is_joining(robot));
     assert_eq!(first, 2, "without expect, with the next tick");
     barrier.expect(robot);
     assert_eq!(barrier.presence(robot), Presence::Present);
@@ -611,10 +611,10 @@ fn an_agent_that_has_already_arrived_is_admitted_when_it_is_expected() {
 fn a_tick_waits_for_an_agent_that_is_expected() {
     let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
     step_all(&mut barrier);
-    barrier.gone(RobotId(1), 1, true);
+    barrier.agent_lost(RobotId(1), 1, true);
     finish(&mut barrier);
     barrier.expect(RobotId(1));
-    assert!(barrier.next_question(&All(2)).is_none() && !barrier.is_complete());
+    assert!(barrier.next_recipient(&All(2)).is_none() && !barrier.is_complete());
     let (robot, incarnation, first) = barrier.invite("robot-1").unwrap();
     assert_eq!(
         (robot, incarnation, first),
@@ -650,15 +650,15 @@ fn an_agent_that_was_given_up_may_arrive_unless_another_has_the_place() {
             assert_eq!(barrier.invite("robot-1").unwrap().1, 2);
         }
         barrier.arrive(RobotId(1), 1);
-        assert_eq!(barrier.start_if_all_here(), !is_taken);
+        assert_eq!(barrier.start_if_all_arrived(), !is_taken);
         if is_taken {
             barrier.arrive(RobotId(1), 2);
-            assert!(barrier.start_if_all_here());
+            assert!(barrier.start_if_all_arrived());
         }
         assert_eq!(step_all(&mut barrier).len(), 2);
         // A dead agent is not expected any more.
         let incarnation = barrier.incarnation(RobotId(1)).unwrap();
-        barrier.gone(RobotId(1), incarnation, true);
+        barrier.agent_lost(RobotId(1), incarnation, true);
         finish(&mut barrier);
         barrier.arrive(RobotId(1), incarnation);
         assert_eq!(barrier.presence(RobotId(1)), Presence::Empty);
@@ -674,11 +674,11 @@ fn the_clock_starts_without_robots_that_died_before_they_arrived_if_any_is_prese
     let mut barrier = Barrier::new(&robots, StepOrder::Simultaneous);
     barrier.start_without(RobotId(0));
     barrier.start_without(RobotId(1));
-    assert!(!barrier.start_if_all_here(), "no robot is present");
+    assert!(!barrier.start_if_all_arrived(), "no robot is present");
     barrier.invite("robot-0").unwrap();
-    assert!(!barrier.start_if_all_here(), "one is joining");
+    assert!(!barrier.start_if_all_arrived(), "one is joining");
     barrier.arrive(RobotId(0), 1);
-    assert!(barrier.start_if_all_here());
+    assert!(barrier.start_if_all_arrived());
     assert_eq!(step_all(&mut barrier).len(), 1);
     let inputs = finish(&mut barrier).inputs;
     let gone = |input: &Input| matches!(input, Input::Gone { robot, incarnation: 0, .. } if robot == "robot-1");

@@ -11,7 +11,7 @@ use scenario::{Body, Roster, Setup};
 
 use super::schedule::FaultIndex;
 use crate::mission::WorldMission;
-use crate::world::limited;
+use crate::world::limit_command;
 
 #[derive(Clone, Debug)]
 pub struct Actuators {
@@ -41,7 +41,7 @@ impl Actuators {
     }
 
     /// Sets the faults in force, in the order of arming.
-    pub fn begin<'f>(&mut self, in_force: impl Iterator<Item = (FaultIndex, &'f Fault)>) {
+    pub fn begin_tick<'f>(&mut self, in_force: impl Iterator<Item = (FaultIndex, &'f Fault)>) {
         self.broken.clear();
         for (index, fault) in in_force {
             let (name, defect) = match fault {
@@ -57,7 +57,7 @@ impl Actuators {
 
     /// Checks whether a body executes any part of its commands.
     #[must_use]
-    pub fn obey(&self, robot: RobotId) -> bool {
+    pub fn can_execute(&self, robot: RobotId) -> bool {
         !self.broken.iter().any(|(_, owner, defect)| {
             let is_unresponsive = matches!(
                 defect,
@@ -69,7 +69,7 @@ impl Actuators {
 
     /// Replaces the command of a robot by the actual motion. Returns the faults that changed it, in the order of arming.
     #[inline]
-    pub fn disobey(
+    pub fn apply_to(
         &self,
         mission: &dyn WorldMission,
         robot: RobotId,
@@ -91,8 +91,8 @@ impl Actuators {
         let body = &self.bodies[robot.index()];
         let mut hits = Vec::new();
         for (fault, _, defect) in self.broken.iter().filter(|(_, owner, _)| *owner == robot) {
-            let intact = limited(body, *command);
-            *command = limited(body, defect.act(mission, body, intact));
+            let intact = limit_command(body, *command);
+            *command = limit_command(body, defect.act(mission, body, intact));
             if *command != intact {
                 hits.push(*fault);
             }
@@ -120,7 +120,7 @@ impl Defect {
             }
             ActuatorMode::OneWheel(dead) => one_wheel(body, command, dead),
             ActuatorMode::Gripper => {
-                mission.disable("gripper", &mut command.deed);
+                mission.remove_disabled("gripper", &mut command.deed);
                 command
             }
         }
@@ -184,10 +184,10 @@ mod tests {
     fn execute(faults: &[Fault], robot: RobotId, ordered: Actuation) -> (Actuation, Vec<usize>) {
         let mut actuators = Actuators::new(&default_setup(1));
         let faults = faults.iter().enumerate();
-        actuators.begin(faults.map(|(index, fault)| (FaultIndex(index), fault)));
+        actuators.begin_tick(faults.map(|(index, fault)| (FaultIndex(index), fault)));
         let mut command = Some(ordered);
         let world = World::new(&default_setup(1), DRILL);
-        let hits = actuators.disobey(world.mission(), robot, &mut command);
+        let hits = actuators.apply_to(world.mission(), robot, &mut command);
         let hits = hits.into_iter().map(|fault| fault.0).collect();
         (command.unwrap(), hits)
     }

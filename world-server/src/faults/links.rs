@@ -136,7 +136,7 @@ impl Links {
 
     /// Writes the senders, by rank, whose messages to `receiver` are held back in this tick to `held`.
     #[inline]
-    pub fn held(&self, receiver: RobotId, held: &mut Vec<RobotId>) {
+    pub fn write_held_senders(&self, receiver: RobotId, held: &mut Vec<RobotId>) {
         held.clear();
         // Most runs hold no messages.
         if !self.active.iter().any(|active| active.state.hold) {

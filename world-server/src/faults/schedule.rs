@@ -10,7 +10,7 @@ pub struct FaultIndex(pub usize);
 
 /// A transition of a fault at the beginning of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Turn {
+pub enum Transition {
     Apply(FaultIndex),
     Heal(FaultIndex),
 }
@@ -57,7 +57,7 @@ impl Schedule {
     /// # Errors
     /// If another fault has the id.
     pub fn arm(&mut self, mut order: Order, now: SimTime) -> Result<FaultIndex, TakenId> {
-        let id = self.name_for(order.id.take(), &[])?;
+        let id = self.choose_id(order.id.take(), &[])?;
         order.id = Some(id.clone());
         let due = match (&order.when, order.at()) {
             (Some(_), _) => None,
@@ -85,7 +85,7 @@ impl Schedule {
     ///
     /// # Errors
     /// If another fault has the id, or it is reserved.
-    pub fn name_for(
+    pub fn choose_id(
         &self,
         requested: Option<String>,
         reserved: &[&str],
@@ -141,18 +141,18 @@ impl Schedule {
         &mut self,
         now: SimTime,
         with_role: impl Fn(Role<'_>) -> Option<&'n str>,
-    ) -> Option<Turn> {
+    ) -> Option<Transition> {
         let is_due = |time: Option<SimTime>| time.is_some_and(|time| time <= now);
         if let Some(index) = self.entries.iter().position(|entry| is_due(entry.until)) {
             self.heal(FaultIndex(index), now);
-            return Some(Turn::Heal(FaultIndex(index)));
+            return Some(Transition::Heal(FaultIndex(index)));
         }
         let index = self
             .entries
             .iter_mut()
             .position(|entry| is_due(entry.due) && entry.resolve_target(&with_role))?;
         self.apply(FaultIndex(index), now);
-        Some(Turn::Apply(FaultIndex(index)))
+        Some(Transition::Apply(FaultIndex(index)))
     }
 
     pub fn apply(&mut self, fault: FaultIndex, now: SimTime) {
@@ -190,7 +190,7 @@ impl Schedule {
 
     /// Checks whether a fault in force neither heals by itself nor repeats.
     #[must_use]
-    pub fn is_for_good(&self, fault: FaultIndex) -> bool {
+    pub fn is_permanent(&self, fault: FaultIndex) -> bool {
         let entry = &self.entries[fault.0];
         entry.until.is_none() && entry.due.is_none()
     }
@@ -213,7 +213,7 @@ impl Schedule {
 
     /// Checks whether time alone brings a robot back. Then the clock continues without robots.
     #[must_use]
-    pub fn brings_robots_back(&self) -> bool {
+    pub fn will_return_robots(&self) -> bool {
         self.entries.iter().any(|entry| {
             let heals = entry.until.is_some()
                 && matches!(
@@ -263,7 +263,7 @@ mod tests {
         serde_json::from_str(json).unwrap()
     }
 
-    fn turns(schedule: &mut Schedule, now: u64) -> Vec<Turn> {
+    fn turns(schedule: &mut Schedule, now: u64) -> Vec<Transition> {
         std::iter::from_fn(|| schedule.next(SimTime(now), |_| None)).collect()
     }
 
@@ -278,10 +278,10 @@ mod tests {
         assert_eq!(schedule.due(A), Some(SimTime(100)));
         assert!(turns(&mut schedule, 50).is_empty());
         assert_eq!(schedule.in_force().count(), 0);
-        assert_eq!(turns(&mut schedule, 100), [Turn::Apply(A)]);
+        assert_eq!(turns(&mut schedule, 100), [Transition::Apply(A)]);
         assert_eq!(schedule.in_force().count(), 1);
         assert!(turns(&mut schedule, 250).is_empty());
-        assert_eq!(turns(&mut schedule, 300), [Turn::Heal(A)]);
+        assert_eq!(turns(&mut schedule, 300), [Transition::Heal(A)]);
         let status = schedule.status(A);
         assert_eq!(status.phase, Phase::Over);
         assert_eq!(status.applied_ms, Some(SimTime(100)));
@@ -297,7 +297,10 @@ mod tests {
         schedule
             .arm(order(r#"{"fault":{"deaf":"blue"}}"#), SimTime(5000))
             .unwrap();
-        assert_eq!(turns(&mut schedule, 5000), [Turn::Apply(A), Turn::Apply(B)]);
+        assert_eq!(
+            turns(&mut schedule, 5000),
+            [Transition::Apply(A), Transition::Apply(B)]
+        );
     }
 
     #[test]
@@ -307,8 +310,11 @@ mod tests {
         let heals = order(r#"{"fault":{"deaf":"blue"},"for_s":1}"#);
         schedule.arm(begins, SimTime(0)).unwrap();
         schedule.arm(heals, SimTime(0)).unwrap();
-        assert_eq!(turns(&mut schedule, 0), [Turn::Apply(B)]);
-        assert_eq!(turns(&mut schedule, 1000), [Turn::Heal(B), Turn::Apply(A)]);
+        assert_eq!(turns(&mut schedule, 0), [Transition::Apply(B)]);
+        assert_eq!(
+            turns(&mut schedule, 1000),
+            [Transition::Heal(B), Transition::Apply(A)]
+        );
     }
 
     #[test]
@@ -317,18 +323,24 @@ mod tests {
         let again = order(r#"{"fault":{"mute":"blue"},"at_s":1,"every_s":2,"for_s":0.5}"#);
         schedule.arm(again, SimTime(0)).unwrap();
         for round in 0..3 {
-            assert_eq!(turns(&mut schedule, 1000 + round * 2000), [Turn::Apply(A)]);
+            assert_eq!(
+                turns(&mut schedule, 1000 + round * 2000),
+                [Transition::Apply(A)]
+            );
             assert!(schedule.hit(A, 2));
             assert!(!schedule.hit(A, 1));
-            assert_eq!(turns(&mut schedule, 1500 + round * 2000), [Turn::Heal(A)]);
+            assert_eq!(
+                turns(&mut schedule, 1500 + round * 2000),
+                [Transition::Heal(A)]
+            );
             assert_eq!(schedule.status(A).phase, Phase::Armed);
         }
         assert_eq!(schedule.status(A).hits, 9);
         let waste = order(r#"{"fault":{"waste":{"x_m":1,"y_m":1}},"every_s":1}"#);
         schedule.arm(waste, SimTime(5500)).unwrap();
-        assert_eq!(turns(&mut schedule, 5500), [Turn::Apply(B)]);
+        assert_eq!(turns(&mut schedule, 5500), [Transition::Apply(B)]);
         assert_eq!(schedule.status(B).phase, Phase::Armed);
-        assert_eq!(turns(&mut schedule, 6500), [Turn::Apply(B)]);
+        assert_eq!(turns(&mut schedule, 6500), [Transition::Apply(B)]);
     }
 
     #[test]
@@ -344,21 +356,27 @@ mod tests {
         };
         let no_robot = |_: Role<'_>| None;
         // No robot has the role, so the next fault has its turn.
-        assert_eq!(schedule.next(SimTime(1000), no_robot), Some(Turn::Apply(B)));
+        assert_eq!(
+            schedule.next(SimTime(1000), no_robot),
+            Some(Transition::Apply(B))
+        );
         assert_eq!(schedule.next(SimTime(1000), no_robot), None);
         assert_eq!(schedule.status(A).phase, Phase::Armed);
         assert_eq!(
             schedule.next(SimTime(1050), by("gold")),
-            Some(Turn::Apply(A))
+            Some(Transition::Apply(A))
         );
         let target =
             |schedule: &Schedule| schedule.status(A).order.fault.robot().map(str::to_owned);
         assert_eq!(target(&schedule).as_deref(), Some("gold"));
         assert_eq!(schedule.status(A).applied_ms, Some(SimTime(1050)));
-        assert_eq!(schedule.next(SimTime(2050), no_robot), Some(Turn::Heal(A)));
+        assert_eq!(
+            schedule.next(SimTime(2050), no_robot),
+            Some(Transition::Heal(A))
+        );
         assert_eq!(
             schedule.next(SimTime(3050), by("green")),
-            Some(Turn::Apply(A))
+            Some(Transition::Apply(A))
         );
         assert_eq!(target(&schedule).as_deref(), Some("green"));
         // A fault of an idle robot works in the same way.
@@ -366,7 +384,10 @@ mod tests {
         let idle = schedule.arm(idle, SimTime(3100)).unwrap();
         assert_eq!(schedule.next(SimTime(3100), by("green")), None);
         let rests = |role: Role<'_>| (role == Role::Idle).then_some("blue");
-        assert_eq!(schedule.next(SimTime(3150), rests), Some(Turn::Apply(idle)));
+        assert_eq!(
+            schedule.next(SimTime(3150), rests),
+            Some(Transition::Apply(idle))
+        );
         assert_eq!(schedule.status(idle).order.fault.robot(), Some("blue"));
     }
 
@@ -379,8 +400,8 @@ mod tests {
         assert_eq!(schedule.waiting().count(), 1);
         schedule.trigger(A, SimTime(300));
         assert_eq!(schedule.waiting().count(), 0);
-        assert_eq!(turns(&mut schedule, 300), [Turn::Apply(A)]);
-        assert_eq!(turns(&mut schedule, 1300), [Turn::Heal(A)]);
+        assert_eq!(turns(&mut schedule, 300), [Transition::Apply(A)]);
+        assert_eq!(turns(&mut schedule, 1300), [Transition::Heal(A)]);
         assert_eq!(schedule.waiting().count(), 0);
     }
 
@@ -391,7 +412,7 @@ mod tests {
         let waits = order(r#"{"fault":{"mute":"blue"},"when":"gold dies"}"#);
         schedule.arm(again, SimTime(0)).unwrap();
         schedule.arm(waits, SimTime(0)).unwrap();
-        assert_eq!(turns(&mut schedule, 0), [Turn::Apply(A)]);
+        assert_eq!(turns(&mut schedule, 0), [Transition::Apply(A)]);
         assert_eq!(schedule.clear(A, SimTime(100)), Some(true));
         assert_eq!(schedule.clear(A, SimTime(100)), None);
         assert_eq!(schedule.clear(B, SimTime(100)), Some(false));

@@ -19,7 +19,7 @@ use scenario::{Roster, Setup};
 use super::draws::{WORDS, normal, uniform};
 use super::schedule::FaultIndex;
 use crate::mission::WorldMission;
-use crate::world::wrapped;
+use crate::world::wrap_angle;
 
 /// The number of devices of a robot with separate random numbers.
 const DEVICES: u64 = 16;
@@ -77,7 +77,7 @@ impl Sensors {
 
     /// Checks whether no sensor has been broken in this run. Then all readings were undistorted.
     #[must_use]
-    pub fn were_always_intact(&self) -> bool {
+    pub fn never_broken(&self) -> bool {
         !self.ever_broken
     }
 
@@ -273,7 +273,7 @@ fn add_error(
         Device::POSITION => {
             if let Some(pose) = &mut readings.pose {
                 pose.position += size.m * Vec2::new(error(), error());
-                pose.heading_rad = wrapped(pose.heading_rad + size.deg.to_radians() * error());
+                pose.heading_rad = wrap_angle(pose.heading_rad + size.deg.to_radians() * error());
             }
         }
         name @ (Device::FRONT_BORDER | Device::SIDE_BORDER) => {
@@ -307,7 +307,7 @@ fn add_error(
         Device::GROUND => {}
         name => {
             let sensed = &mut readings.mission;
-            mission.mislead(name, sensed, &mut || size.m * error());
+            mission.add_error(name, sensed, &mut || size.m * error());
         }
     }
 }

@@ -19,7 +19,7 @@ pub fn impairments<'f>(
             robot: roster.find(&fault.robot)?,
             skill: fault.skill.clone(),
             share: fault.share,
-            has_acted: false,
+            was_used: false,
         };
         Some((index, impairment))
     })

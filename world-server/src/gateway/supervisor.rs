@@ -60,9 +60,9 @@ impl Process {
     }
 }
 
-pub struct Waiting(Process);
+pub struct StartedGateway(Process);
 
-impl Waiting {
+impl StartedGateway {
     /// Starts the gateway's process.
     pub fn start() -> io::Result<Self> {
         Process::start().map(Self)

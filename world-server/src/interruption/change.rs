@@ -29,7 +29,7 @@ enum Change {
 impl Interruption {
     /// Creates the change of a fault whose order has been [checked](scenario::fault::Order::check).
     #[must_use]
-    pub fn of(fault: &Fault, roster: &Roster) -> Self {
+    pub fn from_fault(fault: &Fault, roster: &Roster) -> Self {
         Self(match fault {
             Fault::Obstacle(obstacle) => Change::Obstacle {
                 obstacle: *obstacle,
@@ -84,7 +84,7 @@ mod tests {
 
     fn interruption(json: &str) -> Interruption {
         let fault = serde_json::from_str(json).unwrap();
-        Interruption::of(&fault, &default_setup(1).roster)
+        Interruption::from_fault(&fault, &default_setup(1).roster)
     }
 
     fn world() -> World {
@@ -124,14 +124,14 @@ mod tests {
             .begin(&mut world)
             .unwrap()
             .unwrap_err();
-        assert_eq!(error, ChangeError::Taken);
+        assert_eq!(error, ChangeError::Occupied);
         assert_eq!(world.pose(RobotId(1)), pose);
     }
 
     #[test]
     fn other_faults_do_not_change_the_world() {
         let roster = default_setup(1).roster;
-        let mut mute = Interruption::of(&Fault::Mute("blue".to_owned()), &roster);
+        let mut mute = Interruption::from_fault(&Fault::Mute("blue".to_owned()), &roster);
         assert!(mute.begin(&mut world()).is_none());
     }
 }

@@ -34,9 +34,9 @@ use crate::world::floor::Floor;
 use crate::world::start::{StartError, start_poses};
 use crate::world::{Bar, Push};
 
-pub use crate::world::step_events::Happened;
+pub use crate::world::step_events::StepEvents;
 pub use scenario::mission::{FigureValue, MissionFigures, Target, TeamFigures};
-pub use typed::{Typed, TypedMission};
+pub use typed::{TypedAdapter, TypedMission};
 
 /// The world side of a mission, as known before a run.
 #[derive(Clone, Copy, Debug)]
@@ -56,13 +56,13 @@ pub struct MissionWorld {
 impl MissionWorld {
     /// Creates the world side of a [`TypedMission`].
     #[must_use]
-    pub const fn of<M: TypedMission>(data: Mission) -> Self {
+    pub const fn typed<M: TypedMission>(data: Mission) -> Self {
         Self {
             data,
             start_area: M::start_area,
             starts: M::starts,
             bars: M::bars,
-            new: |setup, floor| Box::new(Typed(M::new(setup, floor))),
+            new: |setup, floor| Box::new(TypedAdapter(M::new(setup, floor))),
         }
     }
 
@@ -82,7 +82,7 @@ impl MissionWorld {
 
 /// The world sides that a program contains.
 #[derive(Clone, Debug, Default)]
-pub struct Worlds(Vec<MissionWorld>);
+pub struct MissionRegistry(Vec<MissionWorld>);
 
 /// An error: the program has no world side for the scenario's mission.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -92,7 +92,7 @@ pub struct UnknownMission {
     known: Vec<&'static str>,
 }
 
-impl Worlds {
+impl MissionRegistry {
     /// Adds a world side and replaces an earlier one of the same mission.
     pub fn add(&mut self, world: MissionWorld) {
         self.0.retain(|known| known.data != world.data);
@@ -103,7 +103,7 @@ impl Worlds {
     ///
     /// # Errors
     /// If the program contains none.
-    pub fn of(&self, scenario: &Scenario) -> Result<MissionWorld, UnknownMission> {
+    pub fn find(&self, scenario: &Scenario) -> Result<MissionWorld, UnknownMission> {
         let mission = scenario.mission();
         let known = self.0.iter().find(|known| known.data == mission);
         known.copied().ok_or_else(|| UnknownMission {
@@ -116,24 +116,24 @@ impl Worlds {
 /// A mission in the world. A [`TypedMission`] needs less code and has an example.
 pub trait WorldMission: Any + Send {
     /// Applies changes that precede the robots' actions.
-    fn begin(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}
+    fn begin(&mut self, _floor: &mut Floor, _happened: &mut StepEvents) {}
 
     /// Applies a robot's action other than driving, at the position where it read its sensors. The robot has a body and power.
-    fn act(&mut self, robot: RobotId, deed: &Action, floor: &mut Floor, happened: &mut Happened);
+    fn act(&mut self, robot: RobotId, deed: &Action, floor: &mut Floor, happened: &mut StepEvents);
 
     /// Handles a push and returns the distance that the body may continue, m. [`Floor::move_bar`] moves the bar.
-    fn give_way(&mut self, _push: &Push, _floor: &mut Floor, _happened: &mut Happened) -> f32 {
+    fn handle_push(&mut self, _push: &Push, _floor: &mut Floor, _happened: &mut StepEvents) -> f32 {
         0.0
     }
 
     /// Applies changes that follow the actions and moves of all robots.
-    fn settle(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}
+    fn settle(&mut self, _floor: &mut Floor, _happened: &mut StepEvents) {}
 
     /// Writes a robot's current readings of the mission's intact devices to `sensed`, which contains older readings.
     fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut SensorReading) -> Validity;
 
     /// Releases everything that a robot holds, because its agent has died or its body is about to be removed.
-    fn lose(&mut self, _robot: RobotId, _floor: &mut Floor, _happened: &mut Happened) {}
+    fn release_load(&mut self, _robot: RobotId, _floor: &mut Floor, _happened: &mut StepEvents) {}
 
     /// Applies a fault of this mission and returns the new places for the log; `None` for other faults.
     fn change(
@@ -148,7 +148,7 @@ pub trait WorldMission: Any + Send {
     fn copy_device(&self, _device: &str, _from: &SensorReading, _to: &mut SensorReading) {}
 
     /// Adds an error to each length, in m, that one of the mission's devices measures. Call `_error_m` once per length.
-    fn mislead(
+    fn add_error(
         &self,
         _device: &str,
         _sensed: &mut SensorReading,
@@ -157,10 +157,10 @@ pub trait WorldMission: Any + Send {
     }
 
     /// Removes the parts of an action that a broken actuator of the mission cannot perform.
-    fn disable(&self, _actuator: &str, _deed: &mut Action) {}
+    fn remove_disabled(&self, _actuator: &str, _deed: &mut Action) {}
 
     /// Checks whether a robot can do anything for a task, by the ground truth.
-    fn is_due(&self, _task: TaskId, _robot: RobotId, _floor: &Floor) -> bool {
+    fn has_work(&self, _task: TaskId, _robot: RobotId, _floor: &Floor) -> bool {
         true
     }
 
@@ -179,25 +179,25 @@ pub trait WorldMission: Any + Send {
     fn targets(&self, _targets: &mut Vec<Target>) {}
 
     /// Returns a hash of everything that later steps depend on.
-    fn state(&self) -> u64;
+    fn state_hash(&self) -> u64;
 
     /// Adds the mission's figures for run.json, in the order of the file. By default run.json contains the done and left columns
     /// of mission.csv, and the work of each robot.
     fn figures(&self, _figures: &mut TeamFigures) {}
 
     /// Adds the mission's visible parts to a view.
-    fn show(&self, _floor: &Floor, _view: &mut View) {}
+    fn add_to_view(&self, _floor: &Floor, _view: &mut View) {}
 
     /// Checks the invariants of the mission after a step with any faults.
     ///
     /// # Errors
     /// If an invariant is violated; the text describes it in one line.
-    fn holds(&self, _floor: &Floor) -> Result<(), String> {
+    fn check_invariants(&self, _floor: &Floor) -> Result<(), String> {
         Ok(())
     }
 
     /// Returns a copy with the same state.
-    fn boxed(&self) -> Box<dyn WorldMission>;
+    fn clone_boxed(&self) -> Box<dyn WorldMission>;
 }
 
 /// The time for which a robot's readings of a mission hold.

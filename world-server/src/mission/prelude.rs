@@ -8,5 +8,5 @@ pub use scenario::ids::{ItemId, RobotId};
 pub use scenario::time::SimTime;
 pub use scenario::{Scenario, Setup};
 
-pub use super::{FigureValue, Happened, MissionWorld, TeamFigures, TypedMission, Validity};
+pub use super::{FigureValue, MissionWorld, StepEvents, TeamFigures, TypedMission, Validity};
 pub use crate::world::{Bar, ChangeError, Floor, Push};

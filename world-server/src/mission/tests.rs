@@ -14,7 +14,7 @@ const BLUE: RobotId = RobotId(0);
 
 const REACH_M: f32 = 0.3;
 
-const VISIT: MissionWorld = MissionWorld::of::<Visit>(DRILL);
+const VISIT: MissionWorld = MissionWorld::typed::<Visit>(DRILL);
 
 /// The visited flags are the state; the places never change.
 #[derive(Clone, Serialize)]
@@ -38,8 +38,8 @@ enum Touch {
 }
 
 impl TypedMission for Visit {
-    type Sensed = Near;
-    type Deed = Touch;
+    type Reading = Near;
+    type Action = Touch;
 
     fn new(_: &Setup, floor: &Floor) -> Self {
         Self {
@@ -54,7 +54,7 @@ impl TypedMission for Visit {
         robot: RobotId,
         Touch::Place(place): Touch,
         floor: &mut Floor,
-        happened: &mut Happened,
+        happened: &mut StepEvents,
     ) {
         let index = place as usize;
         let Some(at) = self.places.get(index) else {
@@ -63,9 +63,9 @@ impl TypedMission for Visit {
         if at.distance(floor.pose(robot).position) <= REACH_M && !self.visited[index] {
             self.visited[index] = true;
             self.visits[robot.index()] += 1;
-            happened.tell("visited", Some(robot)).subject = format!("place-{place}");
+            happened.push_mission_event("visited", Some(robot)).subject = format!("place-{place}");
             // Readings with this place are no longer valid.
-            floor.changed_near(*at, floor.size().length());
+            floor.invalidate_readings_near(*at, floor.size().length());
         }
     }
 
@@ -143,7 +143,7 @@ fn touch(place: u32) -> Actuation {
 fn both_places_are_visited_and_the_mission_ends() {
     let mut world = world();
     assert_eq!(sensed(&world).place, Some((0, Vec2::new(2.0, 0.0))));
-    let start = world.mission().state();
+    let start = world.mission().state_hash();
     let mut rows = Vec::new();
     while world.mission().end(world.now()).is_none() {
         assert!(world.now() < SimTime(20_000));
@@ -154,7 +154,7 @@ fn both_places_are_visited_and_the_mission_ends() {
     }
     assert_eq!(rows, ["visited place-0", "visited place-1"]);
     assert_eq!(sensed(&world), Near::default());
-    assert_ne!(world.mission().state(), start);
+    assert_ne!(world.mission().state_hash(), start);
     let mut row = Vec::new();
     world.mission().row(&mut row);
     assert_eq!(row, [FigureValue::Count(2), FigureValue::Count(0)]);
@@ -162,7 +162,7 @@ fn both_places_are_visited_and_the_mission_ends() {
     world.mission().figures(&mut figures);
     assert_eq!(figures.robots[0].count("visits"), 2);
     let mut view = View::default();
-    world.mission().show(&world, &mut view);
+    world.mission().add_to_view(&world, &mut view);
     assert_eq!(view.marks[1].share, Some(1.0));
 }
 

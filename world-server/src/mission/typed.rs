@@ -13,7 +13,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::{FigureValue, Happened, Target, TeamFigures, Validity, WorldMission};
+use super::{FigureValue, StepEvents, Target, TeamFigures, Validity, WorldMission};
 use crate::world::{Bar, ChangeError, Floor, Push};
 
 /// The size of a mission's encoded state up to which a step allocates no memory, bytes.
@@ -41,8 +41,8 @@ const STATE_ROOM: usize = 1024;
 ///
 /// impl TypedMission for Bell {
 ///     /// True if the bell has been rung. Every robot receives it.
-///     type Sensed = bool;
-///     type Deed = Ring;
+///     type Reading = bool;
+///     type Action = Ring;
 ///
 ///     fn new(_: &Setup, _: &Floor) -> Self {
 ///         Self { rung: 0 }
@@ -77,10 +77,10 @@ const STATE_ROOM: usize = 1024;
 /// ```
 pub trait TypedMission: Serialize + Clone + Send + 'static {
     /// The readings of the mission's devices: at most [`SENSED_MAX`](proto::mission::SENSED_MAX) bytes on the bus.
-    type Sensed: Serialize + DeserializeOwned + Default;
+    type Reading: Serialize + DeserializeOwned + Default;
 
     /// A robot's action other than driving: at most [`DEED_MAX`](proto::mission::DEED_MAX) bytes on the bus.
-    type Deed: DeserializeOwned;
+    type Action: DeserializeOwned;
 
     /// Creates the mission of a run; see [`MissionWorld::new`](super::MissionWorld::new).
     fn new(setup: &Setup, floor: &Floor) -> Self;
@@ -101,24 +101,30 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
     }
 
     /// Applies early changes; see [`WorldMission::begin`].
-    fn begin(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}
+    fn begin(&mut self, _floor: &mut Floor, _happened: &mut StepEvents) {}
 
     /// Applies a robot's action; see [`WorldMission::act`]. Bytes that do not decode to an action are ignored.
-    fn act(&mut self, robot: RobotId, deed: Self::Deed, floor: &mut Floor, happened: &mut Happened);
+    fn act(
+        &mut self,
+        robot: RobotId,
+        deed: Self::Action,
+        floor: &mut Floor,
+        happened: &mut StepEvents,
+    );
 
     /// Handles a push; see [`WorldMission::give_way`].
-    fn give_way(&mut self, _push: &Push, _floor: &mut Floor, _happened: &mut Happened) -> f32 {
+    fn give_way(&mut self, _push: &Push, _floor: &mut Floor, _happened: &mut StepEvents) -> f32 {
         0.0
     }
 
     /// Applies late changes; see [`WorldMission::settle`].
-    fn settle(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}
+    fn settle(&mut self, _floor: &mut Floor, _happened: &mut StepEvents) {}
 
     /// Returns a robot's current readings of the mission's devices.
-    fn sense(&self, robot: RobotId, floor: &Floor) -> (Self::Sensed, Validity);
+    fn sense(&self, robot: RobotId, floor: &Floor) -> (Self::Reading, Validity);
 
     /// Releases a robot's load; see [`WorldMission::lose`].
-    fn lose(&mut self, _robot: RobotId, _floor: &mut Floor, _happened: &mut Happened) {}
+    fn lose(&mut self, _robot: RobotId, _floor: &mut Floor, _happened: &mut StepEvents) {}
 
     /// Applies a fault that the mission declares; see [`WorldMission::change`].
     fn change(
@@ -130,13 +136,13 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
     }
 
     /// Copies the values of a device from other readings.
-    fn copy_device(&self, _device: &str, _from: &Self::Sensed, _to: &mut Self::Sensed) {}
+    fn copy_device(&self, _device: &str, _from: &Self::Reading, _to: &mut Self::Reading) {}
 
     /// Adds errors to a device; see [`WorldMission::mislead`].
     fn mislead(
         &self,
         _device: &str,
-        _sensed: &mut Self::Sensed,
+        _sensed: &mut Self::Reading,
         _error_m: &mut dyn FnMut() -> f32,
     ) {
     }
@@ -177,13 +183,13 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
 
 /// A wrapper that makes a [`TypedMission`] a [`WorldMission`].
 #[derive(Clone, Debug)]
-pub struct Typed<M>(pub M);
+pub struct TypedAdapter<M>(pub M);
 
-impl<M: TypedMission> Typed<M> {
-    fn decoded(sensed: &SensorReading) -> M::Sensed {
+impl<M: TypedMission> TypedAdapter<M> {
+    fn decoded(sensed: &SensorReading) -> M::Reading {
         match sensed {
             SensorReading::Open(bytes) => bytes.decode().unwrap_or_default(),
-            _ => M::Sensed::default(),
+            _ => M::Reading::default(),
         }
     }
 
@@ -191,7 +197,7 @@ impl<M: TypedMission> Typed<M> {
     ///
     /// # Panics
     /// If the encoding exceeds the size limit.
-    fn encode(readings: &M::Sensed, sensed: &mut SensorReading) {
+    fn encode(readings: &M::Reading, sensed: &mut SensorReading) {
         match (Bytes::encode(readings), sensed) {
             (Ok(bytes), SensorReading::Open(old)) => **old = bytes,
             (Ok(bytes), sensed) => *sensed = SensorReading::Open(Box::new(bytes)),
@@ -200,12 +206,12 @@ impl<M: TypedMission> Typed<M> {
     }
 }
 
-impl<M: TypedMission> WorldMission for Typed<M> {
-    fn begin(&mut self, floor: &mut Floor, happened: &mut Happened) {
+impl<M: TypedMission> WorldMission for TypedAdapter<M> {
+    fn begin(&mut self, floor: &mut Floor, happened: &mut StepEvents) {
         self.0.begin(floor, happened);
     }
 
-    fn act(&mut self, robot: RobotId, deed: &Action, floor: &mut Floor, happened: &mut Happened) {
+    fn act(&mut self, robot: RobotId, deed: &Action, floor: &mut Floor, happened: &mut StepEvents) {
         if let Action::Open(bytes) = deed
             && let Ok(deed) = bytes.decode()
         {
@@ -213,11 +219,11 @@ impl<M: TypedMission> WorldMission for Typed<M> {
         }
     }
 
-    fn give_way(&mut self, push: &Push, floor: &mut Floor, happened: &mut Happened) -> f32 {
+    fn handle_push(&mut self, push: &Push, floor: &mut Floor, happened: &mut StepEvents) -> f32 {
         self.0.give_way(push, floor, happened)
     }
 
-    fn settle(&mut self, floor: &mut Floor, happened: &mut Happened) {
+    fn settle(&mut self, floor: &mut Floor, happened: &mut StepEvents) {
         self.0.settle(floor, happened);
     }
 
@@ -227,7 +233,7 @@ impl<M: TypedMission> WorldMission for Typed<M> {
         validity
     }
 
-    fn lose(&mut self, robot: RobotId, floor: &mut Floor, happened: &mut Happened) {
+    fn release_load(&mut self, robot: RobotId, floor: &mut Floor, happened: &mut StepEvents) {
         self.0.lose(robot, floor, happened);
     }
 
@@ -245,7 +251,12 @@ impl<M: TypedMission> WorldMission for Typed<M> {
         Self::encode(&readings, to);
     }
 
-    fn mislead(&self, device: &str, sensed: &mut SensorReading, error_m: &mut dyn FnMut() -> f32) {
+    fn add_error(
+        &self,
+        device: &str,
+        sensed: &mut SensorReading,
+        error_m: &mut dyn FnMut() -> f32,
+    ) {
         let mut readings = Self::decoded(sensed);
         self.0.mislead(device, &mut readings, error_m);
         Self::encode(&readings, sensed);
@@ -255,7 +266,7 @@ impl<M: TypedMission> WorldMission for Typed<M> {
         self.0.end(now)
     }
 
-    fn is_due(&self, task: TaskId, robot: RobotId, floor: &Floor) -> bool {
+    fn has_work(&self, task: TaskId, robot: RobotId, floor: &Floor) -> bool {
         self.0.is_due(task, robot, floor)
     }
 
@@ -271,7 +282,7 @@ impl<M: TypedMission> WorldMission for Typed<M> {
         self.0.targets(targets);
     }
 
-    fn state(&self) -> u64 {
+    fn state_hash(&self) -> u64 {
         let encoded = "a mission's state can be encoded";
         let mut place = [0; STATE_ROOM];
         // The state is plain data of known length, and the destination is memory.
@@ -288,15 +299,15 @@ impl<M: TypedMission> WorldMission for Typed<M> {
         self.0.figures(figures);
     }
 
-    fn show(&self, floor: &Floor, view: &mut View) {
+    fn add_to_view(&self, floor: &Floor, view: &mut View) {
         self.0.show(floor, view);
     }
 
-    fn holds(&self, floor: &Floor) -> Result<(), String> {
+    fn check_invariants(&self, floor: &Floor) -> Result<(), String> {
         self.0.holds(floor)
     }
 
-    fn boxed(&self) -> Box<dyn WorldMission> {
+    fn clone_boxed(&self) -> Box<dyn WorldMission> {
         Box::new(self.clone())
     }
 }

@@ -51,8 +51,8 @@ impl Server {
             ControlCommand::Clock(command) => self.apply_clock_command(command).map(Reply::Clock),
         };
         // A paused world publishes the change at once.
-        self.show();
-        self.pump();
+        self.publish_view();
+        self.advance();
         reply.unwrap_or_else(|why| {
             self.refuse("control", &why);
             Reply::Refused(why)
@@ -112,7 +112,7 @@ impl Server {
             },
             steps_left: self.pace.steps_left(),
             tick: self.simulation.tick(),
-            waits_for: self.waits_for(),
+            waits_for: self.standstill_cause(),
         }
     }
 

@@ -25,7 +25,7 @@ const CAPACITY: usize = 65_536;
 type Key = (Tick, RobotId, Incarnation, u16);
 
 #[derive(Default)]
-pub(super) struct Fates {
+pub(super) struct DeliveryCheck {
     /// The incarnation and the links of each receiver, with messages in flight; `None` if the state is no longer known.
     links: BTreeMap<RobotId, (Incarnation, Option<IncomingLinks>)>,
     broadcasts: BTreeMap<Key, Arc<Broadcast>>,
@@ -34,9 +34,9 @@ pub(super) struct Fates {
 /// The state of the receiver's links after a checked report, if the report counts; `None` if the state is unknown.
 pub(super) struct Checked(Option<IncomingLinks>);
 
-impl Fates {
+impl DeliveryCheck {
     /// Stores a broadcast. The first of several broadcasts with the same identity is used.
-    pub fn hear(&mut self, broadcast: Broadcast) {
+    pub fn store_broadcast(&mut self, broadcast: Broadcast) {
         let now = broadcast.tick;
         while let Some(first) = self.broadcasts.first_entry()
             && (first.key().0 + TICKS < now || self.broadcasts.len() >= CAPACITY)
@@ -98,7 +98,7 @@ impl Fates {
         Ok(Checked(Some(links)))
     }
 
-    pub fn settle(&mut self, report: &Report, checked: Checked) {
+    pub fn store_links(&mut self, report: &Report, checked: Checked) {
         self.links
             .insert(report.robot, (report.incarnation, checked.0));
     }

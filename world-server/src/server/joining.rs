@@ -85,7 +85,7 @@ impl Server {
     }
 
     fn answer(&mut self, request: JoinRequest) -> JoinReply {
-        if !self.asked_to_join.insert(request.nonce) {
+        if !self.join_nonces.insert(request.nonce) {
             self.refuse("join", &"replayed");
             return JoinReply::Refused(Refusal::Malformed);
         }
@@ -131,8 +131,8 @@ impl Server {
             && barrier.presence(robot) == Presence::Silent
             && let Some(incarnation) = barrier.incarnation(robot)
         {
-            self.simulation.gone(robot, incarnation);
-            self.pump();
+            self.simulation.agent_lost(robot, incarnation);
+            self.advance();
         }
     }
 
@@ -158,9 +158,9 @@ impl Server {
                 tick = self.simulation.tick(),
                 "agent lost"
             );
-            self.simulation.gone(robot, incarnation);
+            self.simulation.agent_lost(robot, incarnation);
         }
-        self.pump();
+        self.advance();
     }
 }
 

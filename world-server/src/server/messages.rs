@@ -22,7 +22,7 @@ impl Server {
             return self.refuse("report", &"on another robot's key");
         }
         let (robot, incarnation) = (report.robot, report.incarnation);
-        let is_foreign = self.simulation.is_foreign(robot);
+        let is_foreign = self.simulation.has_external_controller(robot);
         let mut checked = None;
         // Only a report for the current tick can count.
         if is_foreign && self.simulation.barrier().is_awaited(robot) {
@@ -36,10 +36,10 @@ impl Server {
             Verdict::Counted => {
                 self.peers[robot.index()].asked = None;
                 if let Some(checked) = checked {
-                    self.fates.settle(&report, checked);
+                    self.fates.store_links(&report, checked);
                 }
             }
-            Verdict::BackAgain => {
+            Verdict::SilenceEnded => {
                 tracing::info!(robot = name, "agent answers again");
                 self.peers[robot.index()].stopped = false;
             }
@@ -47,28 +47,28 @@ impl Server {
                 self.send(robot, &ToAgent::Dismissed(incarnation));
                 return self.refuse("report", &"from a superseded incarnation");
             }
-            Verdict::Stale if self.asked_again(robot, report.tick) => return,
+            Verdict::Stale if self.was_resent(robot, report.tick) => return,
             Verdict::Stale => return self.refuse("report", &"stale"),
             Verdict::Malformed if is_foreign => {
                 return self.dismiss(robot, &report, &"a report with impossible contents");
             }
             Verdict::Malformed => return self.refuse("report", &"impossible contents"),
         }
-        self.pump();
+        self.advance();
     }
 
     /// Handles a broadcast on this key in a team with external controllers. Their broadcasts are recorded. All broadcasts are stored
     /// for the check of receptions.
-    pub fn overhear(&mut self, key: &str, broadcast: Result<Broadcast, OpenError>) {
+    pub fn record_broadcast(&mut self, key: &str, broadcast: Result<Broadcast, OpenError>) {
         let name = self.keys.parse_robot(key).unwrap_or_default();
         // Invalid broadcasts are counted by their receivers.
         if let Ok(broadcast) = broadcast
             && self.robot_named(name) == Some(broadcast.sender)
         {
-            if self.simulation.is_foreign(broadcast.sender) {
-                self.simulation.overhear(broadcast.clone());
+            if self.simulation.has_external_controller(broadcast.sender) {
+                self.simulation.keep_broadcast(broadcast.clone());
             }
-            self.fates.hear(broadcast);
+            self.fates.store_broadcast(broadcast);
         }
     }
 
@@ -91,7 +91,10 @@ impl Server {
             Ok(news) => news,
             Err(error) => return self.refuse("process", &error),
         };
-        let latest = self.latest_news.entry(host.to_owned()).or_default();
+        let latest = self
+            .latest_process_report
+            .entry(host.to_owned())
+            .or_default();
         if news.number <= *latest {
             return self.refuse("process", &"stale");
         }
@@ -105,8 +108,8 @@ impl Server {
         self.peers[robot.index()].lost = news.state != ProcessState::Continued;
         if news.state == ProcessState::Ended {
             // The token reports the death of an agent. A process that has not joined has no token.
-            self.stillborn(news.pid);
-            return self.pump();
+            self.fail_start(news.pid);
+            return self.advance();
         }
         let peer = &mut self.peers[robot.index()];
         if peer.pid != Some(news.pid) && !self.simulation.barrier().started() {
@@ -124,6 +127,6 @@ impl Server {
             ProcessState::Continued => peer.stopped = false,
             ProcessState::Ended => {}
         }
-        self.pump();
+        self.advance();
     }
 }

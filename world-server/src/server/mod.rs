@@ -35,10 +35,10 @@ use zenoh::{Session, Wait};
 use crate::barrier::Presence;
 use crate::pace::Pace;
 use crate::simulation::Simulation;
-use delivery_check::Fates;
-use process_orders::UnderWay;
-use resend::Question;
-use run_log::recorder::{Background, Folder, RecordError, Recorder};
+use delivery_check::DeliveryCheck;
+use process_orders::CurrentOrder;
+use resend::SentTick;
+use run_log::recorder::{BackgroundRecorder, Folder, RecordError, Recorder};
 pub use seals::Seals;
 use standstill::Standstill;
 
@@ -60,7 +60,7 @@ struct Peer {
     pid: Option<u32>,
     invited: Option<(Incarnation, Instant)>,
     asked: Option<Instant>,
-    question: Option<Question>,
+    question: Option<SentTick>,
     /// `true` if the launcher has reported that the process is stopped.
     stopped: bool,
     /// `true` if the launcher has reported that the process ended or is stopped. The clock starts without such a robot.
@@ -69,8 +69,8 @@ struct Peer {
 
 pub struct Server {
     simulation: Simulation,
-    recorder: Background<Folder>,
-    fates: Fates,
+    recorder: BackgroundRecorder<Folder>,
+    fates: DeliveryCheck,
     peers: Vec<Peer>,
     run: String,
     folder: PathBuf,
@@ -89,12 +89,12 @@ pub struct Server {
     standstill: Standstill,
     first_tick: Option<Instant>,
     /// Nonces of all join requests, for the detection of replayed ones.
-    asked_to_join: BTreeSet<u128>,
+    join_nonces: BTreeSet<u128>,
     /// Nonces of all operator requests, for the detection of replayed ones.
     nonces: BTreeSet<String>,
-    latest_news: BTreeMap<String, u64>,
+    latest_process_report: BTreeMap<String, u64>,
     orders: u64,
-    under_way: Option<UnderWay>,
+    under_way: Option<CurrentOrder>,
     shown: Instant,
     refused: IgnoredMessages,
     ended: Option<oneshot::Sender<Ended>>,
@@ -143,8 +143,8 @@ impl Server {
             simulation,
             peers,
             folder: recorder.sink().path().to_owned(),
-            recorder: Background::new(recorder)?,
-            fates: Fates::default(),
+            recorder: BackgroundRecorder::new(recorder)?,
+            fates: DeliveryCheck::default(),
             run: bus.run,
             keys: bus.keys,
             seals: bus.seals,
@@ -158,9 +158,9 @@ impl Server {
             deserted_since: None,
             standstill: None,
             first_tick: None,
-            asked_to_join: BTreeSet::new(),
+            join_nonces: BTreeSet::new(),
             nonces: BTreeSet::new(),
-            latest_news: BTreeMap::new(),
+            latest_process_report: BTreeMap::new(),
             orders: 0,
             under_way: None,
             shown: Instant::now(),
@@ -216,17 +216,17 @@ impl Server {
     }
 
     #[must_use]
-    pub fn has_company(&self) -> bool {
-        !self.simulation.barrier().is_deserted()
+    pub fn has_agents(&self) -> bool {
+        !self.simulation.barrier().has_no_agents()
     }
 
     pub fn interrupt(&mut self) {
         self.simulation.interrupt();
-        self.pump();
+        self.advance();
     }
 
     /// Checks all wall-clock deadlines, flushes the log and continues the run.
-    pub fn tick_of_the_clock(&mut self) {
+    pub fn check_deadlines(&mut self) {
         let now = Instant::now();
         for index in 0..self.peers.len() {
             let robot = RobotId(index as u16);
@@ -236,7 +236,7 @@ impl Server {
             {
                 peer.invited = None;
                 tracing::warn!(robot = peer.name, "agent was welcomed but did not arrive");
-                self.simulation.give_up(robot, incarnation);
+                self.simulation.cancel_invitation(robot, incarnation);
             }
             let late = self.peers[index]
                 .asked
@@ -250,25 +250,25 @@ impl Server {
                 self.simulation.start_without(RobotId(index as u16));
             }
         }
-        if self.simulation.barrier().started() && self.simulation.barrier().is_deserted() {
+        if self.simulation.barrier().started() && self.simulation.barrier().has_no_agents() {
             let since = *self.deserted_since.get_or_insert(now);
             if now.duration_since(since) > GRACE {
-                self.simulation.abandon();
+                self.simulation.end_if_idle();
             }
         } else {
             self.deserted_since = None;
         }
-        self.look_after_act(now);
-        self.watch_the_clock(now);
-        self.ask_again(now);
+        self.check_current_order(now);
+        self.update_standstill(now);
+        self.resend_ticks(now);
         if let Err(error) = self.recorder.flush() {
             return self.fail(error);
         }
-        self.pump();
+        self.advance();
     }
 
     /// Publishes a view for observers. Observers may miss some.
-    pub fn show(&mut self) {
+    pub fn publish_view(&mut self) {
         let mut view = self.simulation.view();
         view.clock = Some(self.clock());
         for (robot, peer) in view.robots.iter_mut().zip(&self.peers) {
@@ -283,7 +283,7 @@ impl Server {
 
     /// Publishes the events of the tick that has just ended. Observers may miss some.
     fn announce_events(&mut self) {
-        let events = self.recorder.take_news();
+        let events = self.recorder.take_events();
         if events.is_empty() {
             return;
         }
@@ -314,7 +314,7 @@ impl Server {
     }
 
     /// Continues the run as far as possible without new reports.
-    pub fn pump(&mut self) {
+    pub fn advance(&mut self) {
         while self.ended.is_some() {
             if self.simulation.is_complete() {
                 self.simulation.finish();
@@ -338,32 +338,32 @@ impl Server {
         if self.simulation.outcome().is_some() {
             return false;
         }
-        self.carry_out();
+        self.send_pending_orders();
         let now = Instant::now();
         let tick = self.simulation.tick();
         if self.begun != Some(tick) && !self.pace.is_due(now) {
             return false;
         }
         self.simulation.begin();
-        self.carry_out();
-        let mut question = self.simulation.next_question();
+        self.send_pending_orders();
+        let mut question = self.simulation.next_recipient();
         if question.is_none() && !self.simulation.is_complete() {
             return false;
         }
         if self.begun != Some(tick) {
             self.begun = Some(tick);
-            self.pace.begun(now);
+            self.pace.tick_begun(now);
             self.first_tick.get_or_insert(now);
         }
         let mut stopped = Vec::new();
         while let Some(robot) = question {
-            self.put_question(robot, now);
+            self.send_tick(robot, now);
             let peer = &mut self.peers[robot.index()];
             peer.asked = Some(now);
             if peer.stopped {
                 stopped.push(robot);
             }
-            question = self.simulation.next_question();
+            question = self.simulation.next_recipient();
         }
         let any_stopped = !stopped.is_empty();
         for robot in stopped {
@@ -377,7 +377,7 @@ impl Server {
         if self.simulation.record(&mut self.recorder)? {
             self.announce_events();
             if self.shown.elapsed() >= VIEW_INTERVAL {
-                self.show();
+                self.publish_view();
             }
         }
         Ok(())
@@ -411,7 +411,7 @@ impl Server {
     fn end(&mut self, ended: Ended) {
         if let Some(sender) = self.ended.take() {
             if let Ok(outcome) = ended {
-                self.show();
+                self.publish_view();
                 for robot in self.simulation.barrier().robots() {
                     self.send(robot, &ToAgent::End(outcome));
                 }

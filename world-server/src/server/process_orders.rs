@@ -17,7 +17,7 @@ use super::{Server, lock};
 /// be resumed at any time.
 const ACT_DEADLINE: Duration = Duration::from_secs(30);
 
-pub(super) struct UnderWay {
+pub(super) struct CurrentOrder {
     order: ProcessOrder,
     robot: RobotId,
     /// Invalid after the query has ended, with or without an answer.
@@ -29,7 +29,7 @@ pub(super) struct UnderWay {
 
 impl Server {
     /// Sends pending process orders to the launcher, one after the other.
-    pub(super) fn carry_out(&mut self) {
+    pub(super) fn send_pending_orders(&mut self) {
         while let Some((robot, act)) = self.simulation.next_act() {
             self.orders += 1;
             let order = ProcessOrder {
@@ -43,7 +43,7 @@ impl Server {
                 ?act,
                 "sending an order to the launcher"
             );
-            self.under_way = Some(UnderWay {
+            self.under_way = Some(CurrentOrder {
                 order,
                 robot,
                 query: Weak::new(),
@@ -115,7 +115,7 @@ impl Server {
                     current.started = reply.result.as_ref().ok().copied();
                 }
                 self.act_done(reply.number, reply.result.map(drop));
-                self.pump();
+                self.advance();
             }
             Err(error) => self.refuse("process", &error),
         }
@@ -136,7 +136,7 @@ impl Server {
     }
 
     /// Fails the current start order if its process has ended before it joined.
-    pub(super) fn stillborn(&mut self, pid: u32) {
+    pub(super) fn fail_start(&mut self, pid: u32) {
         if let Some(current) = &self.under_way
             && current.order.act == ProcessAction::Start
             && current.started == Some(pid)
@@ -157,7 +157,7 @@ impl Server {
 
     /// Sends the current order again if its query ended without an answer, because a launcher that is still connecting may have
     /// missed it. The launcher carries out each order once. Fails the order after its deadline.
-    pub(super) fn look_after_act(&mut self, now: Instant) {
+    pub(super) fn check_current_order(&mut self, now: Instant) {
         let Some(current) = &self.under_way else {
             return;
         };

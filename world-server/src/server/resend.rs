@@ -15,7 +15,7 @@ use crate::barrier::Presence;
 /// default stall deadline.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-pub(super) struct Question {
+pub(super) struct SentTick {
     tick: Tick,
     sealed: ZBytes,
     sent: Instant,
@@ -24,7 +24,7 @@ pub(super) struct Question {
 
 impl Server {
     /// Sends the current tick to a robot and stores the message for repetitions.
-    pub(super) fn put_question(&mut self, robot: RobotId, now: Instant) {
+    pub(super) fn send_tick(&mut self, robot: RobotId, now: Instant) {
         let tick = self.simulation.message(robot);
         let message = if tick.truth.is_empty() {
             ToAgent::Tick(tick)
@@ -38,7 +38,7 @@ impl Server {
             .seal(peer.ticks.key_expr(), &message)
         {
             Ok(bytes) => {
-                peer.question = Some(Question {
+                peer.question = Some(SentTick {
                     tick: self.simulation.tick(),
                     sealed: bytes.into(),
                     sent: now,
@@ -52,7 +52,7 @@ impl Server {
 
     /// Sends the latest tick again to robots that have not answered for a long time but may still do so. A robot that has already
     /// stepped in that tick repeats its report.
-    pub(super) fn ask_again(&mut self, now: Instant) {
+    pub(super) fn resend_ticks(&mut self, now: Instant) {
         let barrier = self.simulation.barrier();
         let may_answer = |robot: RobotId| {
             barrier.is_awaited(robot) || barrier.presence(robot) == Presence::Silent
@@ -75,7 +75,7 @@ impl Server {
     }
 
     /// Returns `true` if a report of that tick may be the answer to a repeated message.
-    pub(super) fn asked_again(&self, robot: RobotId, tick: Tick) -> bool {
+    pub(super) fn was_resent(&self, robot: RobotId, tick: Tick) -> bool {
         let question = &self.peers[robot.index()].question;
         question
             .as_ref()

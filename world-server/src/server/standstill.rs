@@ -17,7 +17,7 @@ pub(super) type Standstill = Option<(Tick, Instant)>;
 
 impl Server {
     /// Updates the standstill. A paused clock, or one whose tick is not due, does not stand still.
-    pub(super) fn watch_the_clock(&mut self, now: Instant) {
+    pub(super) fn update_standstill(&mut self, now: Instant) {
         let tick = self.simulation.tick();
         let is_due = self.begun == Some(tick) || self.pace.is_due(now);
         self.standstill = match self.standstill {
@@ -27,7 +27,7 @@ impl Server {
     }
 
     /// Returns the cause of a standstill that has lasted for [`PATIENCE`].
-    pub(super) fn waits_for(&self) -> Option<String> {
+    pub(super) fn standstill_cause(&self) -> Option<String> {
         let (tick, since) = self.standstill?;
         let is_long = tick == self.simulation.tick() && since.elapsed() >= PATIENCE;
         is_long.then(|| self.describe_wait())

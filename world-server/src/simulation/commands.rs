@@ -48,7 +48,7 @@ impl Simulation {
             .collect();
         let id = self
             .schedule
-            .name_for(order.id.take(), &reserved)
+            .choose_id(order.id.take(), &reserved)
             .map_err(|error| error.to_string())?;
         order.id = Some(id.clone());
         let (tick, now) = self.next_beginning();
@@ -98,12 +98,12 @@ impl Simulation {
             }
         };
         let (tick, t_ms) = self.next_beginning();
-        self.clear_again(ids.clone());
+        self.replay_clear(ids.clone());
         Ok(Cleared { ids, tick, t_ms })
     }
 
     /// Clears faults as one operator command. A replay calls it directly.
-    pub fn clear_again(&mut self, ids: Vec<String>) {
+    pub fn replay_clear(&mut self, ids: Vec<String>) {
         if !ids.is_empty() {
             self.command(QueuedCommand::Clear(ids));
         }
@@ -155,7 +155,7 @@ impl Simulation {
         self.begin();
     }
 
-    pub(super) fn obey(&mut self, command: QueuedCommand) {
+    pub(super) fn execute_command(&mut self, command: QueuedCommand) {
         let moment = (self.order_index > 0).then_some(self.order_index);
         self.order_index += 1;
         match command {
@@ -166,7 +166,7 @@ impl Simulation {
                 });
                 // The id was free when it was assigned and is reserved since then.
                 if let Ok(fault) = self.schedule.arm(order, self.world.now()) {
-                    self.tell(FaultEvent::Armed, fault, "");
+                    self.push_fault_event(FaultEvent::Armed, fault, "");
                 }
             }
             QueuedCommand::Clear(ids) => {

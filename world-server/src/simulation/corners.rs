@@ -12,7 +12,7 @@ const ROUNDING: f64 = 1e-9;
 /// The largest number of corners in one view, which has to fit into a message. The latest are kept.
 const MOST: usize = 10_000;
 
-pub struct Bends {
+pub struct CurveCorners {
     step: SimTime,
     /// The curves by rank; empty before the first report.
     curves: Vec<Curves>,
@@ -37,7 +37,7 @@ struct Curve {
     reported: bool,
 }
 
-impl Bends {
+impl CurveCorners {
     pub fn new(robots: usize, step: SimTime) -> Self {
         Self {
             step,
@@ -47,7 +47,7 @@ impl Bends {
     }
 
     /// Adds a report that counts in the step at `now`, with its levels. Reports come in order.
-    pub fn see(&mut self, now: SimTime, report: &Report, levels: &[Motivation]) {
+    pub fn add_report(&mut self, now: SimTime, report: &Report, levels: &[Motivation]) {
         let rank = report.robot.index();
         let curves = &self.curves[rank];
         let goes_on = curves.at + self.step == now
@@ -175,7 +175,7 @@ mod tests {
             // Per step: whether it counts, the rate, whether it is a reset, whether a view is taken.
             steps in prop::collection::vec((0..20_u8, 0..3_u8, 0..15_u8, 0..9_u8), 1..300)
         ) {
-            let mut bends = Bends::new(1, STEP);
+            let mut bends = CurveCorners::new(1, STEP);
             let mut found = Vec::new();
             let mut logged = Vec::new();
             let (mut now, mut level_now) = (SimTime::ZERO, 0.0_f64);
@@ -183,7 +183,7 @@ mod tests {
                 if counts > 0 {
                     level_now = if reset == 0 { 0.0 } else { (level_now + 0.1 * f64::from(rate)).min(4.0) };
                     let state = if level_now >= 4.0 { BehaviorState::Active } else { BehaviorState::Hibernating };
-                    bends.see(now, &Report::default(), &levels(&[level_now], state));
+                    bends.add_report(now, &Report::default(), &levels(&[level_now], state));
                     logged.push((now, Some(level_now)));
                 } else {
                     logged.push((now, None));
@@ -211,11 +211,11 @@ mod tests {
 
     #[test]
     fn a_straight_rise_with_a_reset_has_few_corners() {
-        let mut bends = Bends::new(1, STEP);
+        let mut bends = CurveCorners::new(1, STEP);
         for tick in 0..1000_u64 {
             let level = 0.1 * (tick % 500) as f64;
             let levels = levels(&[level], BehaviorState::Hibernating);
-            bends.see(SimTime(50 * tick), &Report::default(), &levels);
+            bends.add_report(SimTime(50 * tick), &Report::default(), &levels);
         }
         let corners: Vec<(u64, bool)> = bends
             .take(SimTime(50 * 1001))

@@ -5,9 +5,9 @@ use scenario::fault::{Fault, Role};
 use scenario::ids::RobotId;
 
 use super::Simulation;
-use super::process_actions::Act;
+use super::process_actions::PendingAction;
 use crate::barrier::Presence;
-use crate::faults::schedule::{FaultIndex, Turn};
+use crate::faults::schedule::{FaultIndex, Transition};
 use crate::interruption::Interruption;
 use run_log::recorder::{Event, EventKind, FaultEvent};
 
@@ -40,8 +40,8 @@ impl Simulation {
             if let Some(turn) = self.schedule.next(now, with_role) {
                 self.order_index += 1;
                 match turn {
-                    Turn::Apply(fault) => self.apply(fault),
-                    Turn::Heal(fault) => self.heal(fault),
+                    Transition::Apply(fault) => self.apply(fault),
+                    Transition::Heal(fault) => self.heal(fault),
                 }
             } else if !std::mem::replace(&mut self.interrupted, true) {
                 if !self.handlers.is_empty() {
@@ -52,24 +52,25 @@ impl Simulation {
                     self.events.extend(events);
                 }
             } else if let Some(command) = self.commands.pop_front() {
-                self.obey(command);
+                self.execute_command(command);
             } else {
                 break;
             }
         }
-        self.barrier.run_on(self.schedule.brings_robots_back());
+        self.barrier
+            .set_runs_without_participants(self.schedule.will_return_robots());
     }
 
     pub(super) fn clear_one(&mut self, fault: FaultIndex) {
         match self.schedule.clear(fault, self.world.now()) {
             Some(true) => self.heal(fault),
-            Some(false) => self.tell(FaultEvent::Disarmed, fault, ""),
+            Some(false) => self.push_fault_event(FaultEvent::Disarmed, fault, ""),
             None => {}
         }
     }
 
     pub(super) fn apply(&mut self, index: FaultIndex) {
-        self.tell(FaultEvent::Applied, index, "");
+        self.push_fault_event(FaultEvent::Applied, index, "");
         let fault = self.schedule.status(index).order.fault.clone();
         let robot = fault.robot().and_then(|name| self.robot_named(name));
         match (&fault, robot) {
@@ -87,14 +88,18 @@ impl Simulation {
                 self.act(index, robot, ProcessAction::Continue);
             }
             (Fault::Restart(_), Some(robot)) if self.barrier.is_absent(robot) => {
-                self.tell(FaultEvent::Failed, index, "the robot is not in the mission");
+                self.push_fault_event(FaultEvent::Failed, index, "the robot is not in the mission");
             }
             (Fault::Restart(_), Some(robot)) => {
                 let kills = |fault: &Fault| matches!(fault, Fault::Kill(_) | Fault::Terminate(_));
                 for kill in self.in_force_on(robot, kills) {
-                    if self.schedule.is_for_good(kill) {
+                    if self.schedule.is_permanent(kill) {
                         self.schedule.clear(kill, self.world.now());
-                        self.tell(FaultEvent::Healed, kill, "the robot is started anew");
+                        self.push_fault_event(
+                            FaultEvent::Healed,
+                            kill,
+                            "the robot is started anew",
+                        );
                     }
                 }
                 // A later restart finds the robot alive.
@@ -108,7 +113,7 @@ impl Simulation {
     }
 
     fn heal(&mut self, index: FaultIndex) {
-        self.tell(FaultEvent::Healed, index, "");
+        self.push_fault_event(FaultEvent::Healed, index, "");
         let fault = self.schedule.status(index).order.fault.clone();
         let robot = fault.robot().and_then(|name| self.robot_named(name));
         match (&fault, robot) {
@@ -132,7 +137,7 @@ impl Simulation {
 
     /// Begins a change of the world. Other faults change nothing here.
     fn interrupt_world(&mut self, index: FaultIndex, fault: &Fault) {
-        let mut change = Interruption::of(fault, &self.setup.roster);
+        let mut change = Interruption::from_fault(fault, &self.setup.roster);
         self.keep_figures();
         let Some(begun) = change.begin(&mut self.world) else {
             return;
@@ -141,10 +146,10 @@ impl Simulation {
             Ok(detail) => {
                 self.interruptions.insert(index, change);
                 if self.schedule.hit(index, 1) {
-                    self.tell(FaultEvent::Hit, index, &detail);
+                    self.push_fault_event(FaultEvent::Hit, index, &detail);
                 }
             }
-            Err(why) => self.tell(FaultEvent::Failed, index, &why.to_string()),
+            Err(why) => self.push_fault_event(FaultEvent::Failed, index, &why.to_string()),
         }
     }
 
@@ -169,9 +174,10 @@ impl Simulation {
     fn kill(&mut self, fault: FaultIndex, robot: RobotId, act: ProcessAction) {
         // A robot that has died in this tick takes part no more.
         let is_present = self.barrier.presence(robot) == Presence::Present;
-        if is_present && !self.barrier.is_gone(robot) {
+        if is_present && !self.barrier.is_lost(robot) {
             self.barrier.kill_after_tick(robot);
-            self.pending_kills.push(Act::new(robot, act, fault));
+            self.pending_kills
+                .push(PendingAction::new(robot, act, fault));
         } else {
             self.barrier.kill_after_tick(robot);
             self.act(fault, robot, act);
@@ -190,24 +196,24 @@ impl Simulation {
     fn add(&mut self, fault: FaultIndex, robot: RobotId) {
         match self.world.add_robot(robot) {
             Ok(_) => self.act(fault, robot, ProcessAction::Start),
-            Err(why) => self.tell(FaultEvent::Failed, fault, &why.to_string()),
+            Err(why) => self.push_fault_event(FaultEvent::Failed, fault, &why.to_string()),
         }
     }
 
     fn remove(&mut self, fault: FaultIndex, robot: RobotId) {
         self.kill_at_once(fault, robot);
-        self.barrier.dismiss(robot);
+        self.barrier.mark_absent(robot);
         self.active[robot.index()] = None;
         self.keep_figures();
         self.events.extend(self.world.remove_robot(robot));
     }
 
     fn act(&mut self, fault: FaultIndex, robot: RobotId, act: ProcessAction) {
-        self.acts.push(Act::new(robot, act, fault));
+        self.acts.push(PendingAction::new(robot, act, fault));
     }
 
     /// Adds a row about a fault to events.csv.
-    pub(super) fn tell(&mut self, kind: FaultEvent, index: FaultIndex, why: &str) {
+    pub(super) fn push_fault_event(&mut self, kind: FaultEvent, index: FaultIndex, why: &str) {
         if kind == FaultEvent::Failed {
             self.schedule.fail(index, why);
         }
@@ -238,7 +244,7 @@ impl Simulation {
     /// Counts the effects of a fault; the first one since its application is logged.
     pub(super) fn hit(&mut self, fault: FaultIndex, count: u64) {
         if self.schedule.hit(fault, count) {
-            self.tell(FaultEvent::Hit, fault, "");
+            self.push_fault_event(FaultEvent::Hit, fault, "");
         }
     }
 }

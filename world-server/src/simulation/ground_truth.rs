@@ -11,17 +11,17 @@ use super::Simulation;
 use crate::barrier::Presence;
 
 #[derive(Default)]
-pub(super) struct Truth {
+pub(super) struct GroundTruth {
     /// The receivers, ordered by rank, with the number of the group.
     receivers: Vec<(RobotId, usize)>,
     /// The offers of the current tick, by group. Robots of a group share tasks, directly or through other robots.
     offers: Vec<Vec<TaskOffer>>,
 }
 
-impl Truth {
+impl GroundTruth {
     /// Writes the offers for a robot in the current tick.
     #[inline]
-    pub(super) fn tell(&self, robot: RobotId, offers: &mut Vec<TaskOffer>) {
+    pub(super) fn write_offers(&self, robot: RobotId, offers: &mut Vec<TaskOffer>) {
         // Most runs have no such allocator.
         if self.receivers.is_empty() {
             return;
@@ -60,7 +60,7 @@ fn groups(robots: &[RobotId], setup: &Setup) -> Vec<usize> {
 
 impl Simulation {
     /// Sends the ground truth to these robots from now on.
-    pub fn tell_truth_to(&mut self, mut robots: Vec<RobotId>) {
+    pub fn send_ground_truth_to(&mut self, mut robots: Vec<RobotId>) {
         robots.sort_unstable();
         let groups = groups(&robots, &self.setup);
         self.truth.offers = vec![Vec::new(); robots.len()];
@@ -68,7 +68,7 @@ impl Simulation {
     }
 
     /// Computes the ground truth of the tick that is about to start.
-    pub(super) fn learn_truth(&mut self) {
+    pub(super) fn compute_ground_truth(&mut self) {
         if self.truth.receivers.is_empty() {
             return;
         }
@@ -82,7 +82,7 @@ impl Simulation {
             .filter(|receiver| self.can_work(receiver.0))
         {
             let rows = self.answers.report(robot).allocation.iter();
-            let is_due = |row: &AllocationRow| mission.is_due(row.task, robot, &self.world);
+            let is_due = |row: &AllocationRow| mission.has_work(row.task, robot, &self.world);
             let rows = rows.filter(|row| row.utility > 0.0 && is_due(row));
             offers[group].extend(rows.map(|row| TaskOffer {
                 robot,
@@ -100,7 +100,7 @@ impl Simulation {
         answer.counts
             && self.barrier.presence(robot) == Presence::Present
             && self.barrier.incarnation(robot) == Some(answer.report.incarnation)
-            && self.actuators.obey(robot)
+            && self.actuators.can_execute(robot)
             && self.world.energy_j(robot).is_none_or(|left_j| left_j > 0.0)
     }
 }

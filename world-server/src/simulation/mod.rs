@@ -35,7 +35,7 @@ use scenario::ids::{BehaviorId, RobotId, Tick};
 use scenario::time::SimTime;
 use scenario::{Catalog, Setup, StepOrder};
 
-use crate::barrier::{Barrier, Gathered};
+use crate::barrier::{Barrier, TickResult};
 use crate::faults::actuators::Actuators;
 use crate::faults::campaign;
 use crate::faults::links::Links;
@@ -48,9 +48,9 @@ use crate::world::{Impairment, World};
 use run_log::recorder::{Answers, BodyRecord, Event, FaultEvent, Record, RecordError, TickRecord};
 
 use commands::QueuedCommand;
-use ground_truth::Truth;
-use process_actions::{Act, Acts};
-use view::Memories;
+use ground_truth::GroundTruth;
+use process_actions::{Acts, PendingAction};
+use view::ViewHistory;
 
 pub struct Simulation {
     setup: Setup,
@@ -72,7 +72,7 @@ pub struct Simulation {
     links: Links,
     sensors: Sensors,
     actuators: Actuators,
-    truth: Truth,
+    truth: GroundTruth,
     interruptions: BTreeMap<FaultIndex, Interruption>,
     handlers: Vec<Box<dyn InterruptionHandler>>,
     /// True if a launcher starts and signals processes.
@@ -89,12 +89,12 @@ pub struct Simulation {
     commands: VecDeque<QueuedCommand>,
     acts: Acts,
     /// The kills of the current tick, executed after its last report.
-    pending_kills: Vec<Act>,
+    pending_kills: Vec<PendingAction>,
     inputs: Vec<Input>,
     failures: Vec<Input>,
     /// The events of the current tick from neither reports nor the world.
     events: Vec<Event>,
-    memories: Memories,
+    memories: ViewHistory,
     unscripted: bool,
     outcome: Option<Outcome>,
     ended: Ended,
@@ -105,7 +105,7 @@ pub struct Simulation {
 struct Ended {
     /// The tick's number and time, until it is recorded.
     at: Option<(Tick, SimTime)>,
-    gathered: Gathered,
+    gathered: TickResult,
     inputs: Vec<Input>,
     bodies: Vec<BodyRecord>,
     commands: Vec<Option<Actuation>>,
@@ -144,7 +144,7 @@ impl Simulation {
             links: Links::new(&setup),
             sensors: Sensors::new(&setup),
             actuators: Actuators::new(&setup),
-            truth: Truth::default(),
+            truth: GroundTruth::default(),
             interruptions: BTreeMap::new(),
             handlers: Vec::new(),
             has_launcher,
@@ -158,7 +158,7 @@ impl Simulation {
             inputs: Vec::new(),
             failures: Vec::new(),
             events: Vec::new(),
-            memories: Memories::new(robots),
+            memories: ViewHistory::new(robots),
             unscripted: false,
             outcome: None,
             ended: Ended::default(),
@@ -178,7 +178,7 @@ impl Simulation {
         for order in orders {
             // Validation ensures distinct ids.
             if let Ok(fault) = self.schedule.arm(order, SimTime::ZERO) {
-                self.tell(FaultEvent::Armed, fault, "");
+                self.push_fault_event(FaultEvent::Armed, fault, "");
             }
         }
     }
@@ -225,20 +225,20 @@ impl Simulation {
     }
 
     /// Ends the run if no robot takes part.
-    pub fn abandon(&mut self) {
+    pub fn end_if_idle(&mut self) {
         if self.outcome.is_none() && self.barrier.is_idle() {
             self.outcome = Some(Outcome::NoRobotLeft);
         }
     }
 
     /// Returns the next robot that needs its tick message, which [`Simulation::message`] then returns.
-    pub fn next_question(&mut self) -> Option<RobotId> {
+    pub fn next_recipient(&mut self) -> Option<RobotId> {
         self.begin();
         if self.outcome.is_some() || !self.acts.is_empty() {
             return None;
         }
         self.gather();
-        let Some(question) = self.barrier.next_question(&*self.world) else {
+        let Some(question) = self.barrier.next_recipient(&*self.world) else {
             // There may be no robots at all.
             self.settle();
             return None;
@@ -249,18 +249,18 @@ impl Simulation {
         message.tick = self.barrier.tick();
         message.now = self.world.now();
         message.last_counted = question.last_counted;
-        self.barrier.hand_over(robot, &mut message.manifest);
+        self.barrier.take_manifest(robot, &mut message.manifest);
         for entry in &mut message.manifest {
             entry.link = self.links.state(entry.sender, robot).map(Box::new);
         }
-        self.links.held(robot, &mut message.held);
-        self.truth.tell(robot, &mut message.truth);
+        self.links.write_held_senders(robot, &mut message.held);
+        self.truth.write_offers(robot, &mut message.truth);
         // Distorted readings differ from the sensed ones.
-        if self.sensors.were_always_intact() && self.world.senses_the_same(robot) {
+        if self.sensors.never_broken() && self.world.readings_are_valid(robot) {
             return Some(robot);
         }
-        self.answers.readings_change(robot);
-        self.world.sense(robot, &mut message.readings);
+        self.answers.mark_readings_changed(robot);
+        self.world.write_readings(robot, &mut message.readings);
         let hits = self.sensors.distort(
             self.world.mission(),
             robot,
@@ -300,11 +300,11 @@ impl Simulation {
         let sent = |robot: RobotId| &self.messages[robot.index()];
         self.sensors
             .begin(self.barrier.tick(), self.schedule.in_force(), sent);
-        self.actuators.begin(self.schedule.in_force());
+        self.actuators.begin_tick(self.schedule.in_force());
         let impaired = impairments(self.schedule.in_force(), &self.setup.roster);
         self.world
             .impair(impaired.map(|(_, impairment)| impairment));
-        self.learn_truth();
+        self.compute_ground_truth();
     }
 
     fn steps_in_order(&self) -> bool {
@@ -358,11 +358,11 @@ impl Simulation {
         ended.inputs.append(&mut self.inputs);
         ended.inputs.append(&mut gathered.inputs);
         ended.inputs.append(&mut self.failures);
-        self.take_note(now, answers.all(), &mut ended.inputs);
+        self.update_from_answers(now, answers.all(), &mut ended.inputs);
         for robot in &gathered.dead {
             self.active[robot.index()] = None;
         }
-        self.note_reported(answers.all(), &ended.inputs);
+        self.record_reported(answers.all(), &ended.inputs);
         ended.bodies.clear();
         ended.bodies.extend(self.bodies());
 
@@ -372,14 +372,14 @@ impl Simulation {
         commands.extend(reported.map(|answer| answer.counts.then_some(answer.report.actuation)));
         for (robot, command) in self.barrier.robots().zip(&mut *commands) {
             let mission = self.world.mission();
-            for fault in self.actuators.disobey(mission, robot, command) {
+            for fault in self.actuators.apply_to(mission, robot, command) {
                 self.hit(fault, 1);
             }
         }
         let mut happened = self.world.step(commands);
         self.count_impairment_hits();
         for robot in &gathered.dead {
-            happened.append(&mut self.world.lose(*robot));
+            happened.append(&mut self.world.release_load(*robot));
         }
         self.trigger_by_world(&happened, &ended.inputs);
         ended.events.clear();
@@ -400,7 +400,7 @@ impl Simulation {
         self.world.mission().row(&mut ended.mission);
         ended.targets.clear();
         self.world.mission().targets(&mut ended.targets);
-        ended.mission_state = self.world.mission().state();
+        ended.mission_state = self.world.mission().state_hash();
         ended.figures = None;
         self.answers = answers;
         self.ended = ended;
@@ -409,7 +409,7 @@ impl Simulation {
 
     /// Counts hits of the faults that impaired a skill in the last step.
     fn count_impairment_hits(&mut self) {
-        let acted = |impairment: &Impairment| impairment.has_acted;
+        let acted = |impairment: &Impairment| impairment.was_used;
         if !self.world.impairments().iter().any(acted) {
             // Most runs have no impairments.
             return;
@@ -418,7 +418,7 @@ impl Simulation {
         let faults = impairments(self.schedule.in_force(), &self.setup.roster);
         let pairs = faults.zip(self.world.impairments());
         let hits =
-            pairs.filter_map(|((fault, _), impairment)| impairment.has_acted.then_some(fault));
+            pairs.filter_map(|((fault, _), impairment)| impairment.was_used.then_some(fault));
         for fault in hits.collect::<Vec<_>>() {
             self.hit(fault, 1);
         }

@@ -22,10 +22,10 @@ impl Simulation {
 
     /// Admits an agent; see [`Barrier::arrive`](crate::barrier::Barrier::arrive). The clock starts after the last robot's arrival.
     pub fn arrive(&mut self, robot: RobotId, incarnation: Incarnation) {
-        self.mark_moment();
+        self.set_order_index();
         self.barrier.arrive(robot, incarnation);
-        self.barrier.start_if_all_here();
-        self.order_index += self.barrier.take_came();
+        self.barrier.start_if_all_arrived();
+        self.order_index += self.barrier.take_external_count();
         if self.barrier.presence(robot) == Presence::Present {
             self.conclude_if(robot, &[ProcessAction::Start]);
         }
@@ -34,21 +34,21 @@ impl Simulation {
     /// Stops the wait for a robot's arrival; see [`Barrier::start_without`](crate::barrier::Barrier::start_without).
     pub fn start_without(&mut self, robot: RobotId) {
         self.barrier.start_without(robot);
-        self.barrier.start_if_all_here();
+        self.barrier.start_if_all_arrived();
     }
 
     /// Records the death of an agent; see [`Barrier::gone`](crate::barrier::Barrier::gone).
-    pub fn gone(&mut self, robot: RobotId, incarnation: Incarnation) {
+    pub fn agent_lost(&mut self, robot: RobotId, incarnation: Incarnation) {
         let was_invited = self.barrier.presence(robot) == Presence::Invited;
-        self.mark_moment();
+        self.set_order_index();
         let asked_for = self.is_killing(robot);
-        self.barrier.gone(robot, incarnation, asked_for);
-        self.order_index += self.barrier.take_came();
+        self.barrier.agent_lost(robot, incarnation, asked_for);
+        self.order_index += self.barrier.take_external_count();
         self.handle_departure(robot, was_invited, "its process ended before it joined");
     }
 
     /// Cancels an invitation; see [`Barrier::give_up`](crate::barrier::Barrier::give_up).
-    pub fn give_up(&mut self, robot: RobotId, incarnation: Incarnation) {
+    pub fn cancel_invitation(&mut self, robot: RobotId, incarnation: Incarnation) {
         let was_invited = self.barrier.presence(robot) == Presence::Invited;
         self.barrier.give_up(robot, incarnation);
         self.handle_departure(robot, was_invited, "it was welcomed and did not join");
@@ -59,7 +59,7 @@ impl Simulation {
         if at_once {
             self.drop_load(robot);
         }
-        if self.barrier.is_gone(robot) || at_once {
+        if self.barrier.is_lost(robot) || at_once {
             self.conclude_if(robot, &[ProcessAction::Kill, ProcessAction::Terminate]);
         }
         if at_once && was_invited {
@@ -72,7 +72,7 @@ impl Simulation {
     fn drop_load(&mut self, robot: RobotId) {
         self.active[robot.index()] = None;
         self.keep_figures();
-        self.events.extend(self.world.lose(robot));
+        self.events.extend(self.world.release_load(robot));
     }
 
     /// Skips incarnations in a replay; see [`Barrier::skip_to`](crate::barrier::Barrier::skip_to).
@@ -81,15 +81,15 @@ impl Simulation {
     }
 
     /// Sets the order index of the next outside input. Collected reports have none, because their order is free.
-    pub(super) fn mark_moment(&mut self) {
+    pub(super) fn set_order_index(&mut self) {
         let gathers = self.opened && !self.settled;
         self.barrier
-            .set_moment((!gathers).then_some(self.order_index));
+            .set_order_index((!gathers).then_some(self.order_index));
     }
 
     /// Checks in a replay whether an input of the current tick is due now.
     #[must_use]
-    pub fn feeds(&self, input: &Input) -> bool {
+    pub fn is_input_due(&self, input: &Input) -> bool {
         input
             .moment()
             .is_none_or(|moment| moment <= self.order_index)
@@ -97,10 +97,10 @@ impl Simulation {
 
     /// Admits an agent in a replay; see [`Barrier::admit`](crate::barrier::Barrier::admit).
     pub fn admit(&mut self, robot: RobotId, incarnation: Incarnation, at_once: bool) {
-        self.mark_moment();
+        self.set_order_index();
         self.barrier.admit(robot, incarnation, at_once);
-        self.barrier.start_if_all_here();
-        self.order_index += self.barrier.take_came();
+        self.barrier.start_if_all_arrived();
+        self.order_index += self.barrier.take_external_count();
     }
 
     /// Marks a robot as silent; see [`Barrier::stall`](crate::barrier::Barrier::stall). The run counts as unscripted.

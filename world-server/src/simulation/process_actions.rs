@@ -13,7 +13,7 @@ use crate::faults::schedule::FaultIndex;
 use run_log::recorder::FaultEvent;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Act {
+pub(super) struct PendingAction {
     pub robot: RobotId,
     pub act: ProcessAction,
     pub fault: FaultIndex,
@@ -21,7 +21,7 @@ pub(super) struct Act {
     takes_part: bool,
 }
 
-impl Act {
+impl PendingAction {
     pub fn new(robot: RobotId, act: ProcessAction, fault: FaultIndex) -> Self {
         Self {
             robot,
@@ -34,14 +34,14 @@ impl Act {
 
 #[derive(Clone, Debug, Default)]
 pub(super) struct Acts {
-    waiting: VecDeque<Act>,
-    under_way: Option<Act>,
+    waiting: VecDeque<PendingAction>,
+    under_way: Option<PendingAction>,
     /// The number of actions started in this tick.
     started: u32,
 }
 
 impl Acts {
-    pub fn push(&mut self, act: Act) {
+    pub fn push(&mut self, act: PendingAction) {
         self.waiting.push_back(act);
     }
 
@@ -59,7 +59,7 @@ impl Simulation {
     /// started one has [arrived](Simulation::arrive), a stopped or continued one is [done](Simulation::act_done).
     pub fn next_act(&mut self) -> Option<(RobotId, ProcessAction)> {
         loop {
-            if let Some(act) = self.take_act()? {
+            if let Some(act) = self.take_action()? {
                 return Some(act);
             }
         }
@@ -67,7 +67,7 @@ impl Simulation {
 
     /// Takes one action from the queue: `None` if none is waiting, `Some(None)` if it has nothing to do. Each action has its own
     /// order index, so a replay can place outside inputs between any two.
-    pub fn take_act(&mut self) -> Option<Option<(RobotId, ProcessAction)>> {
+    pub fn take_action(&mut self) -> Option<Option<(RobotId, ProcessAction)>> {
         if self.acts.under_way.is_some() {
             return None;
         }
@@ -78,7 +78,7 @@ impl Simulation {
         let mut next = self.acts.waiting.pop_front()?;
         self.order_index += 1;
         // A joining robot does not take part yet and is missing in the log.
-        let is_coming = self.barrier.is_coming(next.robot);
+        let is_coming = self.barrier.is_joining(next.robot);
         match next.act {
             ProcessAction::Start if is_coming => self.barrier.expect(next.robot),
             ProcessAction::Stop | ProcessAction::Continue if is_coming => return Some(None),
@@ -120,9 +120,9 @@ impl Simulation {
     }
 
     /// Checks whether an action has nothing to do: a start of a living agent, or an end of a dead one.
-    fn has_no_effect(&self, act: Act) -> bool {
+    fn has_no_effect(&self, act: PendingAction) -> bool {
         let lives =
-            self.barrier.presence(act.robot) != Presence::Empty && !self.barrier.is_gone(act.robot);
+            self.barrier.presence(act.robot) != Presence::Empty && !self.barrier.is_lost(act.robot);
         (act.act == ProcessAction::Start) == lives
     }
 
@@ -172,7 +172,7 @@ impl Simulation {
         }
     }
 
-    fn conclude(&mut self, done: Act) {
+    fn conclude(&mut self, done: PendingAction) {
         self.acts.under_way = None;
         self.order_index += u32::from(done.takes_part);
         // Actions that heal a fault or prepare another action do not count as its effects.
@@ -190,11 +190,11 @@ impl Simulation {
         self.settle();
     }
 
-    fn fail(&mut self, failed: Act, why: &str) {
+    fn fail(&mut self, failed: PendingAction, why: &str) {
         self.acts.under_way = None;
         self.order_index += u32::from(failed.takes_part);
         match failed.act {
-            ProcessAction::Start => self.barrier.expect_no_more(failed.robot),
+            ProcessAction::Start => self.barrier.cancel_expected(failed.robot),
             ProcessAction::Kill | ProcessAction::Terminate => {
                 self.barrier.cancel_kill(failed.robot)
             }
@@ -217,7 +217,7 @@ impl Simulation {
             number: Some(self.act_number()),
             reason: why.to_owned(),
         });
-        self.tell(FaultEvent::Failed, failed.fault, why);
+        self.push_fault_event(FaultEvent::Failed, failed.fault, why);
         self.settle();
     }
 }

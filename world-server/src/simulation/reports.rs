@@ -18,14 +18,14 @@ impl Simulation {
         if !self.is_well_formed(report) {
             return Verdict::Malformed;
         }
-        self.mark_moment();
+        self.set_order_index();
         let verdict = self.barrier.report(report);
-        self.order_index += self.barrier.take_came();
+        self.order_index += self.barrier.take_external_count();
         if verdict == Verdict::Counted {
             debug_assert!(self.ended.at.is_none(), "the tick before is not recorded");
             let robot = report.robot;
             let message = &self.messages[robot.index()];
-            self.answers.take(&message.readings, report);
+            self.answers.store(&message.readings, report);
             // This precedes the next robot's tick message, which lists the broadcasts of this robot.
             if self.steps_in_order() && self.schedule.waiting().next().is_some() {
                 self.trigger_by_report(report);
@@ -37,29 +37,37 @@ impl Simulation {
 
     /// Checks whether the robot has an external controller.
     #[must_use]
-    pub fn is_foreign(&self, robot: RobotId) -> bool {
+    pub fn has_external_controller(&self, robot: RobotId) -> bool {
         self.external
             .get(robot.index())
             .is_some_and(|external| *external)
     }
 
     /// Keeps a broadcast of an external controller for the log, before the report that lists it. It has no other effect here.
-    pub fn overhear(&mut self, broadcast: Broadcast) {
+    pub fn keep_broadcast(&mut self, broadcast: Broadcast) {
         let robots = self.external.iter().filter(|external| **external).count();
         let has_room = self.broadcasts.len() < robots * usize::from(MAX_BROADCASTS);
-        if has_room && self.is_foreign(broadcast.sender) && broadcast.tick == self.tick() {
+        if has_room
+            && self.has_external_controller(broadcast.sender)
+            && broadcast.tick == self.tick()
+        {
             self.broadcasts.push(broadcast);
         }
     }
 
     /// Updates the run's state by the answers that count.
-    pub(super) fn take_note(&mut self, now: SimTime, answers: &[Answer], inputs: &mut Vec<Input>) {
+    pub(super) fn update_from_answers(
+        &mut self,
+        now: SimTime,
+        answers: &[Answer],
+        inputs: &mut Vec<Input>,
+    ) {
         let mut hits: Vec<FaultIndex> = Vec::new();
         for answer in answers.iter().filter(|answer| answer.counts) {
             let report = &answer.report;
             self.active[report.robot.index()] = report.active;
             self.memories.remember(now, report, &self.setup);
-            if !answer.deliveries.are_usual() {
+            if !answer.deliveries.all_in_time() {
                 self.record_losses(report, inputs);
                 self.collect_hits(report, &mut hits);
             }
@@ -73,7 +81,7 @@ impl Simulation {
     }
 
     /// Records the active behavior sets for faults of roles in the next tick. They follow from the log of this tick alone.
-    pub(super) fn note_reported(&mut self, answers: &[Answer], inputs: &[Input]) {
+    pub(super) fn record_reported(&mut self, answers: &[Answer], inputs: &[Input]) {
         self.reported.fill(None);
         for answer in answers.iter().filter(|answer| answer.counts) {
             let report = &answer.report;

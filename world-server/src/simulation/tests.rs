@@ -22,7 +22,7 @@ impl Record for Unrecorded {
 /// Runs a tick in which all robots stand still. Returns the position that blue receives.
 fn stand_still(simulation: &mut Simulation) -> Vec2 {
     let mut position = None;
-    while let Some(robot) = simulation.next_question() {
+    while let Some(robot) = simulation.next_recipient() {
         let message = simulation.message(robot);
         if robot == BLUE {
             position = message.readings.pose.map(|pose| pose.position);

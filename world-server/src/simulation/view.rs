@@ -13,7 +13,7 @@ use scenario::time::SimTime;
 use scenario::{Obstacle, Setup};
 
 use super::Simulation;
-use super::corners::Bends;
+use super::corners::CurveCorners;
 use super::levels::levels;
 use crate::barrier::Presence;
 use crate::world::{Component, Shape};
@@ -25,7 +25,7 @@ const FAULTS_MAX: usize = 200;
 const SENSING_TEAM_MAX: usize = 200;
 
 /// The history that views need beyond the state of the run.
-pub(super) struct Memories {
+pub(super) struct ViewHistory {
     /// The latest state change of each behavior set, by rank.
     since: Vec<BTreeMap<BehaviorId, SimTime>>,
     /// The start time of each robot's incarnation.
@@ -35,10 +35,10 @@ pub(super) struct Memories {
     /// The messages since the last view; `None` before the first view.
     messages: Option<VecDeque<MessageView>>,
     left_out: u64,
-    bends: Option<Bends>,
+    bends: Option<CurveCorners>,
 }
 
-impl Memories {
+impl ViewHistory {
     pub fn new(robots: usize) -> Self {
         Self {
             since: vec![BTreeMap::new(); robots],
@@ -62,7 +62,7 @@ impl Memories {
         }
         if let Some(bends) = &mut self.bends {
             let (_, levels) = levels(report, setup, &setup.scenario.robots[rank]);
-            bends.see(now, report, &levels);
+            bends.add_report(now, report, &levels);
         }
         let Some(messages) = &mut self.messages else {
             return;
@@ -95,18 +95,18 @@ impl Simulation {
         let bends = self
             .memories
             .bends
-            .get_or_insert_with(|| Bends::new(team, SimTime(step)));
+            .get_or_insert_with(|| CurveCorners::new(team, SimTime(step)));
         View {
             messages,
             messages_left_out: std::mem::take(&mut self.memories.left_out),
             bends: bends.take(self.world.now()),
-            ..self.glance()
+            ..self.view_without_history()
         }
     }
 
     /// Returns a snapshot without messages and curves, which need no history then.
     #[must_use]
-    pub fn glance(&self) -> View {
+    pub fn view_without_history(&self) -> View {
         let robots = self
             .barrier
             .robots()
@@ -126,7 +126,7 @@ impl Simulation {
             outcome: self.outcome,
             ..View::default()
         };
-        self.world.mission().show(&self.world, &mut view);
+        self.world.mission().add_to_view(&self.world, &mut view);
         view
     }
 
@@ -135,7 +135,7 @@ impl Simulation {
         match self.barrier.presence(robot) {
             _ if self.barrier.is_absent(robot) => AgentState::Absent,
             // A robot before its first incarnation has not died.
-            Presence::Empty if !self.barrier.has_lived(robot) => AgentState::Coming,
+            Presence::Empty if !self.barrier.was_ever_invited(robot) => AgentState::Coming,
             Presence::Empty => AgentState::Dead,
             Presence::Invited | Presence::Entering { .. } => AgentState::Coming,
             Presence::Present => AgentState::Present,

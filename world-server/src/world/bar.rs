@@ -66,7 +66,7 @@ impl Bar {
 
     /// Returns the distance from `point` to the surface, m; below 0 inside.
     #[must_use]
-    pub fn way_to_point(&self, point: Vec2) -> f32 {
+    pub fn distance_to_point(&self, point: Vec2) -> f32 {
         self.surface(point).0
     }
 
@@ -126,7 +126,7 @@ impl Bar {
 
     /// Returns the distance to a solid that does not move, m; below 0 where they overlap.
     #[must_use]
-    pub fn way_to(&self, solid: &Outline) -> f32 {
+    pub fn distance_to(&self, solid: &Outline) -> f32 {
         match *solid {
             Outline::Disc { center, radius_m } => self.surface(center).0 - radius_m,
             Outline::Rectangle { min, max } => {
@@ -206,7 +206,7 @@ pub struct Push {
     /// The number of the bar.
     pub bar: usize,
     /// The distance that the body could still move in this step without the bar, at its pushing speed, m.
-    pub way_m: f32,
+    pub remaining_m: f32,
 }
 
 impl Floor {
@@ -227,7 +227,7 @@ impl Floor {
         bars.bars[bar] = to;
         bars.centers.relocate(bar, to.center());
         let sensed_m = sensed_m.max(self.near_m() + self.body.radius_m);
-        self.changed_near(to.center(), to.reach_m() + sensed_m);
+        self.invalidate_readings_near(to.center(), to.reach_m() + sensed_m);
     }
 
     /// Returns the greatest share of a bar's motion, 0 to 1, without a collision. `at` returns the bar after a given share, or
@@ -262,8 +262,8 @@ impl Floor {
         }) && others.all(|(other, outline)| other == bar || to.distance_m(&outline) >= CLEARANCE_M)
             && self
                 .space
-                .still_near(center, reach_m)
-                .all(|solid| to.way_to(&solid) >= CLEARANCE_M)
+                .fixed_solids_near(center, reach_m)
+                .all(|solid| to.distance_to(&solid) >= CLEARANCE_M)
     }
 }
 
@@ -309,16 +309,16 @@ mod tests {
             prop_assume!(bar.surface(from).0 > radius_m + 2.0 * SKIN_M);
             let max_m = 8.0;
             let stop = outline.sweep(from, radius_m, direction, max_m);
-            let way_m = stop.map_or(max_m, |stop| stop.way_m);
+            let way_m = stop.map_or(max_m, |stop| stop.distance_m);
             for part in 0..=200 {
                 let at = from + direction * (way_m * part as f32 / 200.0);
                 let gap_m = bar.surface(at).0 - radius_m;
                 prop_assert!(gap_m > SKIN_M / 2.0 - 1e-4, "{part}: {gap_m}");
             }
             if let Some(stop) = stop {
-                let gap_m = bar.surface(from + direction * stop.way_m).0 - radius_m;
+                let gap_m = bar.surface(from + direction * stop.distance_m).0 - radius_m;
                 prop_assert!((gap_m - SKIN_M).abs() < SKIN_M, "{gap_m}");
-                let (_, normal) = bar.surface(from + direction * stop.way_m);
+                let (_, normal) = bar.surface(from + direction * stop.distance_m);
                 prop_assert!((stop.normal - normal).length() < 1e-3);
             }
         }
@@ -332,7 +332,7 @@ mod tests {
             let center = from + along * y - normal * (0.3 + gap_m * SKIN_M);
             let direction = normal.rotate(Vec2::new(libm::cosf(heading_rad), libm::sinf(heading_rad)));
             let stop = Outline::Bar(bar).sweep(center, 0.2, direction, 0.025);
-            prop_assert!(stop.is_some_and(|stop| stop.way_m < 0.001), "{stop:?}");
+            prop_assert!(stop.is_some_and(|stop| stop.distance_m < 0.001), "{stop:?}");
         }
 
         #[test]
@@ -342,7 +342,7 @@ mod tests {
             let way_m = one.distance_m(&other);
             // No sample has to lie at a crossing of the axes.
             prop_assert!((way_m - least).abs() < 0.01, "{way_m} {least}");
-            prop_assert_eq!(way_m, one.way_to(&Outline::Bar(other)));
+            prop_assert_eq!(way_m, one.distance_to(&Outline::Bar(other)));
         }
 
         #[test]
@@ -350,7 +350,7 @@ mod tests {
             let rectangle = Outline::Rectangle { min: low, max: low + Vec2::new(width, height) };
             let along = (0..=1000).map(|part| bar.from.lerp(bar.to, part as f32 / 1000.0));
             let least = along.map(|at| rectangle.surface(at).0).fold(f32::INFINITY, f32::min);
-            let way_m = bar.way_to(&rectangle);
+            let way_m = bar.distance_to(&rectangle);
             if least > 0.01 {
                 prop_assert!((way_m - (least - bar.half_width_m)).abs() < 0.01);
             } else {

@@ -7,8 +7,8 @@ use proto::readings::Pose;
 use scenario::Obstacle;
 use scenario::ids::RobotId;
 
-use super::motion::wrapped;
-use super::neighbor_cache::Vicinity;
+use super::motion::wrap_angle;
+use super::neighbor_cache::NeighborCache;
 use super::space::nearest_place;
 use super::start::ROUNDING_M;
 use super::{Floor, ObstacleId};
@@ -21,7 +21,7 @@ pub enum ChangeError {
     Mission(String),
     /// The body does not fit at the place.
     #[error("the place is outside the border, on a solid obstacle or on another robot")]
-    Taken,
+    Occupied,
     /// The body fits nowhere in the room.
     #[error("no room is left for the robot")]
     NoRoom,
@@ -37,13 +37,13 @@ impl Floor {
     /// Places a rectangle on the floor: an obstacle, or a patch that changes the speed. It may lie anywhere. A covered robot is
     /// not moved; it can only leave the rectangle.
     pub fn add_obstacle(&mut self, obstacle: &Obstacle) -> ObstacleId {
-        self.all_changed();
+        self.invalidate_all_readings();
         self.space.add(obstacle)
     }
 
     /// Removes a rectangle and returns whether it existed. Its id is not reused.
     pub fn remove_obstacle(&mut self, obstacle: ObstacleId) -> bool {
-        self.all_changed();
+        self.invalidate_all_readings();
         self.space.remove(obstacle)
     }
 
@@ -61,14 +61,14 @@ impl Floor {
             return Err(ChangeError::Absent);
         }
         if !self.is_free(robot, to) {
-            return Err(ChangeError::Taken);
+            return Err(ChangeError::Occupied);
         }
         let body = &mut self.robots[robot.index()];
         let from = std::mem::replace(&mut body.component.pose.position, to);
         if let Some(heading_rad) = heading_rad {
-            body.face(wrapped(heading_rad));
+            body.set_heading(wrap_angle(heading_rad));
         }
-        self.disturbed(from, 0.0);
+        self.invalidate_readings_around_body(from, 0.0);
         self.jumped(robot, to);
         Ok(())
     }
@@ -88,7 +88,7 @@ impl Floor {
         let place = place.ok_or(ChangeError::NoRoom)?;
         let body = &mut self.robots[robot.index()];
         body.component.pose.position = place;
-        body.face(start.heading_rad);
+        body.set_heading(start.heading_rad);
         body.present = true;
         let pose = body.component.pose;
         self.bodies.insert(robot.index(), place);
@@ -99,21 +99,21 @@ impl Floor {
     /// Updates the indexes after a body was placed somewhere.
     fn jumped(&mut self, robot: RobotId, to: Vec2) {
         let body = &mut self.robots[robot.index()];
-        body.vicinity = Vicinity::default();
-        body.unchanged.end();
+        body.vicinity = NeighborCache::default();
+        body.unchanged.invalidate();
         body.jumps += 1;
-        self.drift.jumps(self.space.size);
-        self.relocated(robot, to);
-        self.disturbed(to, 0.0);
+        self.drift.record_jump(self.space.size);
+        self.update_indexes(robot, to);
+        self.invalidate_readings_around_body(to, 0.0);
     }
 
-    pub(super) fn take_away(&mut self, robot: RobotId) {
+    pub(super) fn remove_body(&mut self, robot: RobotId) {
         let body = &mut self.robots[robot.index()];
         body.speed_m_s = 0.0;
         if std::mem::replace(&mut body.present, false) {
             let from = body.position();
             self.bodies.remove(robot.index());
-            self.disturbed(from, 0.0);
+            self.invalidate_readings_around_body(from, 0.0);
         }
     }
 
@@ -125,7 +125,7 @@ impl Floor {
     /// Checks whether a robot's body fits at `center`. It may touch solids, within rounding.
     fn is_free(&self, robot: RobotId, center: Vec2) -> bool {
         let still = self.space.solids_near(center, self.body.radius_m);
-        let others = self.solid_teammates(robot, center, self.body.radius_m);
+        let others = self.solid_neighbors(robot, center, self.body.radius_m);
         still
             .chain(others)
             .all(|solid| solid.surface(center).0 >= self.body.radius_m - ROUNDING_M)

@@ -7,11 +7,11 @@ use scenario::time::SimTime;
 use scenario::{Body, Robot as RobotSpec, Scenario, Sensors};
 
 use super::grid::Grid;
-use super::neighbor_cache::{Drift, Vicinity};
+use super::neighbor_cache::{Drift, NeighborCache};
 use super::radio::RadioRange;
-use super::readings_cache::Unchanged;
+use super::readings_cache::ReadingsCache;
 use super::space::{Space, nearest_place};
-use super::step_events::Happened;
+use super::step_events::StepEvents;
 use super::{
     Aspect, Bar, Battery, Component, ComponentId, Outline, Penetrability, Shape, start_poses,
 };
@@ -48,7 +48,7 @@ pub struct Impairment {
     /// The remaining share, 0 to 1.
     pub share: f64,
     /// True if the robot has used the skill in this step.
-    pub has_acted: bool,
+    pub was_used: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -68,8 +68,8 @@ pub(super) struct Robot {
     pub side_sensor: bool,
     /// The number of times that the body was placed somewhere.
     pub jumps: u32,
-    pub vicinity: Vicinity,
-    pub unchanged: Unchanged,
+    pub vicinity: NeighborCache,
+    pub unchanged: ReadingsCache,
 }
 
 impl Robot {
@@ -77,8 +77,8 @@ impl Robot {
         self.component.pose.position
     }
 
-    pub fn face(&mut self, heading_rad: f32) {
-        self.unchanged.end();
+    pub fn set_heading(&mut self, heading_rad: f32) {
+        self.unchanged.invalidate();
         self.component.pose.heading_rad = heading_rad;
         self.ahead = Vec2::new(libm::cosf(heading_rad), libm::sinf(heading_rad));
     }
@@ -131,10 +131,10 @@ impl Floor {
                 body: scenario.body_of(robot),
                 side_sensor: robot.has_device(RobotSpec::SIDE_BORDER),
                 jumps: 0,
-                vicinity: Vicinity::default(),
-                unchanged: Unchanged::default(),
+                vicinity: NeighborCache::default(),
+                unchanged: ReadingsCache::default(),
             };
-            robot.face(pose.heading_rad);
+            robot.set_heading(pose.heading_rad);
             robot
         });
         let robots: Vec<Robot> = robots.collect();
@@ -167,7 +167,7 @@ impl Floor {
         }
     }
 
-    pub(super) fn evolve_aspects(&mut self, happened: &mut Happened) {
+    pub(super) fn evolve_aspects(&mut self, happened: &mut StepEvents) {
         for (rank, robot) in self.robots.iter_mut().enumerate() {
             if !robot.present || !robot.powered {
                 continue;
@@ -259,12 +259,12 @@ impl Floor {
     }
 
     /// Applies a skill of a robot in this step and returns its remaining share, 0 to 1.
-    pub fn use_skill(&mut self, robot: RobotId, skill: &str) -> f64 {
+    pub fn apply_skill(&mut self, robot: RobotId, skill: &str) -> f64 {
         let impairments = self.impairments.iter_mut();
         let matching =
             impairments.filter(|impairment| impairment.robot == robot && impairment.skill == skill);
         matching.fold(1.0, |left, impairment| {
-            impairment.has_acted = impairment.share < 1.0;
+            impairment.was_used = impairment.share < 1.0;
             left * impairment.share
         })
     }
@@ -287,10 +287,10 @@ impl Floor {
     }
 
     /// Clears the cached surroundings of all robots. No result changes; tests use this to check the caches.
-    pub fn forget_surroundings(&mut self) {
+    pub fn clear_caches(&mut self) {
         for robot in &mut self.robots {
-            robot.vicinity = Vicinity::default();
-            robot.unchanged.end();
+            robot.vicinity = NeighborCache::default();
+            robot.unchanged.invalidate();
             // The mission searches again, too.
             robot.jumps += 1;
         }
@@ -304,7 +304,7 @@ impl Floor {
 
     /// Returns how often a robot's body was placed somewhere. A new number invalidates cached surroundings.
     #[must_use]
-    pub fn jumps(&self, robot: RobotId) -> u32 {
+    pub fn placement_count(&self, robot: RobotId) -> u32 {
         self.robots[robot.index()].jumps
     }
 

@@ -12,7 +12,7 @@ use super::{Component, Floor, Penetrability};
 impl Floor {
     /// Returns the distance that a robot moves in a given time if no solid stops it, m. The factor of a patch applies while the
     /// robot's center is on it.
-    pub(super) fn way_on_ground(&self, robot: RobotId, speed_m_s: f32, time_s: f32) -> f32 {
+    pub(super) fn distance_on_ground(&self, robot: RobotId, speed_m_s: f32, time_s: f32) -> f32 {
         if speed_m_s <= 0.0 {
             return 0.0;
         }
@@ -55,7 +55,7 @@ impl Floor {
     pub(super) fn ground(&self, robot: RobotId) -> Ground {
         let body = &self.robots[robot.index()];
         let ahead_m = 2.0 * self.body.radius_m;
-        let alone = self.is_alone(robot, ahead_m);
+        let alone = self.has_no_neighbor(robot, ahead_m);
         if alone && self.space.is_open(body.position(), ahead_m) {
             return Ground {
                 here: Penetrability::NEUTRAL.0,
@@ -75,7 +75,7 @@ impl Floor {
         }
         if self
             .bars_near(point, 0.0)
-            .any(|(_, bar)| bar.way_to_point(point) <= 0.0)
+            .any(|(_, bar)| bar.distance_to_point(point) <= 0.0)
         {
             return 0.0;
         }

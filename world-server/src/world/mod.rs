@@ -58,12 +58,12 @@ pub use change::ChangeError;
 pub use component::{Component, ComponentId, ObstacleId, Penetrability, Shape};
 pub use floor::{Floor, Impairment};
 pub use grid::Grid;
-pub use motion::{limited, wrapped};
+pub use motion::{limit_command, wrap_angle};
 pub use neighbor_cache::Circle;
 pub use outline::{Outline, SKIN_M};
-pub use space::around;
+pub use space::directions_around;
 pub use start::{ROUNDING_M, StartError, start_poses};
-use step_events::Happened;
+use step_events::StepEvents;
 
 /// The state of the simulated world: the mission and its floor. It dereferences to the floor.
 pub struct World {
@@ -75,7 +75,7 @@ impl Clone for World {
     fn clone(&self) -> Self {
         Self {
             floor: self.floor.clone(),
-            mission: self.mission.boxed(),
+            mission: self.mission.clone_boxed(),
         }
     }
 }
@@ -112,21 +112,21 @@ impl World {
     /// Advances the world by one step. `commands` is indexed by rank; a body without a command or without power stays still.
     pub fn step(&mut self, commands: &[Option<Actuation>]) -> Vec<Event> {
         let Self { floor, mission } = self;
-        let mut happened = Happened::default();
+        let mut happened = StepEvents::default();
         floor.drift.begin_step();
         mission.begin(floor, &mut happened);
         for rank in 0..floor.robots.len() {
             let can_act = floor.robots[rank].can_act();
             let command = commands.get(rank).copied().flatten().filter(|_| can_act);
-            let command = limited(&floor.robots[rank].body, command.unwrap_or_default());
+            let command = limit_command(&floor.robots[rank].body, command.unwrap_or_default());
             let robot = RobotId(rank as u16);
             if !matches!(command.deed, Action::Nothing) {
                 mission.act(robot, &command.deed, floor, &mut happened);
             }
             let push = floor.turn_and_move(robot, command.turn_rad_s, command.speed_m_s);
             if let Some(push) = push {
-                let way_m = mission.give_way(&push, floor, &mut happened);
-                floor.go_on(robot, way_m.min(push.way_m));
+                let way_m = mission.handle_push(&push, floor, &mut happened);
+                floor.move_on(robot, way_m.min(push.remaining_m));
             }
         }
         mission.settle(floor, &mut happened);
@@ -141,20 +141,20 @@ impl World {
     #[must_use]
     pub fn readings(&self, robot: RobotId) -> Readings {
         let mut readings = Readings::default();
-        self.look(robot, &mut readings);
+        self.read_sensors(robot, &mut readings);
         readings
     }
 
     /// Writes the current readings of a robot to `readings`; see [`World::readings`]. The function writes in place, because a
     /// copy after many small writes causes a store-forwarding stall.
-    pub fn sense(&self, robot: RobotId, readings: &mut Readings) {
-        let validity = self.look(robot, readings);
+    pub fn write_readings(&self, robot: RobotId, readings: &mut Readings) {
+        let validity = self.read_sensors(robot, readings);
         // Energy changes without any event.
         let lasts = validity == Validity::UntilChange && !self.floor.has_aspects;
-        self.floor.sensed(robot, lasts);
+        self.floor.set_readings_valid(robot, lasts);
     }
 
-    fn look(&self, robot: RobotId, readings: &mut Readings) -> Validity {
+    fn read_sensors(&self, robot: RobotId, readings: &mut Readings) -> Validity {
         self.floor.look(robot, readings);
         self.mission
             .sense(robot, &self.floor, &mut readings.mission)
@@ -175,16 +175,17 @@ impl World {
     }
 
     /// Releases everything that a robot holds.
-    pub fn lose(&mut self, robot: RobotId) -> Vec<Event> {
-        let mut happened = Happened::default();
-        self.mission.lose(robot, &mut self.floor, &mut happened);
+    pub fn release_load(&mut self, robot: RobotId) -> Vec<Event> {
+        let mut happened = StepEvents::default();
+        self.mission
+            .release_load(robot, &mut self.floor, &mut happened);
         happened.into_events()
     }
 
     /// Removes a robot's body after [`World::lose`]. Its battery keeps the charge.
     pub fn remove_robot(&mut self, robot: RobotId) -> Vec<Event> {
-        let events = self.lose(robot);
-        self.floor.take_away(robot);
+        let events = self.release_load(robot);
+        self.floor.remove_body(robot);
         events
     }
 }

@@ -7,7 +7,7 @@ use proto::readings::Actuation;
 use scenario::Body;
 use scenario::ids::RobotId;
 
-use super::outline::Stop;
+use super::outline::RayContact;
 use super::{Component, Floor, Outline, Penetrability, Push, SKIN_M};
 
 impl Floor {
@@ -21,37 +21,40 @@ impl Floor {
         let step_s = self.step.as_secs_f64() as f32;
         let body = &mut self.robots[robot.index()];
         if turn_rad_s != 0.0 {
-            body.face(wrapped(
+            body.set_heading(wrap_angle(
                 body.component.pose.heading_rad + turn_rad_s * step_s,
             ));
         }
         body.speed_m_s = 0.0;
         let push_m = body.body.push_m_s * step_s;
-        let wanted_m = self.way_on_ground(robot, speed_m_s, step_s);
+        let wanted_m = self.distance_on_ground(robot, speed_m_s, step_s);
         if wanted_m <= 0.0 {
             return None;
         }
         let stop = self.free_way(robot, wanted_m);
         let bar = self.first_bar(robot, wanted_m).filter(|(_, at_bar)| {
-            let is_nearer = |stop: Stop| at_bar.way_m <= stop.way_m;
+            let is_nearer = |stop: RayContact| at_bar.distance_m <= stop.distance_m;
             stop.is_none_or(is_nearer)
         });
-        let way_m = bar.map(|(_, stop)| stop).or(stop).map(|stop| stop.way_m);
+        let way_m = bar
+            .map(|(_, stop)| stop)
+            .or(stop)
+            .map(|stop| stop.distance_m);
         let way_m = way_m.unwrap_or(wanted_m);
         self.move_ahead(robot, way_m);
         bar.map(|(bar, _)| Push {
             robot,
             bar,
-            way_m: (wanted_m - way_m).min(push_m),
+            remaining_m: (wanted_m - way_m).min(push_m),
         })
     }
 
     /// Moves a robot further in the same step after a bar has given way.
-    pub(super) fn go_on(&mut self, robot: RobotId, wanted_m: f32) {
+    pub(super) fn move_on(&mut self, robot: RobotId, wanted_m: f32) {
         if wanted_m > 0.0 {
             let bar = self.first_bar(robot, wanted_m).map(|(_, stop)| stop);
-            let stop = Stop::nearer(self.free_way(robot, wanted_m), bar);
-            self.move_ahead(robot, stop.map_or(wanted_m, |stop| stop.way_m));
+            let stop = RayContact::nearer(self.free_way(robot, wanted_m), bar);
+            self.move_ahead(robot, stop.map_or(wanted_m, |stop| stop.distance_m));
         }
     }
 
@@ -65,16 +68,16 @@ impl Floor {
         body.speed_m_s += way_m / step_s;
         if way_m > 0.0 {
             let in_step_m = body.speed_m_s * step_s;
-            self.drift.moves(in_step_m);
-            self.relocated(robot, to);
-            if !self.is_alone(robot, self.near_m()) {
-                self.disturbed(from, way_m);
+            self.drift.record_move(in_step_m);
+            self.update_indexes(robot, to);
+            if !self.has_no_neighbor(robot, self.near_m()) {
+                self.invalidate_readings_around_body(from, way_m);
             }
         }
     }
 
     /// Returns the first bar that stops a robot on its way straight ahead.
-    fn first_bar(&self, robot: RobotId, max_m: f32) -> Option<(usize, Stop)> {
+    fn first_bar(&self, robot: RobotId, max_m: f32) -> Option<(usize, RayContact)> {
         let body = &self.robots[robot.index()];
         let reach_m = max_m + self.body.radius_m + SKIN_M;
         let near = self.bars_near(body.position(), reach_m);
@@ -84,7 +87,7 @@ impl Floor {
             Some((index, stop))
         });
         stops.reduce(|first, other| {
-            if other.1.way_m < first.1.way_m {
+            if other.1.distance_m < first.1.distance_m {
                 other
             } else {
                 first
@@ -93,8 +96,8 @@ impl Floor {
     }
 
     /// Updates the indexes after a body has moved.
-    pub(super) fn relocated(&mut self, robot: RobotId, to: Vec2) {
-        self.changed(robot);
+    pub(super) fn update_indexes(&mut self, robot: RobotId, to: Vec2) {
+        self.invalidate_readings(robot);
         self.bodies.relocate(robot.index(), to);
         if let Some(range) = &mut self.range {
             range.relocate(robot.index(), to);
@@ -102,12 +105,12 @@ impl Floor {
     }
 
     /// Returns the contact that stops a robot on its way straight ahead, without regard to bars; `None` if the way is free.
-    pub(super) fn free_way(&self, robot: RobotId, max_m: f32) -> Option<Stop> {
+    pub(super) fn free_way(&self, robot: RobotId, max_m: f32) -> Option<RayContact> {
         let body = &self.robots[robot.index()];
         let reach_m = max_m + self.body.radius_m + SKIN_M;
-        let sweep = |nearest: Option<Stop>, solid: Outline| {
+        let sweep = |nearest: Option<RayContact>, solid: Outline| {
             let stop = solid.sweep(body.position(), self.body.radius_m, body.ahead, max_m);
-            Stop::nearer(nearest, stop)
+            RayContact::nearer(nearest, stop)
         };
         let still = if self.space.is_open(body.position(), reach_m) {
             None
@@ -115,15 +118,15 @@ impl Floor {
             let solids = self.space.solids_near(body.position(), reach_m);
             solids.fold(None, sweep)
         };
-        if self.is_alone(robot, reach_m) {
+        if self.has_no_neighbor(robot, reach_m) {
             return still;
         }
-        let others = self.solid_teammates(robot, body.position(), reach_m);
+        let others = self.solid_neighbors(robot, body.position(), reach_m);
         others.fold(still, sweep)
     }
 
     /// Returns the same as [`Floor::teammates`] as outlines; empty if robots are no obstacles to each other.
-    pub(super) fn solid_teammates(
+    pub(super) fn solid_neighbors(
         &self,
         robot: RobotId,
         point: Vec2,
@@ -150,7 +153,7 @@ impl Floor {
 /// Limits a command to the abilities of a body. A speed that is negative or not a number counts as 0.
 #[inline(always)]
 #[must_use]
-pub fn limited(body: &Body, command: Actuation) -> Actuation {
+pub fn limit_command(body: &Body, command: Actuation) -> Actuation {
     let limit_rad_s = body.turn_deg_s.to_radians();
     Actuation {
         speed_m_s: finite(command.speed_m_s).clamp(0.0, body.speed_m_s),
@@ -165,7 +168,7 @@ fn finite(value: f32) -> f32 {
 
 /// Returns an angle normalized to (-π, π].
 #[must_use]
-pub fn wrapped(angle_rad: f32) -> f32 {
+pub fn wrap_angle(angle_rad: f32) -> f32 {
     // The remainder of such an angle equals the angle.
     let angle_rad = if angle_rad.abs() <= PI {
         angle_rad
@@ -177,5 +180,5 @@ pub fn wrapped(angle_rad: f32) -> f32 {
 
 /// Returns the direction of a vector in the frame of a robot that faces `ahead`, rad in (-π, π].
 pub(super) fn bearing(ahead: Vec2, vector: Vec2) -> f32 {
-    wrapped(libm::atan2f(ahead.perp_dot(vector), ahead.dot(vector)))
+    wrap_angle(libm::atan2f(ahead.perp_dot(vector), ahead.dot(vector)))
 }

@@ -16,7 +16,7 @@ pub(super) const ROUNDING_M: f32 = 0.01;
 
 /// The cached surroundings of one robot. They only save searches and are not part of the world's state.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Vicinity {
+pub(super) struct NeighborCache {
     /// The distance to the nearest other body at the last search, plus twice the [`Drift`] at that time, m. Two bodies
     /// approach each other by at most twice the drift.
     others_m: Cell<f64>,
@@ -71,7 +71,7 @@ impl Drift {
     }
 
     /// Records that a body has moved by `way_m` in the current step.
-    pub fn moves(&mut self, way_m: f32) {
+    pub fn record_move(&mut self, way_m: f32) {
         if way_m > self.step_m {
             self.total_m += f64::from(way_m - self.step_m);
             self.step_m = way_m;
@@ -79,15 +79,15 @@ impl Drift {
     }
 
     /// Records that a body was placed elsewhere, which invalidates the cached distances of all bodies.
-    pub fn jumps(&mut self, size: Vec2) {
+    pub fn record_jump(&mut self, size: Vec2) {
         self.total_m += f64::from(size.x + size.y);
     }
 }
 
 impl Floor {
     /// Checks whether another body may be within reach of a robot's center. Searches only if the cache does not exclude it.
-    pub(super) fn may_meet(&self, robot: RobotId, reach_m: f32) -> bool {
-        if self.is_alone(robot, reach_m) {
+    pub(super) fn may_have_neighbor(&self, robot: RobotId, reach_m: f32) -> bool {
+        if self.has_no_neighbor(robot, reach_m) {
             return false;
         }
         let body = &self.robots[robot.index()];
@@ -99,11 +99,11 @@ impl Floor {
         let nearest_m = squared.fold(far_m * far_m, f32::min).sqrt();
         let known_m = f64::from(nearest_m) + 2.0 * self.drift.total_m;
         body.vicinity.others_m.set(known_m);
-        !self.is_alone(robot, reach_m)
+        !self.has_no_neighbor(robot, reach_m)
     }
 
     /// Checks whether the cache excludes other bodies within reach of a robot's center.
-    pub(super) fn is_alone(&self, robot: RobotId, reach_m: f32) -> bool {
+    pub(super) fn has_no_neighbor(&self, robot: RobotId, reach_m: f32) -> bool {
         let known_m = self.robots[robot.index()].vicinity.others_m.get();
         let apart_m = known_m - 2.0 * self.drift.total_m;
         apart_m > f64::from(reach_m + self.body.radius_m + ROUNDING_M)

@@ -37,17 +37,17 @@ pub enum Outline {
 
 /// The contact of a ray or a moving body with a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Stop {
+pub(super) struct RayContact {
     /// The free way up to the contact, m.
-    pub way_m: f32,
+    pub distance_m: f32,
     /// The outward unit normal of the surface.
     pub normal: Vec2,
 }
 
-impl Stop {
+impl RayContact {
     pub fn nearer(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         match (a, b) {
-            (Some(a), Some(b)) => Some(if b.way_m < a.way_m { b } else { a }),
+            (Some(a), Some(b)) => Some(if b.distance_m < a.distance_m { b } else { a }),
             (a, b) => a.or(b),
         }
     }
@@ -55,7 +55,7 @@ impl Stop {
 
 impl Outline {
     /// Checks bounding boxes: `true` only if no point of the outline is within `reach_m`.
-    pub(super) fn is_beyond(&self, point: Vec2, reach_m: f32) -> bool {
+    pub(super) fn is_out_of_reach(&self, point: Vec2, reach_m: f32) -> bool {
         match *self {
             Self::Disc { center, radius_m } => {
                 (point - center).abs().max_element() > reach_m + radius_m
@@ -122,7 +122,7 @@ impl Outline {
         direction: Vec2,
         max_m: f32,
         margin_m: f32,
-    ) -> Option<Stop> {
+    ) -> Option<RayContact> {
         // Most rays pass by a disc.
         if let Self::Disc { center, radius_m } = *self
             && is_clear_of(center - origin, direction, radius_m + margin_m, max_m)
@@ -132,10 +132,13 @@ impl Outline {
         self.hit(origin, direction, max_m, margin_m)
     }
 
-    fn hit(&self, origin: Vec2, direction: Vec2, max_m: f32, margin_m: f32) -> Option<Stop> {
+    fn hit(&self, origin: Vec2, direction: Vec2, max_m: f32, margin_m: f32) -> Option<RayContact> {
         let (distance, normal) = self.surface(origin);
         if distance <= margin_m {
-            return Some(Stop { way_m: 0.0, normal });
+            return Some(RayContact {
+                distance_m: 0.0,
+                normal,
+            });
         }
         let ray = Ray::new(origin, direction);
         let way_m = match *self {
@@ -163,7 +166,10 @@ impl Outline {
             Self::Bar(bar) => bar.cast(&ray, max_m, margin_m)?,
         };
         let (_, normal) = self.surface(ray.point_at(way_m));
-        Some(Stop { way_m, normal })
+        Some(RayContact {
+            distance_m: way_m,
+            normal,
+        })
     }
 
     /// Returns the contact at which a moving disc must stop, [`SKIN_M`] short of the outline; `None` if it can move by `max_m`.
@@ -178,8 +184,8 @@ impl Outline {
         radius_m: f32,
         direction: Vec2,
         max_m: f32,
-    ) -> Option<Stop> {
-        if self.is_beyond(center, max_m + radius_m + SKIN_M) {
+    ) -> Option<RayContact> {
+        if self.is_out_of_reach(center, max_m + radius_m + SKIN_M) {
             return None;
         }
         let approach = -direction.dot(self.surface(center).1);

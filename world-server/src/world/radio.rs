@@ -5,7 +5,7 @@ use scenario::ids::RobotId;
 
 use super::Floor;
 use super::grid::Grid;
-use crate::barrier::Air;
+use crate::barrier::RadioReach;
 
 /// The largest relative rounding error of a distance.
 const ROUNDING: f32 = 1e-5;
@@ -36,8 +36,8 @@ impl RadioRange {
 }
 
 /// Broadcasts reach every robot within the scenario's range, or every robot if there is no range.
-impl Air for Floor {
-    fn for_each_hearer(&self, sender: RobotId, mut receive: impl FnMut(RobotId)) {
+impl RadioReach for Floor {
+    fn for_each_receiver(&self, sender: RobotId, mut receive: impl FnMut(RobotId)) {
         let Some(range) = &self.range else {
             let ranks = 0..self.robots.len() as u16;
             return ranks.map(RobotId).for_each(receive);
@@ -94,7 +94,7 @@ mod tests {
 
     fn receivers(world: &World, sender: u16) -> BTreeSet<RobotId> {
         let mut receivers = Vec::new();
-        world.for_each_hearer(RobotId(sender), |receiver| receivers.push(receiver));
+        world.for_each_receiver(RobotId(sender), |receiver| receivers.push(receiver));
         let distinct: BTreeSet<RobotId> = receivers.iter().copied().collect();
         assert_eq!(receivers.len(), distinct.len());
         distinct

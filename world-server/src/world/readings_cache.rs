@@ -14,12 +14,12 @@ use super::neighbor_cache::ROUNDING_M;
 
 /// True if the latest readings of a robot still hold; false before the first reading.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Unchanged(Cell<bool>);
+pub(super) struct ReadingsCache(Cell<bool>);
 
-impl Unchanged {
+impl ReadingsCache {
     /// Invalidates the latest readings of the robot.
     #[inline]
-    pub fn end(&self) {
+    pub fn invalidate(&self) {
         self.0.set(false);
     }
 }
@@ -28,37 +28,37 @@ impl Floor {
     /// Checks whether the readings of the last [`World::sense`](super::World::sense) call certainly still hold.
     #[must_use]
     #[inline]
-    pub fn senses_the_same(&self, robot: RobotId) -> bool {
+    pub fn readings_are_valid(&self, robot: RobotId) -> bool {
         self.robots[robot.index()].unchanged.0.get()
     }
 
     /// Records that a robot has read its sensors. `lasts` is true if the readings hold until a function below is called.
     #[inline]
-    pub(super) fn sensed(&self, robot: RobotId, lasts: bool) {
+    pub(super) fn set_readings_valid(&self, robot: RobotId, lasts: bool) {
         self.robots[robot.index()].unchanged.0.set(lasts);
     }
 
     /// Invalidates the readings of a robot.
     #[inline]
-    pub fn changed(&self, robot: RobotId) {
-        self.robots[robot.index()].unchanged.end();
+    pub fn invalidate_readings(&self, robot: RobotId) {
+        self.robots[robot.index()].unchanged.invalidate();
     }
 
     /// Invalidates the readings of all robots within `reach_m` of a place.
-    pub fn changed_near(&self, at: Vec2, reach_m: f32) {
+    pub fn invalidate_readings_near(&self, at: Vec2, reach_m: f32) {
         let near = self.bodies.near(at, reach_m + ROUNDING_M);
-        near.for_each(|(rank, _)| self.robots[rank].unchanged.end());
+        near.for_each(|(rank, _)| self.robots[rank].unchanged.invalidate());
     }
 
     /// Invalidates the readings near a place where a body appeared, disappeared or moved by `way_m`, m.
-    pub(super) fn disturbed(&self, at: Vec2, way_m: f32) {
-        self.changed_near(at, self.near_m() + self.body.radius_m + way_m);
+    pub(super) fn invalidate_readings_around_body(&self, at: Vec2, way_m: f32) {
+        self.invalidate_readings_near(at, self.near_m() + self.body.radius_m + way_m);
     }
 
     /// Invalidates the readings of all robots.
-    pub(super) fn all_changed(&self) {
+    pub(super) fn invalidate_all_readings(&self) {
         for robot in &self.robots {
-            robot.unchanged.end();
+            robot.unchanged.invalidate();
         }
     }
 }

@@ -6,7 +6,7 @@ use scenario::ids::RobotId;
 
 use super::floor::Robot;
 use super::motion::bearing;
-use super::outline::Stop;
+use super::outline::RayContact;
 use super::{Floor, SKIN_M};
 
 impl Floor {
@@ -14,7 +14,7 @@ impl Floor {
     pub(super) fn look(&self, robot: RobotId, readings: &mut Readings) {
         let body = &self.robots[robot.index()];
         let position = body.position();
-        let alone = !self.may_meet(robot, self.near_m());
+        let alone = !self.may_have_neighbor(robot, self.near_m());
         readings.pose = Some(body.component.pose);
         readings.front_border = Some(self.border(position, body.ahead));
         readings.side_border = body
@@ -48,8 +48,8 @@ impl Floor {
         }
         let walls = self.space.walls_near(position, reach_m);
         let stops = walls.map(|wall| wall.cast_ray(position, direction, reach_m, 0.0));
-        let stop = stops.fold(None, Stop::nearer)?;
-        Some((stop.way_m - self.body.radius_m).max(0.0))
+        let stop = stops.fold(None, RayContact::nearer)?;
+        Some((stop.distance_m - self.body.radius_m).max(0.0))
     }
 
     /// Writes the contacts to `proximity`, whose beams are all free before. `alone` means that no other body is near.
@@ -64,10 +64,10 @@ impl Floor {
         if alone && self.space.is_open(center, reach_m) {
             return;
         }
-        let others = (!alone).then(|| self.solid_teammates(robot, center, reach_m));
+        let others = (!alone).then(|| self.solid_neighbors(robot, center, reach_m));
         let solids = self.space.solids_near(center, reach_m);
         let solids = solids.chain(others.into_iter().flatten());
-        let solids = solids.filter(|solid| !solid.is_beyond(center, reach_m));
+        let solids = solids.filter(|solid| !solid.is_out_of_reach(center, reach_m));
 
         let mut middle = None;
         // Other beams are rays from the hull: ahead from its sides, sideways from its front, center and rear.
@@ -77,9 +77,9 @@ impl Floor {
         let mut left_stops = [None; 3];
         let mut right_stops = [None; 3];
         for solid in solids {
-            middle = Stop::nearer(middle, solid.sweep(center, radius_m, ahead, range_m));
-            let cast = |stop: &mut Option<Stop>, from: Vec2, direction: Vec2| {
-                *stop = Stop::nearer(
+            middle = RayContact::nearer(middle, solid.sweep(center, radius_m, ahead, range_m));
+            let cast = |stop: &mut Option<RayContact>, from: Vec2, direction: Vec2| {
+                *stop = RayContact::nearer(
                     *stop,
                     solid.cast_ray(center + from, direction, radius_m + range_m, 0.0),
                 );
@@ -93,9 +93,9 @@ impl Floor {
             }
         }
 
-        let hit = |stop: Option<Stop>, before_edge_m: f32| {
+        let hit = |stop: Option<RayContact>, before_edge_m: f32| {
             stop.map(|stop| Hit {
-                distance_m: (stop.way_m - before_edge_m).max(0.0),
+                distance_m: (stop.distance_m - before_edge_m).max(0.0),
                 normal_rad: bearing(ahead, stop.normal),
             })
         };

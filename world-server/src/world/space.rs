@@ -89,7 +89,7 @@ impl Space {
 
     pub fn walls_near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = Outline> + use<> {
         let walls = self.walls().into_iter();
-        walls.filter(move |wall| !wall.is_beyond(point, reach_m))
+        walls.filter(move |wall| !wall.is_out_of_reach(point, reach_m))
     }
 
     /// Returns everything solid: the border, the solid rectangles and the bars.
@@ -103,11 +103,15 @@ impl Space {
     pub fn solids_near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = Outline> + '_ {
         let bars = self.bars.near(point, reach_m);
         let bars = bars.map(|(_, bar)| Outline::Bar(bar));
-        self.still_near(point, reach_m).chain(bars)
+        self.fixed_solids_near(point, reach_m).chain(bars)
     }
 
     /// Returns the same as [`Space::solids_near`], without the bars, which bodies can push.
-    pub fn still_near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = Outline> + '_ {
+    pub fn fixed_solids_near(
+        &self,
+        point: Vec2,
+        reach_m: f32,
+    ) -> impl Iterator<Item = Outline> + '_ {
         let walls = self.walls_near(point, reach_m);
         walls.chain(self.solid_rectangles())
     }
@@ -141,13 +145,13 @@ impl Space {
         self.fits(item, item_radius_m, 0.0)
             && (stands(item)
                 || distances.into_iter().any(|distance| {
-                    around(0.0).any(|direction| stands(item + direction * distance))
+                    directions_around(0.0).any(|direction| stands(item + direction * distance))
                 }))
     }
 }
 
 /// Returns unit vectors in all directions: first the heading, then alternately left and right of it.
-pub fn around(heading_rad: f32) -> impl Iterator<Item = Vec2> {
+pub fn directions_around(heading_rad: f32) -> impl Iterator<Item = Vec2> {
     (0..DIRECTIONS).map(move |index| {
         let turns = if index % 2 == 0 {
             -index / 2
@@ -168,7 +172,7 @@ pub(super) fn nearest_place(
     const RING_M: f32 = 0.1;
     let rings = ((size.x + size.y) / RING_M) as u32;
     let mut places = (0..=rings).flat_map(|ring| {
-        around(0.0).map(move |direction| center + direction * (ring as f32 * RING_M))
+        directions_around(0.0).map(move |direction| center + direction * (ring as f32 * RING_M))
     });
     places.find(|place| will_do(*place))
 }

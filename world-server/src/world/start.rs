@@ -7,7 +7,7 @@ use proto::readings::Pose;
 use scenario::Scenario;
 use scenario::ids::RobotId;
 
-use super::motion::wrapped;
+use super::motion::wrap_angle;
 use super::space::Space;
 use super::{Bar, Penetrability, SKIN_M};
 
@@ -31,7 +31,7 @@ pub enum StartError {
 impl StartError {
     /// Returns the message with the robot's key and name in the scenario, and a remedy.
     #[must_use]
-    pub fn of(self, scenario: &Scenario) -> String {
+    pub fn describe(self, scenario: &Scenario) -> String {
         let (rank, what, remedy) = match self {
             Self::Taken(robot) => (
                 robot.index(),
@@ -80,7 +80,7 @@ pub fn start_poses(
         }
         poses[rank] = Some(Pose {
             position,
-            heading_rad: wrapped(start.heading_deg.to_radians()),
+            heading_rad: wrap_angle(start.heading_deg.to_radians()),
         });
     }
 

@@ -6,11 +6,11 @@ use run_log::recorder::{Event, EventKind};
 
 /// The events of one world step, in order.
 #[derive(Debug, Default)]
-pub struct Happened(Vec<Event>);
+pub struct StepEvents(Vec<Event>);
 
-impl Happened {
+impl StepEvents {
     /// Adds a mission event with the `kind` of events.csv and returns it. Its subject, reason and detail are empty.
-    pub fn tell(&mut self, kind: &'static str, robot: Option<RobotId>) -> &mut Event {
+    pub fn push_mission_event(&mut self, kind: &'static str, robot: Option<RobotId>) -> &mut Event {
         self.add(Event::new(EventKind::Mission(kind), robot))
     }
 

@@ -22,7 +22,7 @@ use super::well_known::stamp;
 
 /// Event kinds that `/log` records as warnings.
 const WARNINGS: [EventKind; 7] = [
-    EventKind::Gone,
+    EventKind::AgentLost,
     EventKind::Stalled,
     EventKind::Lost,
     EventKind::EnergyOut,

@@ -231,7 +231,7 @@ impl Plan {
 pub fn setup(scenario: &toml::Table, seed: u64) -> anyhow::Result<Setup> {
     let scenario = Scenario::from_table(scenario, &vocabulary())?;
     let worlds = Registry::of_this_program().worlds();
-    worlds.of(&scenario)?.start_poses(&scenario)?;
+    worlds.find(&scenario)?.start_poses(&scenario)?;
     Ok(Setup::resolve(scenario, seed, None)?.setup)
 }
 

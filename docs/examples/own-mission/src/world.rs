@@ -36,20 +36,20 @@ impl Visit {
 }
 
 impl TypedMission for Visit {
-    type Sensed = Felt;
-    type Deed = Touch;
+    type Reading = Felt;
+    type Action = Touch;
 
     fn new(setup: &Setup, _: &Floor) -> Self {
         let section = setup.scenario.section::<VisitSection>().clone();
         Self { visited: vec![false; section.places.len()], section }
     }
 
-    fn act(&mut self, robot: RobotId, Touch(place): Touch, floor: &mut Floor, happened: &mut Happened) {
+    fn act(&mut self, robot: RobotId, Touch(place): Touch, floor: &mut Floor, happened: &mut StepEvents) {
         if self.left_within_reach(robot, floor) == Some(place) {
             self.visited[place] = true;
-            happened.tell("visited", Some(robot)).subject = self.section.places[place].name.clone();
+            happened.push_mission_event("visited", Some(robot)).subject = self.section.places[place].name.clone();
             // Robots near the place get a different sensor reading from now on.
-            floor.changed_near(self.section.at(place), self.section.reach_m);
+            floor.invalidate_readings_near(self.section.at(place), self.section.reach_m);
         }
     }
 
@@ -66,7 +66,7 @@ impl TypedMission for Visit {
         let near: Vec<usize> = (0..self.visited.len()).filter(is_near).collect();
         for &place in &near {
             self.visited[place] = true;
-            floor.changed_near(self.section.at(place), self.section.reach_m);
+            floor.invalidate_readings_near(self.section.at(place), self.section.reach_m);
         }
         Some(Ok(format!("{} places", near.len())))
     }

@@ -18,7 +18,7 @@ use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
 use serde::Serialize;
-use world_server::mission::{FigureValue, Happened, Target, TeamFigures, TypedMission, Validity};
+use world_server::mission::{FigureValue, StepEvents, Target, TeamFigures, TypedMission, Validity};
 use world_server::world::Floor;
 
 use super::bus::{Seen, Sensed, Watch as Look};
@@ -64,8 +64,8 @@ impl Observe {
 }
 
 impl TypedMission for Observe {
-    type Sensed = Sensed;
-    type Deed = Look;
+    type Reading = Sensed;
+    type Action = Look;
 
     fn new(setup: &Setup, floor: &Floor) -> Self {
         let scenario = &setup.scenario;
@@ -93,15 +93,15 @@ impl TypedMission for Observe {
             .collect()
     }
 
-    fn begin(&mut self, floor: &mut Floor, _: &mut Happened) {
+    fn begin(&mut self, floor: &mut Floor, _: &mut StepEvents) {
         self.targets.step(floor.now());
     }
 
-    fn act(&mut self, robot: RobotId, _: Look, _: &mut Floor, _: &mut Happened) {
+    fn act(&mut self, robot: RobotId, _: Look, _: &mut Floor, _: &mut StepEvents) {
         self.watch.look(robot);
     }
 
-    fn settle(&mut self, floor: &mut Floor, happened: &mut Happened) {
+    fn settle(&mut self, floor: &mut Floor, happened: &mut StepEvents) {
         self.watch.settle(&self.targets, floor, happened);
     }
 

@@ -157,7 +157,7 @@ fn only_a_robot_that_looks_observes() {
     let mut world = still(["", "absent = true"]);
     let step = |world: &mut World, commands: [Option<Actuation>; 2]| {
         let events = world.step(&commands);
-        world.mission().holds(world).unwrap();
+        world.mission().check_invariants(world).unwrap();
         let of = |kind: &str| {
             events
                 .iter()

@@ -3,7 +3,7 @@
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use serde::{Serialize, Serializer};
-use world_server::mission::{FigureValue, Happened, TeamFigures};
+use world_server::mission::{FigureValue, StepEvents, TeamFigures};
 use world_server::world::Floor;
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
@@ -90,7 +90,7 @@ impl Watch {
     }
 
     /// Determines the observed targets after all motion of a step, and records events.
-    pub fn settle(&mut self, targets: &Targets, floor: &Floor, happened: &mut Happened) {
+    pub fn settle(&mut self, targets: &Targets, floor: &Floor, happened: &mut StepEvents) {
         std::mem::swap(&mut self.before, &mut self.seen_by);
         std::mem::swap(&mut self.looked, &mut self.looks);
         self.looks.fill(false);
@@ -125,7 +125,7 @@ impl Watch {
                 _ => continue,
             };
             let at = targets.at(number);
-            let event = happened.tell(kind, Some(robot));
+            let event = happened.push_mission_event(kind, Some(robot));
             event.subject = format!("t{number}");
             event.detail = format!("at {:.3} {:.3}", at.x, at.y);
         }

@@ -103,7 +103,9 @@ impl Pusher {
     fn miss(&mut self, position: Vec2) {
         let section = Arc::clone(&self.section);
         for known in &mut self.known {
-            let way_m = section.outline(&known.told.pose).way_to_point(position);
+            let way_m = section
+                .outline(&known.told.pose)
+                .distance_to_point(position);
             if way_m >= section.sight_m - CERTAIN_M || known.has_arrived {
                 continue;
             }

@@ -52,7 +52,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         {
             let min = glam::Vec2::new(obstacle.x_m, obstacle.y_m);
             let max = min + glam::Vec2::new(obstacle.width_m, obstacle.height_m);
-            if outline.way_to(&Outline::Rectangle { min, max }) < LEAST_M {
+            if outline.distance_to(&Outline::Rectangle { min, max }) < LEAST_M {
                 let what = "a bar overlaps an obstacle";
                 return Err(Problem::at(at, what, "move one of them"));
             }
@@ -121,7 +121,7 @@ fn apart(section: &PushSection, at: &KeyPath) -> Result<(), Problem> {
         let next = bars[place + 1..].iter();
         let near = next.take_while(|(_, other)| other.from.x - bar.from.x <= near_m);
         for (other, outline) in near {
-            if bar.way_to(&Outline::Bar(*outline)) < LEAST_M {
+            if bar.distance_to(&Outline::Bar(*outline)) < LEAST_M {
                 let (first, second) = (index.min(other), index.max(other));
                 let what = format!("it overlaps bars[{first}]");
                 let at = at.key("bars").index(*second);

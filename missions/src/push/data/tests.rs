@@ -125,7 +125,7 @@ fn the_family_is_valid_in_every_size() {
             assert_eq!(PushSection::of(&scenario).bars.len(), bars);
             Registry::built_in()
                 .worlds()
-                .of(&scenario)
+                .find(&scenario)
                 .unwrap()
                 .start_poses(&scenario)
                 .unwrap();

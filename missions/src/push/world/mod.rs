@@ -26,7 +26,7 @@ use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
 use serde::Serialize;
-use world_server::mission::{FigureValue, Happened, TeamFigures, TypedMission, Validity};
+use world_server::mission::{FigureValue, StepEvents, TeamFigures, TypedMission, Validity};
 use world_server::world::{Bar, ChangeError, Floor, Push, SKIN_M};
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -137,7 +137,7 @@ impl Pushed {
                 holder = Some((center, seen.x));
             }
         }
-        let way_m = push.way_m * contact.share;
+        let way_m = push.remaining_m * contact.share;
         let contact = *contact;
         move |share| {
             let mut to = turned(&pose, &contact, pivot_m, way_m * share);
@@ -158,7 +158,7 @@ impl Pushed {
         push: &Push,
         contact: &Contact,
         floor: &mut Floor,
-        happened: &mut Happened,
+        happened: &mut StepEvents,
     ) -> Result<f32, Slip> {
         let bar = &self.bars[push.bar];
         if floor.now() < bar.stuck_until {
@@ -180,7 +180,7 @@ impl Pushed {
         if is_over && !bar.has_arrived {
             bar.has_arrived = true;
             self.log.arrived(floor.now());
-            let event = happened.tell("arrived", Some(push.robot));
+            let event = happened.push_mission_event("arrived", Some(push.robot));
             event.subject = section.name_of(push.bar, None);
         }
         let robot = &mut self.robots[push.robot.index()];
@@ -202,14 +202,14 @@ impl Pushed {
                 moved_m,
             });
         }
-        Ok(push.way_m * share)
+        Ok(push.remaining_m * share)
     }
 
-    fn ends_push(&mut self, robot: RobotId, happened: &mut Happened) {
+    fn ends_push(&mut self, robot: RobotId, happened: &mut StepEvents) {
         let ended = self.robots[robot.index()].push.take();
         if let Some(CurrentPush { bar, end, moved_m }) = ended {
             self.log.pushed(robot, bar, end, moved_m);
-            let event = happened.tell("pushed", Some(robot));
+            let event = happened.push_mission_event("pushed", Some(robot));
             event.subject = self.section.name_of(bar, Some(end));
             event.detail = format!("{moved_m:.3} m");
         }
@@ -219,7 +219,7 @@ impl Pushed {
         let section = &self.section;
         let position = floor.pose(robot).position;
         let near = floor.bars_near(position, section.sight_m);
-        let ways = near.map(|(index, bar)| (bar.way_to_point(position), index));
+        let ways = near.map(|(index, bar)| (bar.distance_to_point(position), index));
         let in_sight = ways.filter(|(way_m, _)| *way_m <= section.sight_m);
         let (_, bar) = in_sight.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))?;
         let pose = &self.bars[bar].pose;
@@ -255,8 +255,8 @@ impl Pushed {
 }
 
 impl TypedMission for Pushed {
-    type Sensed = Sensed;
-    type Deed = Deed;
+    type Reading = Sensed;
+    type Action = Deed;
 
     fn new(setup: &Setup, floor: &Floor) -> Self {
         let section = Arc::new(PushSection::of(&setup.scenario).clone());
@@ -282,11 +282,11 @@ impl TypedMission for Pushed {
         bars.map(|bar| section.outline(&bar.pose())).collect()
     }
 
-    fn act(&mut self, _: RobotId, deed: Deed, _: &mut Floor, _: &mut Happened) {
+    fn act(&mut self, _: RobotId, deed: Deed, _: &mut Floor, _: &mut StepEvents) {
         match deed {}
     }
 
-    fn give_way(&mut self, push: &Push, floor: &mut Floor, happened: &mut Happened) -> f32 {
+    fn give_way(&mut self, push: &Push, floor: &mut Floor, happened: &mut StepEvents) -> f32 {
         let pose = self.bars[push.bar].pose;
         let (center, ahead) = (floor.pose(push.robot).position, floor.ahead(push.robot));
         let Some(contact) = contact(&pose, self.section.length_m, center, ahead) else {
@@ -297,7 +297,7 @@ impl TypedMission for Pushed {
             let robot = &mut self.robots[push.robot.index()];
             robot.slips_now = true;
             if !robot.slips {
-                let event = happened.tell("slipped", Some(push.robot));
+                let event = happened.push_mission_event("slipped", Some(push.robot));
                 event.subject = self.section.name_of(push.bar, None);
                 event.reason = slip.name().to_owned();
             }
@@ -305,7 +305,7 @@ impl TypedMission for Pushed {
         })
     }
 
-    fn settle(&mut self, _: &mut Floor, happened: &mut Happened) {
+    fn settle(&mut self, _: &mut Floor, happened: &mut StepEvents) {
         for rank in 0..self.robots.len() {
             let robot = &mut self.robots[rank];
             let pushes = std::mem::take(&mut robot.pushes_now);
@@ -323,7 +323,7 @@ impl TypedMission for Pushed {
         let mut near = floor.bars_near(position, hull_m);
         let sensed = Sensed {
             bar: Some(self.in_sight(robot, floor)),
-            touch: Some(near.any(|(_, bar)| bar.way_to_point(position) <= hull_m)),
+            touch: Some(near.any(|(_, bar)| bar.distance_to_point(position) <= hull_m)),
         };
         (sensed, Validity::UntilChange)
     }
@@ -339,7 +339,7 @@ impl TypedMission for Pushed {
         let near = Vec2::new(number("x_m") as f32, number("y_m") as f32);
         let bars = floor.bars().iter().enumerate();
         let nearest = bars.min_by(|(_, a), (_, b)| {
-            let way = |bar: &Bar| bar.way_to_point(near);
+            let way = |bar: &Bar| bar.distance_to_point(near);
             way(a).total_cmp(&way(b))
         });
         let (bar, _) = nearest?;
@@ -450,7 +450,7 @@ impl TypedMission for Pushed {
             }
             let reach_m = section.length_m / 2.0 + section.half_width_m + radius_m;
             for (robot, center) in floor.bodies_near(bar.pose.position, reach_m) {
-                let deep_m = radius_m - outline.way_to_point(center);
+                let deep_m = radius_m - outline.distance_to_point(center);
                 if deep_m > ROUNDING_M {
                     return Err(format!("{robot} overlaps {name} by {deep_m} m"));
                 }

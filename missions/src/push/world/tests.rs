@@ -45,7 +45,7 @@ fn drive(world: &mut World, robots: &[usize], steps: usize) -> Vec<(String, Stri
                 events.push((kind.to_owned(), event.reason));
             }
         }
-        world.mission().holds(world).unwrap();
+        world.mission().check_invariants(world).unwrap();
     }
     events
 }
@@ -279,7 +279,7 @@ proptest! {
             }).collect();
             for _ in 0..5 {
                 world.step(&commands);
-                if let Err(violation) = world.mission().holds(&world) {
+                if let Err(violation) = world.mission().check_invariants(&world) {
                     prop_assert!(false, "{violation}");
                 }
             }

@@ -4,7 +4,7 @@ use proto::mission::SensorReading as Encoded;
 use proto::view::View;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
-use world_server::mission::{Happened, TeamFigures};
+use world_server::mission::{StepEvents, TeamFigures};
 
 use super::points::{Change, Points};
 use crate::service::bus::Sensed;
@@ -48,7 +48,7 @@ impl Log {
         change: Change,
         robot: Option<RobotId>,
         now: SimTime,
-        happened: &mut Happened,
+        happened: &mut StepEvents,
     ) {
         let (work_s, arrived) = points.work_and_arrival(point);
         let response = now.since(arrived);
@@ -57,7 +57,7 @@ impl Log {
             Change::Done => ("done", format!("after {:.3} s", response.as_secs_f64())),
             Change::Expired => ("expired", String::new()),
         };
-        let event = happened.tell(kind, robot);
+        let event = happened.push_mission_event(kind, robot);
         event.subject = format!("p{point}");
         event.detail = detail;
         if change == Change::Done {

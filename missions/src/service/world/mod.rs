@@ -22,7 +22,7 @@ use scenario::ids::{RobotId, TaskId};
 use scenario::rng::{Purpose, robot_stream};
 use scenario::time::SimTime;
 use serde::Serialize;
-use world_server::mission::{FigureValue, Happened, TeamFigures, TypedMission, Validity};
+use world_server::mission::{FigureValue, StepEvents, TeamFigures, TypedMission, Validity};
 use world_server::world::{ChangeError, Floor};
 
 use super::bus::{Deed, Fact, SENSED_MOST, Sensed};
@@ -99,7 +99,7 @@ impl Constants {
 
 impl Service {
     /// Logs and announces a change of a point.
-    fn changed(&mut self, point: u16, change: Change, floor: &Floor, happened: &mut Happened) {
+    fn changed(&mut self, point: u16, change: Change, floor: &Floor, happened: &mut StepEvents) {
         let now = floor.now();
         self.log
             .add(&self.points, point, change, None, now, happened);
@@ -112,16 +112,19 @@ impl Service {
             KnownTo::All => {
                 self.board.write(point);
                 let robots = (0..floor.robot_count() as u16).map(RobotId);
-                robots.for_each(|robot| floor.changed(robot));
+                robots.for_each(|robot| floor.invalidate_readings(robot));
             }
             KnownTo::Sight => {
-                floor.changed_near(self.points.at(point), self.constants.section.sight_m);
+                floor.invalidate_readings_near(
+                    self.points.at(point),
+                    self.constants.section.sight_m,
+                );
             }
         }
     }
 
     /// Lets a robot work on a point, if it is within reach and has the skill.
-    fn work(&mut self, robot: RobotId, point: u16, floor: &mut Floor, happened: &mut Happened) {
+    fn work(&mut self, robot: RobotId, point: u16, floor: &mut Floor, happened: &mut StepEvents) {
         let constants = Arc::clone(&self.constants);
         let Some(kind) = self.points.open_kind(point) else {
             return;
@@ -146,14 +149,14 @@ impl Service {
         worker.works = Some(point);
         let is_new = worker.worked != Some(point);
         if is_new {
-            happened.tell("begun", Some(robot)).subject = format!("p{point}");
+            happened.push_mission_event("begun", Some(robot)).subject = format!("p{point}");
         }
         if self.points.is_untouched(point) {
             let (_, arrived) = self.points.work_and_arrival(point);
             self.log.waited(floor.now().since(arrived));
         }
         let quarters = self.points.quarters_left(point);
-        let skill = skill * floor.use_skill(robot, &spec.name);
+        let skill = skill * floor.apply_skill(robot, &spec.name);
         let work_s = skill * constants.step_s;
         let is_done = if spec.kept {
             self.points.take_off(point, work_s)
@@ -174,7 +177,7 @@ impl Service {
         } else if self.points.quarters_left(point) != quarters
             && constants.section.known == KnownTo::Sight
         {
-            floor.changed_near(self.points.at(point), constants.section.sight_m);
+            floor.invalidate_readings_near(self.points.at(point), constants.section.sight_m);
         }
     }
 
@@ -198,8 +201,8 @@ impl Service {
 }
 
 impl TypedMission for Service {
-    type Sensed = Sensed;
-    type Deed = Deed;
+    type Reading = Sensed;
+    type Action = Deed;
 
     fn new(setup: &Setup, floor: &Floor) -> Self {
         let constants = Arc::new(Constants::new(setup));
@@ -218,17 +221,17 @@ impl TypedMission for Service {
         }
     }
 
-    fn begin(&mut self, floor: &mut Floor, happened: &mut Happened) {
+    fn begin(&mut self, floor: &mut Floor, happened: &mut StepEvents) {
         while let Some((point, change)) = self.points.next_change(floor.now()) {
             self.changed(point, change, floor, happened);
         }
     }
 
-    fn act(&mut self, robot: RobotId, deed: Deed, floor: &mut Floor, happened: &mut Happened) {
+    fn act(&mut self, robot: RobotId, deed: Deed, floor: &mut Floor, happened: &mut StepEvents) {
         let reader = &mut self.robots[robot.index()];
         if let Some(read) = deed.read.filter(|read| *read > reader.read) {
             reader.read = read.min(self.board.latest());
-            floor.changed(robot);
+            floor.invalidate_readings(robot);
         }
         if let Some(point) = deed.work {
             self.work(robot, point, floor, happened);
@@ -236,7 +239,7 @@ impl TypedMission for Service {
     }
 
     /// Records a robot that has stopped working as leaving, unless the point is over.
-    fn settle(&mut self, floor: &mut Floor, happened: &mut Happened) {
+    fn settle(&mut self, floor: &mut Floor, happened: &mut StepEvents) {
         for rank in 0..self.robots.len() {
             let robot = RobotId(rank as u16);
             self.log.moved(robot, floor.speed_m_s(robot));
@@ -244,13 +247,13 @@ impl TypedMission for Service {
             let (before, now) = (worker.worked, worker.works.take());
             worker.worked = now;
             if before != now {
-                floor.changed(robot);
+                floor.invalidate_readings(robot);
             }
             let Some(left) = before.filter(|before| Some(*before) != now) else {
                 continue;
             };
             if let Some(kind) = self.points.open_kind(left) {
-                happened.tell("left", Some(robot)).subject = format!("p{left}");
+                happened.push_mission_event("left", Some(robot)).subject = format!("p{left}");
                 if !self.constants.section.kinds[kind].kept {
                     self.points.start_over(left);
                 }
@@ -285,9 +288,9 @@ impl TypedMission for Service {
     }
 
     /// Resets the board position: the next incarnation of the robot has read nothing.
-    fn lose(&mut self, robot: RobotId, floor: &mut Floor, _: &mut Happened) {
+    fn lose(&mut self, robot: RobotId, floor: &mut Floor, _: &mut StepEvents) {
         self.robots[robot.index()].read = 0;
-        floor.changed(robot);
+        floor.invalidate_readings(robot);
     }
 
     /// Adds a point now, at the nearest place at which a robot can stand.

@@ -68,7 +68,7 @@ fn does(action: Deed) -> Option<Actuation> {
 fn step(world: &mut World, commands: [Option<Actuation>; 2]) -> Vec<String> {
     let now = world.now();
     let events = world.step(&commands);
-    world.mission().holds(world).unwrap();
+    world.mission().check_invariants(world).unwrap();
     let text = |event: &run_log::recorder::Event| {
         let robot = event
             .robot
@@ -145,7 +145,7 @@ fn an_impaired_skill_takes_less_off() {
         robot,
         skill: skill.to_owned(),
         share,
-        has_acted: false,
+        was_used: false,
     };
     let (half, none) = (impairment(BLUE, "dust", 0.5), impairment(GOLD, "dust", 0.0));
     let mut events = Vec::new();
@@ -155,7 +155,7 @@ fn an_impaired_skill_takes_less_off() {
         let acted: Vec<bool> = world
             .impairments()
             .iter()
-            .map(|impairment| impairment.has_acted)
+            .map(|impairment| impairment.was_used)
             .collect();
         let works = world.now() <= SimTime::from_secs_f64(6.0);
         assert_eq!(acted, [works, false], "at {}", world.now());
@@ -277,7 +277,7 @@ fn each_robot_makes_its_own_attempt() {
 fn a_lost_robot_leaves_its_point() {
     let mut world = world(&(kind("garbage", 4.0, "") + &point("garbage", 0.0)));
     until(&mut world, 1.0, [works(0), None]);
-    world.lose(GOLD);
+    world.release_load(GOLD);
     assert_eq!(step(&mut world, [None, None]), ["1 left gold p0"]);
     let events = until(&mut world, 20.0, [None, works(0)]);
     assert_eq!(events, ["1.5 begun blue p0", "4 done blue p0"]);
@@ -361,7 +361,7 @@ fn the_board_is_read_in_parts_and_repeated() {
     );
     // Blue has read nothing, nor has a new incarnation of gold. A robot cannot acknowledge lines that do not exist yet.
     assert_eq!(sensed(&world, BLUE), first);
-    world.lose(GOLD);
+    world.release_load(GOLD);
     assert_eq!(sensed(&world, GOLD), first);
     step(&mut world, [reads(Some(u32::MAX)), works(3)]);
     assert_eq!(sensed(&world, GOLD).told, None);
@@ -416,7 +416,7 @@ fn a_fault_adds_a_point_while_there_are_tasks_for_it() {
         refused,
         "no task is left for it: service.spare is how many there are"
     );
-    world.mission().holds(&world).unwrap();
+    world.mission().check_invariants(&world).unwrap();
 }
 
 /// Robots see the points within sight in their own frames, nearest first.

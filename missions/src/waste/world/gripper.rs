@@ -5,25 +5,30 @@ use proto::mission::items::Gripper;
 use scenario::ids::{ItemId, RobotId};
 
 use super::{DELIVERED, DROPPED, PICK_FAILED, PICKED, RESPAWNED, Waste};
-use world_server::mission::Happened;
-use world_server::world::{Floor, SKIN_M, around};
+use world_server::mission::StepEvents;
+use world_server::world::{Floor, SKIN_M, directions_around};
 
 impl Waste {
     /// Drops the item that a robot carries, if any, in front of the robot.
-    pub(super) fn drop_carried(&mut self, robot: RobotId, floor: &Floor, happened: &mut Happened) {
+    pub(super) fn drop_carried(
+        &mut self,
+        robot: RobotId,
+        floor: &Floor,
+        happened: &mut StepEvents,
+    ) {
         let Some(item) = self.robots[robot.index()].carrying.take() else {
             return;
         };
         let at = self.drop_place(robot, floor);
         let picked_up = self.floor.items()[item.0 as usize].position;
         let delivered = self.floor.put_down(item, at);
-        floor.changed(robot);
+        floor.invalidate_readings(robot);
         self.laid(at, floor);
         let event = if delivered {
             self.robots[robot.index()].delivered += 1;
-            happened.tell(DELIVERED, Some(robot))
+            happened.push_mission_event(DELIVERED, Some(robot))
         } else {
-            let event = happened.tell(DROPPED, Some(robot));
+            let event = happened.push_mission_event(DROPPED, Some(robot));
             event.detail = format!("{} {}", at.x, at.y);
             event
         };
@@ -31,7 +36,7 @@ impl Waste {
         if delivered && let Some(back) = self.floor.bring_back(item, picked_up, floor) {
             self.taken(at, floor);
             self.laid(back, floor);
-            let event = happened.tell(RESPAWNED, Some(robot));
+            let event = happened.push_mission_event(RESPAWNED, Some(robot));
             event.subject = item.to_string();
             event.detail = format!("{} {}", back.x, back.y);
         }
@@ -42,7 +47,7 @@ impl Waste {
         robot: RobotId,
         command: Gripper,
         floor: &Floor,
-        happened: &mut Happened,
+        happened: &mut StepEvents,
     ) {
         match command {
             Gripper::Keep => {}
@@ -53,12 +58,12 @@ impl Waste {
                     let from = self.floor.items()[item.0 as usize].position;
                     self.floor.pick_up(item, robot);
                     self.robots[robot.index()].carrying = Some(item);
-                    floor.changed(robot);
+                    floor.invalidate_readings(robot);
                     self.taken(from, floor);
-                    happened.tell(PICKED, Some(robot)).subject = item.to_string();
+                    happened.push_mission_event(PICKED, Some(robot)).subject = item.to_string();
                 }
                 None => {
-                    happened.tell(PICK_FAILED, Some(robot));
+                    happened.push_mission_event(PICK_FAILED, Some(robot));
                 }
             },
         }
@@ -87,8 +92,10 @@ impl Waste {
         let body_radius_m = floor.body().radius_m;
         let item_radius_m = self.floor.item_radius_m;
         let distance_m = body_radius_m + item_radius_m + SKIN_M;
-        let places =
-            || around(pose.heading_rad).map(|direction| pose.position + direction * distance_m);
+        let places = || {
+            directions_around(pose.heading_rad)
+                .map(|direction| pose.position + direction * distance_m)
+        };
         let is_clear = |center: Vec2, radius_m: f32| {
             let least_m = body_radius_m + radius_m;
             let mut bodies = floor.bodies_near(center, least_m);

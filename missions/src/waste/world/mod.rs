@@ -29,7 +29,7 @@ use scenario::time::SimTime;
 use scenario::{Catalog, Setup};
 
 use world_server::mission::{
-    FigureValue, Happened, MissionWorld, TeamFigures, Validity, WorldMission,
+    FigureValue, MissionWorld, StepEvents, TeamFigures, Validity, WorldMission,
 };
 use world_server::world::{ChangeError, Circle, Floor};
 
@@ -98,7 +98,7 @@ fn kinds(catalog: &Catalog) -> Vec<BehaviorKind> {
 }
 
 impl WorldMission for Waste {
-    fn act(&mut self, robot: RobotId, deed: &Action, floor: &mut Floor, happened: &mut Happened) {
+    fn act(&mut self, robot: RobotId, deed: &Action, floor: &mut Floor, happened: &mut StepEvents) {
         let ItemsAction {
             gripper,
             report: report_progress,
@@ -107,7 +107,7 @@ impl WorldMission for Waste {
         if report_progress && self.floor.is_report_site(floor.pose(robot).position) {
             self.reports.add(floor.now());
             self.robots[robot.index()].reports_made += 1;
-            happened.tell(REPORTED, Some(robot));
+            happened.push_mission_event(REPORTED, Some(robot));
         }
     }
 
@@ -116,7 +116,7 @@ impl WorldMission for Waste {
         Validity::UntilChange
     }
 
-    fn lose(&mut self, robot: RobotId, floor: &mut Floor, happened: &mut Happened) {
+    fn release_load(&mut self, robot: RobotId, floor: &mut Floor, happened: &mut StepEvents) {
         self.drop_carried(robot, floor, happened);
     }
 
@@ -135,14 +135,19 @@ impl WorldMission for Waste {
         }
     }
 
-    fn settle(&mut self, _: &mut Floor, _: &mut Happened) {
+    fn settle(&mut self, _: &mut Floor, _: &mut StepEvents) {
         if let Some(foraging) = &mut self.floor.foraging {
             foraging.step();
         }
     }
 
     /// Adds errors to the waste sensor and sorts its items again. The other devices return no lengths.
-    fn mislead(&self, device: &str, sensed: &mut SensorReading, error_m: &mut dyn FnMut() -> f32) {
+    fn add_error(
+        &self,
+        device: &str,
+        sensed: &mut SensorReading,
+        error_m: &mut dyn FnMut() -> f32,
+    ) {
         if device == "waste"
             && let ItemsReading {
                 items: Some(items), ..
@@ -156,7 +161,7 @@ impl WorldMission for Waste {
         }
     }
 
-    fn disable(&self, actuator: &str, deed: &mut Action) {
+    fn remove_disabled(&self, actuator: &str, deed: &mut Action) {
         if actuator == "gripper" {
             let gripper = Gripper::Keep;
             *deed = ItemsAction {
@@ -168,7 +173,7 @@ impl WorldMission for Waste {
     }
 
     /// Checks whether a task is useful. A search always is. A load belongs to the spill where it was picked up.
-    fn is_due(&self, task: TaskId, robot: RobotId, floor: &Floor) -> bool {
+    fn has_work(&self, task: TaskId, robot: RobotId, floor: &Floor) -> bool {
         match self.kinds[task.index()] {
             BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => true,
             BehaviorKind::MoveSpill(spill) => self.floor.has_waste_of(spill, self.load(robot)),
@@ -188,7 +193,7 @@ impl WorldMission for Waste {
         self.write_row(row);
     }
 
-    fn state(&self) -> u64 {
+    fn state_hash(&self) -> u64 {
         let report = self.reports.last().map_or(u64::MAX, |time| time.0);
         // Any large odd factor distributes the bits of the time over the hash.
         self.floor.hash() ^ report.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15)
@@ -198,11 +203,11 @@ impl WorldMission for Waste {
         self.write_figures(figures);
     }
 
-    fn show(&self, floor: &Floor, view: &mut View) {
+    fn add_to_view(&self, floor: &Floor, view: &mut View) {
         self.write_view(floor.now(), view);
     }
 
-    fn holds(&self, _floor: &Floor) -> Result<(), String> {
+    fn check_invariants(&self, _floor: &Floor) -> Result<(), String> {
         for (id, item) in self.floor.items().iter().enumerate() {
             let item_id = Some(ItemId(id as u32));
             if let Some(robot) = item.carrier
@@ -232,7 +237,7 @@ impl WorldMission for Waste {
         Ok(())
     }
 
-    fn boxed(&self) -> Box<dyn WorldMission> {
+    fn clone_boxed(&self) -> Box<dyn WorldMission> {
         Box::new(self.clone())
     }
 }

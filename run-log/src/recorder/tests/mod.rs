@@ -51,8 +51,8 @@ impl OwnedTick {
         let bodies: Vec<_> = self.robots.iter().map(|(body, _)| *body).collect();
         let mut answers = Answers::new(self.robots.len());
         for (readings, report) in self.robots.iter().filter_map(|(_, answer)| answer.as_ref()) {
-            answers.readings_change(report.robot);
-            answers.take(readings, report);
+            answers.mark_readings_changed(report.robot);
+            answers.store(readings, report);
         }
         let counted: Vec<_> = self
             .robots

@@ -90,7 +90,7 @@ fn all_links() -> impl Iterator<Item = (RobotId, RobotId)> {
 fn held(links: &Links, receiver: RobotId) -> Vec<RobotId> {
     // Earlier contents are removed.
     let mut held = vec![receiver];
-    links.held(receiver, &mut held);
+    links.write_held_senders(receiver, &mut held);
     held
 }
 

@@ -24,10 +24,10 @@ fn actuator(mode: ActuatorMode) -> Fault {
 fn apply_faults(faults: &[Fault], robot: RobotId, commanded: Actuation) -> (Actuation, Vec<usize>) {
     let mut actuators = Actuators::new(&default_setup(1));
     let faults = faults.iter().enumerate();
-    actuators.begin(faults.map(|(index, fault)| (FaultIndex(index), fault)));
+    actuators.begin_tick(faults.map(|(index, fault)| (FaultIndex(index), fault)));
     let mut command = Some(commanded);
     let world = World::new(&default_setup(1), WASTE);
-    let hits = actuators.disobey(world.mission(), robot, &mut command);
+    let hits = actuators.apply_to(world.mission(), robot, &mut command);
     let hits = hits.into_iter().map(|fault| fault.0).collect();
     (command.unwrap(), hits)
 }
@@ -74,11 +74,11 @@ fn a_robot_without_power_or_that_babbles_executes_no_command() {
     let mut none = None;
     let mut actuators = Actuators::new(&default_setup(1));
     let fault = Fault::Babble("blue".to_owned());
-    actuators.begin([(FaultIndex(0), &fault)].into_iter());
+    actuators.begin_tick([(FaultIndex(0), &fault)].into_iter());
     let world = World::new(&default_setup(1), WASTE);
     assert!(
         actuators
-            .disobey(world.mission(), BLUE, &mut none)
+            .apply_to(world.mission(), BLUE, &mut none)
             .is_empty()
     );
     assert_eq!(none, None);

@@ -10,7 +10,7 @@ use crate::waste::world::WASTE;
 
 fn interruption(json: &str) -> Interruption {
     let fault = serde_json::from_str(json).unwrap();
-    Interruption::of(&fault, &default_setup(1).roster)
+    Interruption::from_fault(&fault, &default_setup(1).roster)
 }
 
 fn world() -> World {

@@ -86,7 +86,7 @@ impl CleanUp for World {
 
 fn view(world: &World) -> View {
     let mut view = View::default();
-    world.mission().show(world, &mut view);
+    world.mission().add_to_view(world, &mut view);
     view
 }
 
@@ -197,7 +197,7 @@ fn with_foraging_delivered_items_return_until_time_runs_out() {
         let place = world.items()[0].position;
         assert!(place.distance(Vec2::new(9.0, 4.5)) <= 0.3, "{place}");
         places.push(place);
-        world.mission().holds(&world).unwrap();
+        world.mission().check_invariants(&world).unwrap();
         let mut row = Vec::new();
         world.mission().row(&mut row);
         assert_eq!(row[3], FigureValue::Count(delivered));
@@ -303,7 +303,7 @@ fn tasks_are_due_according_to_the_ground_truth() {
     let setup = default_setup(1);
     let due_for = |world: &World, robot: RobotId| {
         let tasks = (0..setup.catalog.tasks.len() as u16).map(TaskId);
-        let due = tasks.filter(|task| world.mission().is_due(*task, robot, world));
+        let due = tasks.filter(|task| world.mission().has_work(*task, robot, world));
         due.map(|task| setup.catalog.task_name(task).to_owned())
             .filter(|name| name != "find-locations")
             .collect::<Vec<String>>()
@@ -389,11 +389,11 @@ fn an_item_dropped_at_a_wall_falls_beside_the_robot() {
     });
     world.step(&[gripper(Gripper::Pick)]);
     world.add_obstacle(&rectangle(3.95, 4.0, 0.5, 4.0, 0.0));
-    let at = dropped_at(&world.lose(BLUE));
+    let at = dropped_at(&world.release_load(BLUE));
     // The first direction, in steps of 22.5 degrees, in which the item clears the wall at x = 3.95.
     let angle = 45.0_f32.to_radians();
     assert_at(at, 3.7 + 0.251 * angle.cos(), 6.0 + 0.251 * angle.sin());
-    assert_eq!(world.lose(BLUE), []);
+    assert_eq!(world.release_load(BLUE), []);
 }
 
 #[test]
@@ -411,7 +411,7 @@ fn an_item_dropped_in_a_corner_stays_inside_and_reachable() {
             WasteSection::of_mut(scenario).spill_radius_m = 0.05;
         });
         world.step(&[gripper(Gripper::Pick)]);
-        let at = dropped_at(&world.lose(BLUE));
+        let at = dropped_at(&world.release_load(BLUE));
         let from_wall = at.min(Vec2::new(12.0, 9.0) - at).min_element();
         assert!(from_wall >= 0.05, "{at}");
         assert_eq!(world.item_counts().total(), 1);
@@ -530,15 +530,15 @@ fn with_the_default_reach_a_dead_body_does_not_cover_an_item() {
 #[test]
 fn the_state_covers_everything_that_later_steps_depend_on() {
     let mut world = one_item(&[(3.7, 6.0, 0.0)]);
-    let mut states = vec![world.mission().state()];
+    let mut states = vec![world.mission().state_hash()];
     let mut then = |world: &World| {
-        let state = world.mission().state();
+        let state = world.mission().state_hash();
         assert!(!states.contains(&state));
         states.push(state);
     };
     world.step(&[gripper(Gripper::Pick)]);
     then(&world);
-    world.lose(BLUE);
+    world.release_load(BLUE);
     then(&world);
     world.move_item(ItemId(0), Vec2::new(2.0, 2.0)).unwrap();
     then(&world);
@@ -577,7 +577,7 @@ fn the_view_contains_zones_with_progress_and_items() {
         items.iter().map(|item| item.carrier).collect::<Vec<_>>(),
         [Some(BLUE)]
     );
-    assert_eq!(world.mission().holds(&world), Ok(()));
+    assert_eq!(world.mission().check_invariants(&world), Ok(()));
 }
 
 fn last_report(world: &World) -> FigureValue {

@@ -16,7 +16,7 @@ use scenario::ids::{RobotId, Tick};
 use world_server::faults::schedule::FaultIndex;
 use world_server::faults::sensors::Sensors;
 use world_server::world::World;
-use world_server::world::wrapped;
+use world_server::world::wrap_angle;
 
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
@@ -219,7 +219,7 @@ fn noise_has_its_deviation_and_is_drawn_anew_for_every_tick_and_number() {
         assert_eq!(hits, [0]);
         let (readings, true_pose) = (readings.pose.unwrap(), sensed(tick).pose.unwrap());
         let offset = (readings.position - true_pose.position).as_dvec2();
-        let turn = f64::from(wrapped(readings.heading_rad - true_pose.heading_rad).to_degrees());
+        let turn = f64::from(wrap_angle(readings.heading_rad - true_pose.heading_rad).to_degrees());
         let terms = [
             offset.x,
             offset.x * offset.x,

@@ -81,5 +81,5 @@ fn a_robot_without_energy_does_nothing_and_logs_it_once() {
     assert_eq!(world.speed_m_s(BLUE), 0.0);
     // The robot still holds its load. Another cause may make it drop the load.
     assert!(world.carrying(BLUE).is_some());
-    assert!(!world.lose(BLUE).is_empty());
+    assert!(!world.release_load(BLUE).is_empty());
 }

@@ -138,7 +138,7 @@ fn a_robot_can_be_moved_to_a_free_place_only() {
     let before = world.pose(BLUE);
     for taken in [(5.3, 3.0), (6.9, 3.5), (0.1, 4.0), (-4.0, 4.0), (7.5, 3.5)] {
         let to = Vec2::from(taken);
-        assert_eq!(world.move_robot(BLUE, to, None), Err(ChangeError::Taken));
+        assert_eq!(world.move_robot(BLUE, to, None), Err(ChangeError::Occupied));
         assert_eq!(world.pose(BLUE), before);
     }
     world.move_robot(BLUE, Vec2::new(5.4, 3.0), None).unwrap();

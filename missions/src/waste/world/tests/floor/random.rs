@@ -170,7 +170,7 @@ proptest! {
         let mut delivered = world.item_counts().delivered;
         for (index, step) in commands.iter().enumerate() {
             let events = world.step(&actuations(step));
-            let put_down = if index % 7 == 0 { world.lose(BLUE) } else { Vec::new() };
+            let put_down = if index % 7 == 0 { world.release_load(BLUE) } else { Vec::new() };
             let counts = world.item_counts();
             prop_assert_eq!(counts.total(), 24);
             let mut carried = (0..robots).filter_map(|rank| world.carrying(RobotId(rank))).collect::<Vec<_>>();
@@ -208,7 +208,7 @@ proptest! {
         let robots = setup.scenario.robots.len() as u16;
         let anew = |world: &World| {
             let mut anew = world.clone();
-            anew.forget_surroundings();
+            anew.clear_caches();
             anew
         };
         let mut sensed = vec![Readings::default(); usize::from(robots)];
@@ -225,15 +225,15 @@ proptest! {
                 2 => { let _ = world.add_robot(robot); }
                 3 => { let _ = world.add_item(at); }
                 4 => { let _ = world.move_item(ItemId(target.into()), at); }
-                5 => { world.lose(robot); }
+                5 => { world.release_load(robot); }
                 6 => { world.add_obstacle(&rectangle(at.x, at.y, 1.0, 1.0, x)); }
                 7 => { world.remove_obstacle(ObstacleId(target.into())); }
                 _ => {}
             }
             let fresh = anew(&world);
             for (robot, sensed) in (0..robots).map(RobotId).zip(&mut sensed) {
-                if !world.senses_the_same(robot) {
-                    world.sense(robot, sensed);
+                if !world.readings_are_valid(robot) {
+                    world.write_readings(robot, sensed);
                 }
                 prop_assert!(!world.is_present(robot) || *sensed == fresh.readings(robot));
             }
