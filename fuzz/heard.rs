@@ -35,7 +35,7 @@ static TEAMS: LazyLock<Vec<(Setup, TeamConfig)>> = LazyLock::new(|| {
         let setup = Setup::resolve(scenario, 1, None)
             .expect("the scenario is valid")
             .setup;
-        let team = TeamConfig::of(&setup, registry.agents())
+        let team = TeamConfig::new(&setup, registry.agents())
             .expect("all allocators and missions are registered");
         (setup, team)
     };

@@ -34,13 +34,8 @@ impl DiffCommand {
     /// no run.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        let compared = RunLog::open(&self.a, &Registry::of_this_program().vocabulary())
-            .and_then(|a| {
-                Ok((
-                    a,
-                    RunLog::open(&self.b, &Registry::of_this_program().vocabulary())?,
-                ))
-            })
+        let compared = RunLog::open(&self.a, &Registry::current().vocabulary())
+            .and_then(|a| Ok((a, RunLog::open(&self.b, &Registry::current().vocabulary())?)))
             .and_then(|(a, b)| compare(&a, &b));
         match compared {
             Ok(comparison) => comparison.show(self.json),

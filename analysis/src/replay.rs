@@ -66,7 +66,7 @@ impl ReplayCommand {
                 out.display()
             );
         }
-        let logged = RunLog::open(&self.folder, &Registry::of_this_program().vocabulary())?;
+        let logged = RunLog::open(&self.folder, &Registry::current().vocabulary())?;
         let version = env!("CARGO_PKG_VERSION");
         if logged.run.version != version {
             tell!(
@@ -108,7 +108,7 @@ pub fn replay(
 fn log_of(team: Team<MemoryLog>, outcome: Outcome) -> anyhow::Result<(MemoryLog, RunLog)> {
     let (_, recorder) = team.end(outcome)?;
     let memory = recorder.into_sink();
-    let vocabulary = Registry::of_this_program().vocabulary();
+    let vocabulary = Registry::current().vocabulary();
     let again = RunLog::from_memory(&memory, &vocabulary).context("the log of the replay")?;
     Ok((memory, again))
 }
@@ -139,7 +139,7 @@ fn team_to_end(
     };
     let setup = logged.run.setup.clone();
     let scenario = &setup.scenario;
-    let registry = Registry::of_this_program();
+    let registry = Registry::current();
     if let Err(error) = registry.worlds().find(scenario)?.start_poses(scenario) {
         bail!("run.json: scenario.{}", error.describe(scenario));
     }

@@ -22,7 +22,7 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(200);
 const WORLD_PATIENCE: Duration = Duration::from_secs(10);
 
 #[derive(Args, Clone, Debug)]
-pub struct FarArgs {
+pub struct RemoteArgs {
     /// Address of the world, or of a router on the way to it, for other hosts, such as tls/10.0.0.1:7447
     #[arg(long, value_name = "LOCATOR", requires = "keys")]
     pub connect: Option<String>,
@@ -35,7 +35,7 @@ pub struct FarArgs {
     pub unencrypted: bool,
 }
 
-impl FarArgs {
+impl RemoteArgs {
     /// Returns the login and the key files of the member with that identity; `None` without `--connect`.
     ///
     /// # Errors

@@ -69,7 +69,7 @@ impl<S: Sink> Team<S> {
         log: LogLevel,
         sink: S,
     ) -> Result<Self, StartError> {
-        Self::with_registry(Registry::of_this_program(), setup, inputs, log, sink)
+        Self::with_registry(Registry::current(), setup, inputs, log, sink)
     }
 
     /// Creates a run like [`Team::with_inputs`], with a source of answers for external controllers.
@@ -80,14 +80,7 @@ impl<S: Sink> Team<S> {
         sink: S,
         foreign: Option<Box<dyn AnswerSource>>,
     ) -> Result<Self, StartError> {
-        Self::with_all(
-            Registry::of_this_program(),
-            setup,
-            inputs,
-            log,
-            sink,
-            foreign,
-        )
+        Self::with_all(Registry::current(), setup, inputs, log, sink, foreign)
     }
 
     /// Creates a run like [`Team::with_inputs`], with the missions and allocators of `registry`.

@@ -78,7 +78,7 @@ impl Run {
         for (robot, is_foreign) in setup.scenario.robots.iter().zip(&mut is_foreign) {
             let controller = robot.mind.as_deref();
             if let Some(controller) =
-                controller.filter(|controller| !registry.agents().has_mind(controller))
+                controller.filter(|controller| !registry.agents().has_controller(controller))
             {
                 *is_foreign = true;
                 if foreign.is_none() {
@@ -112,7 +112,7 @@ impl Run {
             }
         }
         let mut run = Self {
-            common: TeamConfig::of(&briefing, registry.agents())?,
+            common: TeamConfig::new(&briefing, registry.agents())?,
             briefing,
             seats: is_foreign.iter().map(|_| Seat::Empty).collect(),
             is_foreign,
@@ -494,7 +494,7 @@ impl Run {
         if self.unanswered.is_some() {
             return;
         }
-        for phase in [Agent::think, Agent::act] {
+        for phase in [Agent::allocate, Agent::act] {
             for (&robot, space) in self.asked.iter().zip(&mut *spaces) {
                 if let Seat::Agent(agent) = &mut self.seats[robot.index()] {
                     phase(agent, self.simulation.message(robot), space);
@@ -515,8 +515,12 @@ impl Run {
                         self.simulation.keep_broadcast(broadcast.clone());
                     }
                 }
-                self.air
-                    .send(tick, robot, &mut space.broadcasts, &mut space.spent);
+                self.air.send(
+                    tick,
+                    robot,
+                    &mut space.broadcasts,
+                    &mut space.used_broadcasts,
+                );
                 self.simulation.report(&space.report);
             }
         }

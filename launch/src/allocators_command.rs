@@ -21,7 +21,7 @@ impl AllocatorsCommand {
     /// Prints the list or the description. Exit status 0, or 2 for an unknown name.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        let specs = Registry::of_this_program().vocabulary().allocators;
+        let specs = Registry::current().vocabulary().allocators;
         let Some(name) = &self.name else {
             let listed = specs.iter().map(|spec| (spec.name, spec.about));
             return say(table::list(listed));

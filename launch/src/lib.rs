@@ -112,17 +112,14 @@ enum Command {
 #[must_use]
 pub fn known() -> Known {
     Known {
-        vocabulary: Registry::of_this_program().vocabulary(),
-        worlds: Registry::of_this_program().worlds().clone(),
+        vocabulary: Registry::current().vocabulary(),
+        worlds: Registry::current().worlds().clone(),
     }
 }
 
 /// Returns the command with the size options of this program's missions.
 fn full_command() -> clap::Command {
-    with_size_options(
-        AllianceCli::command(),
-        &Registry::of_this_program().vocabulary(),
-    )
+    with_size_options(AllianceCli::command(), &Registry::current().vocabulary())
 }
 
 /// Parses the arguments of this process and executes the command. The registry contains the missions and allocators. Child processes
@@ -138,14 +135,14 @@ pub fn main(registry: Registry) -> ExitCode {
         return ExitCode::from(3);
     }
     log_to_stderr();
-    let command: AllianceCli = match arguments::parse(&Registry::of_this_program().vocabulary()) {
+    let command: AllianceCli = match arguments::parse(&Registry::current().vocabulary()) {
         Ok(command) => command,
         Err(status) => return status,
     };
     match command.command {
         Command::Run(command) => command.run(),
         Command::World(world) => world.run(&known()),
-        Command::Agent(agent) => agent.run(Registry::of_this_program().agents()),
+        Command::Agent(agent) => agent.run(Registry::current().agents()),
         Command::Host(host) => host.run(),
         Command::Router(router) => router.run(),
         Command::Cluster(cluster) => cluster.run(),

@@ -22,7 +22,7 @@ impl MissionsCommand {
     /// Prints the list or the description. Exit status 0, or 2 for an unknown name.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        let missions = Registry::of_this_program().vocabulary().missions;
+        let missions = Registry::current().vocabulary().missions;
         let Some(name) = &self.name else {
             let listed = missions.iter();
             let listed = listed.map(|mission| (mission.name(), mission.about()));

@@ -24,7 +24,7 @@ impl ScenariosCommand {
     /// Prints the list or the scenario. Exit status 0, or 2 for an unknown name.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        let vocabulary = Registry::of_this_program().vocabulary();
+        let vocabulary = Registry::current().vocabulary();
         match self.size.scenario(self.name.as_deref(), &vocabulary) {
             Ok(None) => self.list_or_print(&vocabulary),
             Ok(Some(sized)) => {

@@ -70,7 +70,7 @@ fn draw(log: &RunLog) -> anyhow::Result<String> {
         "<rect width=\"{full_width}\" height=\"{full_height}\" rx=\"12\" fill=\"#eceae4\"/>"
     )?;
     writeln!(svg, "<g transform=\"translate({MARGIN} {MARGIN})\">")?;
-    let mission = Registry::of_this_program().worlds().find(scenario)?;
+    let mission = Registry::current().worlds().find(scenario)?;
     let start = Simulation::new(log.run.setup.clone(), mission, false).view();
     room(&mut svg, scenario, &start)?;
     let columns = log.run.setup.catalog.mission.vocabulary().columns;

@@ -7,16 +7,16 @@ pub(crate) struct Districts {
 }
 
 /// The position of one item among all items of its district.
-pub(crate) struct Share {
+pub(crate) struct DistrictSlot {
     pub index: usize,
-    pub of: usize,
+    pub count: usize,
 }
 
-impl Share {
+impl DistrictSlot {
     /// Returns the height at which the item lies when all items are spread evenly, as a fraction of the district. The
     /// first item is on top. `margin` is the free space above and below, in distances between two items.
     pub fn height(&self, margin: f32) -> f32 {
-        1.0 - (self.index as f32 + margin) / (self.of as f32 - 1.0 + 2.0 * margin)
+        1.0 - (self.index as f32 + margin) / (self.count as f32 - 1.0 + 2.0 * margin)
     }
 }
 
@@ -37,19 +37,19 @@ impl Districts {
         self.columns * self.rows
     }
 
-    pub fn place(&self, district: usize) -> (usize, usize) {
+    pub fn column_and_row(&self, district: usize) -> (usize, usize) {
         (district % self.columns, district / self.columns)
     }
 
     /// Distributes `count` items evenly. Yields the district of each item, and its position among the items there.
-    pub fn deal(&self, count: usize) -> impl Iterator<Item = (usize, Share)> + use<> {
+    pub fn distribute(&self, count: usize) -> impl Iterator<Item = (usize, DistrictSlot)> + use<> {
         let districts = self.count();
         let first = move |district: usize| (district * count).div_ceil(districts);
         (0..count).map(move |each| {
             let district = each * districts / count;
-            let share = Share {
+            let share = DistrictSlot {
                 index: each - first(district),
-                of: first(district + 1) - first(district),
+                count: first(district + 1) - first(district),
             };
             (district, share)
         })
@@ -58,7 +58,12 @@ impl Districts {
 
 /// Returns the radio range in m at which a robot receives from `neighbors` others on average, for a room of this size
 /// and team.
-pub(crate) fn range_to_hear(neighbors: usize, robots: usize, width_m: f32, height_m: f32) -> f32 {
+pub(crate) fn range_for_neighbors(
+    neighbors: usize,
+    robots: usize,
+    width_m: f32,
+    height_m: f32,
+) -> f32 {
     let area = f64::from(width_m) * f64::from(height_m);
     let range_m = (area * neighbors as f64 / (std::f64::consts::PI * robots as f64)).sqrt();
     range_m.ceil() as f32

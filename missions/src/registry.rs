@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, OnceLock};
 
-use robot_agent::allocator::{Allocator, Kind};
-use robot_agent::mission::{MissionMind, TypedMind};
+use robot_agent::allocator::{Allocator, AllocatorKind};
+use robot_agent::mission::{MissionController, TypedController};
 use robot_agent::registry::AgentRegistry;
 use scenario::Vocabulary;
 use scenario::mission::registry::Mission;
@@ -18,21 +18,21 @@ static OF_THIS_PROGRAM: OnceLock<Registry> = OnceLock::new();
 pub struct MissionParts {
     pub world: MissionWorld,
     /// The robot side, with the same mission data as the world side.
-    pub mind: MissionMind,
+    pub controller: MissionController,
 }
 
 impl MissionParts {
     /// Creates the parts of a mission from a world type and a controller type with the same sensor readings and
     /// actions.
     #[must_use]
-    pub const fn of<W, M>(data: Mission) -> Self
+    pub const fn new<W, M>(data: Mission) -> Self
     where
         W: TypedMission,
-        M: TypedMind<Sensed = W::Reading, Deed = W::Action>,
+        M: TypedController<SensorReading = W::Reading, Action = W::Action>,
     {
         Self {
             world: MissionWorld::typed::<W>(data),
-            mind: MissionMind::of::<M>(data),
+            controller: MissionController::new::<M>(data),
         }
     }
 }
@@ -64,10 +64,10 @@ impl Registry {
             worlds: MissionRegistry::default(),
             agents: AgentRegistry::built_in(),
         };
-        none.mission(crate::waste::PARTS)
-            .mission(crate::service::PARTS)
-            .mission(crate::push::PARTS)
-            .mission(crate::observe::PARTS)
+        none.with_mission(crate::waste::MISSION)
+            .with_mission(crate::service::MISSION)
+            .with_mission(crate::push::MISSION)
+            .with_mission(crate::observe::MISSION)
     }
 
     /// Makes this the registry of the program. All commands and processes of the program use it.
@@ -81,37 +81,37 @@ impl Registry {
 
     /// Returns the registry of the program, or the built-in registry if `main` installed none.
     #[must_use]
-    pub fn of_this_program() -> &'static Self {
+    pub fn current() -> &'static Self {
         OF_THIS_PROGRAM.get_or_init(Self::built_in)
     }
 
     #[must_use]
-    pub fn allocator<A: Allocator>(mut self, name: &'static str, about: &'static str) -> Self
+    pub fn with_allocator<A: Allocator>(mut self, name: &'static str, about: &'static str) -> Self
     where
         A::Config: DeserializeOwned,
     {
-        self.agents = self.agents.allocator::<A>(name, about);
+        self.agents = self.agents.with_allocator::<A>(name, about);
         self
     }
 
     /// Adds an allocator that has no Rust type, such as a rule in another language.
     #[must_use]
-    pub fn kind(mut self, kind: Arc<dyn Kind>) -> Self {
-        self.agents = self.agents.kind(kind);
+    pub fn with_allocator_kind(mut self, kind: Arc<dyn AllocatorKind>) -> Self {
+        self.agents = self.agents.with_allocator_kind(kind);
         self
     }
 
     /// Adds a controller kind, or replaces the kind of that name. Scenarios treat other names as external controllers.
     #[must_use]
-    pub fn mind(mut self, kind: Arc<dyn Kind>) -> Self {
-        self.agents = self.agents.mind(kind);
+    pub fn with_controller(mut self, kind: Arc<dyn AllocatorKind>) -> Self {
+        self.agents = self.agents.with_controller(kind);
         self
     }
 
     #[must_use]
-    pub fn mission(mut self, parts: MissionParts) -> Self {
+    pub fn with_mission(mut self, parts: MissionParts) -> Self {
         self.worlds.add(parts.world);
-        self.agents = self.agents.mission(parts.mind);
+        self.agents = self.agents.with_mission(parts.controller);
         self
     }
 

@@ -43,8 +43,8 @@ const STEPS: u64 = 1500;
 ///
 /// # Panics
 /// If a rule is violated. The message states the rule.
-pub fn mission(parts: MissionParts, scenario: &str) {
-    let registry = Registry::built_in().mission(parts);
+pub fn check_mission(parts: MissionParts, scenario: &str) {
+    let registry = Registry::built_in().with_mission(parts);
     let read = |text: &str| match Scenario::parse("scenario.toml", text, &registry.vocabulary()) {
         Ok(scenario) => scenario,
         Err(error) => panic!("{error}"),
@@ -56,7 +56,7 @@ pub fn mission(parts: MissionParts, scenario: &str) {
         "the scenario belongs to the mission"
     );
     assert_eq!(
-        parts.mind.data, parts.world.data,
+        parts.controller.data, parts.world.data,
         "world and controller have the same mission data"
     );
     let text = scenario_text(&scenario);
@@ -144,7 +144,7 @@ impl<'s> Trial<'s> {
     fn new(registry: &Registry, parts: MissionParts, setup: &'s Setup, seed: Option<u64>) -> Self {
         let briefing = setup.for_robots();
         let team = || {
-            let team = TeamConfig::of(&briefing, registry.agents());
+            let team = TeamConfig::new(&briefing, registry.agents());
             team.unwrap_or_else(|error| panic!("{error}"))
         };
         let teams = [team(), team()];

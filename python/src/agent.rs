@@ -20,9 +20,10 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use robot_agent::allocator::{
-    Allocator, Choice, Decision, Draws, Framed, Input, Me, Mind, OwnBehavior, Prepared, RouteCost,
+    Allocator, AllocatorRunner, Choice, ConfiguredAllocator, Decision, Input, OwnBehavior,
+    RandomDraws, RouteCost, RunningAllocator, SelfState,
 };
-use robot_agent::mission::{AgentMission, Moment, Perception, StepOutput};
+use robot_agent::mission::{AgentMission, ControllerInput, Perception, StepOutput};
 use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -56,14 +57,14 @@ impl Agents {
     }
 }
 
-impl Prepared for Agents {
-    fn mind(&self, me: Me, _: &Setup) -> Box<dyn Mind> {
+impl ConfiguredAllocator for Agents {
+    fn start(&self, me: SelfState, _: &Setup) -> Box<dyn RunningAllocator> {
         let outbox = self.outbox_of(me.robot);
-        Box::new(Framed::<FollowingAllocator>::new(me, &outbox))
+        Box::new(AllocatorRunner::<FollowingAllocator>::new(me, &outbox))
     }
 
     fn mission(&self, robot: RobotId, setup: &Setup) -> Option<Box<dyn AgentMission>> {
-        let behaviors = OwnBehavior::all_of(robot, setup);
+        let behaviors = OwnBehavior::of_robot(robot, setup);
         Some(Box::new(PythonController {
             object: Object::new(robot, &behaviors, &self.common),
             behaviors: behaviors.into(),
@@ -90,7 +91,7 @@ struct FollowingAllocator {
 impl Allocator for FollowingAllocator {
     type Config = Outbox;
 
-    fn new(me: &Me, outbox: &Outbox) -> Self {
+    fn new(me: &SelfState, outbox: &Outbox) -> Self {
         Self {
             me: me.robot,
             outbox: Arc::clone(outbox),
@@ -150,7 +151,7 @@ impl RouteCost for PythonController {
 impl AgentMission for PythonController {
     fn perceive(
         &mut self,
-        moment: &Moment<'_>,
+        moment: &ControllerInput<'_>,
         heard: &[Arc<Broadcast>],
         perception: &mut Perception,
     ) {
@@ -179,7 +180,7 @@ impl AgentMission for PythonController {
         }
     }
 
-    fn choices(&self, _: &Moment<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
+    fn choices(&self, _: &ControllerInput<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
         for (behavior, &applicable) in self.behaviors.iter().zip(applicable) {
             choices.push(Choice {
                 behavior: behavior.id,
@@ -194,7 +195,7 @@ impl AgentMission for PythonController {
         }
     }
 
-    fn act(&mut self, _: &Moment<'_>, _: Option<BehaviorId>, action: &mut StepOutput) {
+    fn act(&mut self, _: &ControllerInput<'_>, _: Option<BehaviorId>, action: &mut StepOutput) {
         action.actuation = self.result.actuation;
     }
 
@@ -219,12 +220,12 @@ impl PythonController {
     fn try_step(
         &self,
         py: Python<'_>,
-        moment: &Moment<'_>,
+        moment: &ControllerInput<'_>,
         tick: u64,
         heard: &[Arc<Broadcast>],
     ) -> PyResult<StepResult> {
         let setup = &self.object.common.setup;
-        let draws = Draws::of(setup.seed, self.object.me, tick);
+        let draws = RandomDraws::new(setup.seed, self.object.me, tick);
         let arguments = |heard| {
             let readings = readings::to_python(py, moment.readings, setup)?;
             (moment.now.as_secs_f64(), readings, heard).into_pyobject(py)
@@ -248,7 +249,11 @@ impl PythonController {
         Ok(result)
     }
 
-    fn step_result(&self, action: &ActionFields, moment: &Moment<'_>) -> PyResult<StepResult> {
+    fn step_result(
+        &self,
+        action: &ActionFields,
+        moment: &ControllerInput<'_>,
+    ) -> PyResult<StepResult> {
         let wrong = |text: String| Err(PyValueError::new_err(text));
         for (name, value) in [("speed", action.speed), ("turn", action.turn)] {
             if !value.is_finite() {
@@ -286,7 +291,11 @@ impl PythonController {
     }
 
     /// Returns the action besides driving, in the form of the mission.
-    fn mission_action(&self, action: &ActionFields, moment: &Moment<'_>) -> PyResult<Action> {
+    fn mission_action(
+        &self,
+        action: &ActionFields,
+        moment: &ControllerInput<'_>,
+    ) -> PyResult<Action> {
         let gripper = match action.gripper.as_str() {
             "keep" => Gripper::Keep,
             "pick" => Gripper::Pick,
@@ -309,9 +318,9 @@ impl PythonController {
             .into()),
             // A robot with a dead device cannot observe.
             "observe" if action.watch && readings::sees_targets(moment.readings) => {
-                open(Bytes::encode(&observe::bus::Watch))
+                open(Bytes::encode(&observe::bus::ObserveAction))
             }
-            "service" => open(Bytes::encode(&service::bus::Deed {
+            "service" => open(Bytes::encode(&service::bus::Action {
                 work: action.work,
                 read: action.read,
             })),

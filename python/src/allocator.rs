@@ -7,7 +7,9 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use robot_agent::allocator::{Allocator, Decision, Framed, Input, Me, Mind, Prepared};
+use robot_agent::allocator::{
+    Allocator, AllocatorRunner, ConfiguredAllocator, Decision, Input, RunningAllocator, SelfState,
+};
 use scenario::Setup;
 use scenario::ids::BehaviorId;
 use scenario::time::SimTime;
@@ -20,9 +22,9 @@ use crate::values::Set;
 #[derive(Debug)]
 pub struct Allocators(pub Arc<Common>);
 
-impl Prepared for Allocators {
-    fn mind(&self, me: Me, _: &Setup) -> Box<dyn Mind> {
-        Box::new(Framed::<PythonAllocator>::new(me, &self.0))
+impl ConfiguredAllocator for Allocators {
+    fn start(&self, me: SelfState, _: &Setup) -> Box<dyn RunningAllocator> {
+        Box::new(AllocatorRunner::<PythonAllocator>::new(me, &self.0))
     }
 }
 
@@ -37,7 +39,7 @@ struct PythonAllocator {
 impl Allocator for PythonAllocator {
     type Config = Arc<Common>;
 
-    fn new(me: &Me, common: &Arc<Common>) -> Self {
+    fn new(me: &SelfState, common: &Arc<Common>) -> Self {
         Self {
             object: Object::new(me.robot, &me.behaviors, common),
             since: Vec::new(),
@@ -85,7 +87,9 @@ impl PythonAllocator {
             let sets = PyList::new(py, sets.collect::<PyResult<Vec<_>>>()?)?;
             (input.now.as_secs_f64(), heard, sets).into_pyobject(py)
         };
-        let stepped = self.object.step(py, input.draws, arguments, input.heard)?;
+        let stepped = self
+            .object
+            .step(py, input.draws, arguments, input.received)?;
         let Some((controller, chosen)) = stepped else {
             return Ok(());
         };

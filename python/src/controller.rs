@@ -11,7 +11,9 @@ use proto::team::Broadcast;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyList, PyType};
-use robot_agent::allocator::{ConfigError, Draws, Kind, OwnBehavior, Prepared};
+use robot_agent::allocator::{
+    AllocatorKind, ConfigError, ConfiguredAllocator, OwnBehavior, RandomDraws,
+};
 use scenario::ids::RobotId;
 use scenario::{AllocatorSpec, Setup};
 
@@ -102,7 +104,7 @@ impl fmt::Debug for Class {
     }
 }
 
-impl Kind for Class {
+impl AllocatorKind for Class {
     fn spec(&self) -> AllocatorSpec {
         AllocatorSpec {
             name: self.name,
@@ -113,7 +115,7 @@ impl Kind for Class {
         }
     }
 
-    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
+    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
         let failure = |reason: String| ConfigError {
             subject: format!("mind '{}'", self.name),
             why: reason,
@@ -130,7 +132,7 @@ impl Kind for Class {
                 setup_object: loads(py, &text)?.unbind(),
                 is_slow: AtomicBool::new(false),
             });
-            let prepared: Arc<dyn Prepared> = if is_agent.extract(py)? {
+            let prepared: Arc<dyn ConfiguredAllocator> = if is_agent.extract(py)? {
                 Arc::new(Agents::new(common))
             } else {
                 Arc::new(Allocators(common))
@@ -300,7 +302,7 @@ impl Object {
     pub fn step<'py>(
         &self,
         py: Python<'py>,
-        draws: Draws,
+        draws: RandomDraws,
         given: impl FnOnce(Bound<'py, PyList>) -> PyResult<Bound<'py, pyo3::types::PyTuple>>,
         heard: &[Arc<Broadcast>],
     ) -> PyResult<Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>> {

@@ -30,7 +30,7 @@ pub fn live(
     twice: bool,
 ) -> PyResult<u8> {
     let class = Class::new(name, class, Failure::EndsProcess, twice);
-    let registry = Registry::built_in().mind(Arc::new(class));
+    let registry = Registry::built_in().with_controller(Arc::new(class));
     let args: Arguments = parse_words(&registry.vocabulary(), &words).map_err(mistake)?;
     prepare_process();
     log_to_stderr();

@@ -63,9 +63,9 @@ fn mission(sensed: &SensorReading, setup: &Setup) -> Value {
     }
     match (setup.catalog.mission.name(), sensed) {
         ("waste", sensed) => serde_json::to_value(sensed.items()).unwrap_or_default(),
-        ("observe", sensed) => open::<observe::bus::Sensed>(sensed),
-        ("push", sensed) => open::<push::bus::Sensed>(sensed),
-        ("service", sensed) => open::<service::bus::Sensed>(sensed),
+        ("observe", sensed) => open::<observe::bus::SensorReading>(sensed),
+        ("push", sensed) => open::<push::bus::SensorReading>(sensed),
+        ("service", sensed) => open::<service::bus::SensorReading>(sensed),
         (_, SensorReading::Open(bytes)) => json!({ "bytes": bytes.as_slice() }),
         _ => json!({}),
     }
@@ -75,7 +75,7 @@ fn mission(sensed: &SensorReading, setup: &Setup) -> Value {
 pub fn sees_targets(readings: &Readings) -> bool {
     match &readings.mission {
         SensorReading::Open(bytes) => bytes
-            .decode::<observe::bus::Sensed>()
+            .decode::<observe::bus::SensorReading>()
             .is_ok_and(|sensed| sensed.targets.is_some()),
         _ => false,
     }

@@ -66,7 +66,7 @@ impl Asked {
                     )));
                 }
                 let class = Python::attach(|py| class.clone_ref(py));
-                registry = registry.mind(Arc::new(Class::new(
+                registry = registry.with_controller(Arc::new(Class::new(
                     name,
                     class,
                     failure.clone(),

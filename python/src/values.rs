@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
-use robot_agent::allocator::{Choice, Draws};
+use robot_agent::allocator::{Choice, RandomDraws};
 use scenario::ids::{BehaviorId, TaskId};
 use scenario::time::SimTime;
 
@@ -259,7 +259,7 @@ pub fn loads<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
 pub struct Stream(Mutex<StepState>);
 
 struct StepState {
-    draws: Option<Draws>,
+    draws: Option<RandomDraws>,
     /// The generator, created for the first number.
     stream: Option<ChaCha8Rng>,
     drawn: u32,
@@ -278,7 +278,7 @@ impl Stream {
     }
 
     /// Starts a new step.
-    pub fn begin(&self, draws: Draws) {
+    pub fn begin(&self, draws: RandomDraws) {
         let mut step = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         *step = StepState {
             draws: Some(draws),

@@ -13,10 +13,10 @@ use scenario::time::SimTime;
 use scenario::{BehaviorParams, LearnedTimesByTask, Setup};
 
 use crate::allocator::{
-    Announcement, Choice, ConfigError, Draws, Input, Me, Mind, Outcome, OwnBehavior, Prepared,
-    TaskBrief, assignment,
+    Announcement, Choice, ConfigError, ConfiguredAllocator, Input, OwnBehavior, RandomDraws,
+    RunningAllocator, SelfState, StepOutcome, TaskBrief, assignment,
 };
-use crate::mission::{AgentMission, Moment, Perception, SharedMission, StepOutput};
+use crate::mission::{AgentMission, ControllerInput, Perception, SharedMission, StepOutput};
 use crate::registry::AgentRegistry;
 use proto::links::{Heard, IncomingLinks};
 
@@ -26,7 +26,7 @@ pub struct Agent {
     incarnation: Incarnation,
     /// Contains the messages in flight. They are part of the state that a rollback restores.
     links: IncomingLinks,
-    mind: Box<dyn Mind>,
+    allocator: Box<dyn RunningAllocator>,
     /// Cached result of [`Mind::weighs_costs`].
     weighs_costs: bool,
     /// Cached result of [`Mind::uses_radio`].
@@ -41,7 +41,7 @@ pub struct Agent {
 #[derive(Clone, Debug)]
 pub struct TeamConfig {
     mission: Arc<dyn SharedMission>,
-    allocators: Vec<Arc<dyn Prepared>>,
+    allocators: Vec<Arc<dyn ConfiguredAllocator>>,
     assignment: Vec<Arc<[TaskId]>>,
     tasks: Arc<[TaskBrief]>,
 }
@@ -51,17 +51,21 @@ impl TeamConfig {
     ///
     /// # Errors
     /// Fails if the registry lacks the mission or an allocator of the run, or if a parameter is invalid.
-    pub fn of(setup: &Setup, registry: &AgentRegistry) -> Result<Self, ConfigError> {
+    pub fn new(setup: &Setup, registry: &AgentRegistry) -> Result<Self, ConfigError> {
         let scenario = &setup.scenario;
-        let mut prepared: BTreeMap<(Option<&str>, &str), Arc<dyn Prepared>> = BTreeMap::new();
+        let mut prepared: BTreeMap<(Option<&str>, &str), Arc<dyn ConfiguredAllocator>> =
+            BTreeMap::new();
         let mut allocators = Vec::with_capacity(scenario.robots.len());
         for robot in &scenario.robots {
             // A controller that is not in the registry belongs to another program and is not started here.
-            let mind = robot.mind.as_deref().filter(|name| registry.has_mind(name));
+            let mind = robot
+                .mind
+                .as_deref()
+                .filter(|name| registry.has_controller(name));
             let allocator_name = scenario.stated_allocator(robot);
             let allocator_of_robot = match (prepared.get(&(mind, allocator_name)), mind) {
                 (Some(known), _) => Arc::clone(known),
-                (None, Some(mind)) => registry.prepare_mind(mind, setup)?,
+                (None, Some(mind)) => registry.prepare_controller(mind, setup)?,
                 (None, None) => registry.prepare(allocator_name, setup)?,
             };
             allocators.push(Arc::clone(&allocator_of_robot));
@@ -83,24 +87,24 @@ impl TeamConfig {
         })
     }
 
-    fn me(&self, robot: RobotId, incarnation: Incarnation, setup: &Setup) -> Me {
+    fn me(&self, robot: RobotId, incarnation: Incarnation, setup: &Setup) -> SelfState {
         let spec = &setup.scenario.robots[robot.index()];
         let values = setup.alliance.robots.get(&spec.name);
         let longest = |seconds: fn(&BehaviorParams) -> f64| {
             let all = values.into_iter().flat_map(|robot| robot.sets.values());
             SimTime::from_secs_f64(all.map(seconds).fold(0.0, f64::max))
         };
-        Me {
+        SelfState {
             robot,
             incarnation,
             team: setup.scenario.robots.len(),
             tasks: setup.catalog.tasks.len(),
             briefs: Arc::clone(&self.tasks),
-            behaviors: OwnBehavior::all_of(robot, setup),
+            behaviors: OwnBehavior::of_robot(robot, setup),
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
             heartbeat_period: longest(|values| 1.0 / values.broadcast_rate_hz),
             ceased_after: longest(|values| values.ceased_after_s),
-            assigned: assignment::of(&self.assignment, robot),
+            assigned: assignment::tasks_of(&self.assignment, robot),
         }
     }
 }
@@ -115,11 +119,11 @@ pub struct Workspace {
     /// Output: the broadcasts for the team. They are published before the report.
     pub broadcasts: Vec<Broadcast>,
     /// Used broadcasts, whose buffers the step reuses.
-    pub spent: Vec<Broadcast>,
+    pub used_broadcasts: Vec<Broadcast>,
     heard: Heard,
     perception: Perception,
     choices: Vec<Choice>,
-    outcome: Outcome,
+    outcome: StepOutcome,
     action: StepOutput,
 }
 
@@ -127,7 +131,7 @@ impl Agent {
     #[must_use]
     pub fn new(robot: RobotId, incarnation: Incarnation, setup: &Setup, team: &TeamConfig) -> Self {
         let prepared = &team.allocators[robot.index()];
-        let mind = prepared.mind(team.me(robot, incarnation, setup), setup);
+        let mind = prepared.start(team.me(robot, incarnation, setup), setup);
         let mission = prepared.mission(robot, setup);
         Self {
             robot,
@@ -135,8 +139,8 @@ impl Agent {
             links: IncomingLinks::new(robot, setup),
             weighs_costs: mind.weighs_costs(),
             uses_radio: mind.uses_radio(),
-            mind,
-            mission: mission.unwrap_or_else(|| team.mission.mind(robot, setup)),
+            allocator: mind,
+            mission: mission.unwrap_or_else(|| team.mission.create_controller(robot, setup)),
             seed: setup.seed,
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
             next_seq: 0,
@@ -147,7 +151,7 @@ impl Agent {
     #[must_use]
     pub fn learned(&self, setup: &Setup) -> LearnedTimesByTask {
         let mut all = LearnedTimesByTask::new();
-        for (task, robot, times) in self.mind.learned() {
+        for (task, robot, times) in self.allocator.learned() {
             let task = setup.catalog.task_name(task).to_owned();
             let robot = setup.roster.name(robot).to_owned();
             all.entry(task).or_default().insert(robot, times);
@@ -157,7 +161,7 @@ impl Agent {
 
     pub fn step(&mut self, tick: &TickMessage, space: &mut Workspace) {
         self.perceive(tick, space);
-        self.think(tick, space);
+        self.allocate(tick, space);
         self.act(tick, space);
     }
 
@@ -177,7 +181,7 @@ impl Agent {
     }
 
     /// Runs the second part of a step: the allocator selects the active behavior.
-    pub fn think(&mut self, tick: &TickMessage, space: &mut Workspace) {
+    pub fn allocate(&mut self, tick: &TickMessage, space: &mut Workspace) {
         space.choices.clear();
         if self.weighs_costs {
             let applicable = &space.perception.applicable;
@@ -200,12 +204,12 @@ impl Agent {
             applicable: &space.perception.applicable,
             choices: &space.choices,
             progressed: &space.perception.progressed,
-            heard: &space.heard.inbox,
+            received: &space.heard.inbox,
             route: &*self.mission,
-            truth: &tick.truth,
-            draws: Draws::of(self.seed, self.robot, tick.tick),
+            ground_truth: &tick.truth,
+            draws: RandomDraws::new(self.seed, self.robot, tick.tick),
         };
-        self.mind.step(&input, &mut space.outcome);
+        self.allocator.step(&input, &mut space.outcome);
         space.heard.inbox.clear();
     }
 
@@ -231,7 +235,7 @@ impl Agent {
     fn write_broadcasts(&mut self, tick: &TickMessage, space: &mut Workspace) {
         let Workspace {
             broadcasts,
-            spent,
+            used_broadcasts: spent,
             outcome,
             action,
             ..
@@ -329,8 +333,8 @@ impl Agent {
     }
 }
 
-fn moment_of(tick: &TickMessage) -> Moment<'_> {
-    Moment {
+fn moment_of(tick: &TickMessage) -> ControllerInput<'_> {
+    ControllerInput {
         now: tick.now,
         readings: &tick.readings,
     }

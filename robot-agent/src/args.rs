@@ -14,8 +14,8 @@ use scenario::names::is_name;
 use terminal::tell;
 use tokio::time::{Instant, sleep, timeout_at};
 
-use crate::process::{AgentError, End, live};
-use cluster::remote::{self, FarArgs};
+use crate::process::{AgentEnd, AgentError, run_agent};
+use cluster::remote::{self, RemoteArgs};
 
 /// The environment variable that names the robot.
 pub const ROBOT: &str = "ALLIANCE_ROBOT";
@@ -42,7 +42,7 @@ pub struct AgentArgs {
     #[arg(long, value_name = "ID", conflicts_with = "connect")]
     pub run: Option<String>,
     #[command(flatten)]
-    pub far: FarArgs,
+    pub remote: RemoteArgs,
 }
 
 impl AgentArgs {
@@ -66,7 +66,7 @@ impl AgentArgs {
             );
             return 2;
         };
-        let login = match self.far.login(&identity::robot(&robot)) {
+        let login = match self.remote.login(&identity::robot(&robot)) {
             Ok(login) => login.map(|(login, _)| login),
             Err(error) => {
                 tell!("robot-agent {robot}: {error:#}");
@@ -74,13 +74,13 @@ impl AgentArgs {
             }
         };
         match self.live(&robot, login.as_ref(), registry, mind) {
-            Ok(End::RunOver(outcome)) => {
+            Ok(AgentEnd::RunOver(outcome)) => {
                 tracing::info!(outcome = outcome.as_str(), "run over");
                 0
             }
-            Ok(End::Asked) => 0,
-            Ok(End::Superseded) => fail(&robot, "a newer agent controls this robot"),
-            Ok(End::WorldGone) => fail(&robot, "the connection to the world is lost"),
+            Ok(AgentEnd::Signaled) => 0,
+            Ok(AgentEnd::Superseded) => fail(&robot, "a newer agent controls this robot"),
+            Ok(AgentEnd::WorldLost) => fail(&robot, "the connection to the world is lost"),
             Err(error) => fail(&robot, &format!("{error:#}")),
         }
     }
@@ -103,7 +103,7 @@ impl AgentArgs {
         login: Option<&Login>,
         registry: &AgentRegistry,
         mind: Option<&str>,
-    ) -> anyhow::Result<End> {
+    ) -> anyhow::Result<AgentEnd> {
         let runtime = tokio::runtime::Builder::new_multi_thread()
             // Zenoh requires the multi-thread scheduler; one worker is sufficient.
             .worker_threads(1)
@@ -120,7 +120,7 @@ impl AgentArgs {
         login: Option<&Login>,
         registry: &AgentRegistry,
         mind: Option<&str>,
-    ) -> anyhow::Result<End> {
+    ) -> anyhow::Result<AgentEnd> {
         let mut lost: Option<Instant> = None;
         loop {
             let found = self.find_member(robot, login);
@@ -128,14 +128,14 @@ impl AgentArgs {
                 None => found.await?,
                 Some(lost_since) => match timeout_at(lost_since + RECONNECT_LIMIT, found).await {
                     Ok(member) => member?,
-                    Err(_) => return Ok(End::WorldGone),
+                    Err(_) => return Ok(AgentEnd::WorldLost),
                 },
             };
             let began = Instant::now();
-            let result = live(robot, &member, registry, mind).await;
+            let result = run_agent(robot, &member, registry, mind).await;
             let is_lost = matches!(
                 result,
-                Ok(End::WorldGone) | Err(AgentError::Bus { .. } | AgentError::NoAnswer(_))
+                Ok(AgentEnd::WorldLost) | Err(AgentError::Bus { .. } | AgentError::NoAnswer(_))
             );
             // A connection that lasted this long had recovered from the earlier loss.
             lost = lost.filter(|_| began.elapsed() < RECONNECT_LIMIT);

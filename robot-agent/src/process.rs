@@ -42,13 +42,13 @@ const TAKEN_PATIENCE: Duration = Duration::from_secs(1);
 const CLOSE_DEADLINE: Duration = Duration::from_secs(1);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
+pub enum AgentEnd {
     RunOver(Outcome),
     Superseded,
     /// The process received SIGTERM or SIGINT.
-    Asked,
+    Signaled,
     /// The connection to the world is lost.
-    WorldGone,
+    WorldLost,
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -78,12 +78,12 @@ pub enum AgentError {
 ///
 /// # Errors
 /// Returns any [`AgentError`], also if the world refuses the agent.
-pub async fn live(
+pub async fn run_agent(
     robot: &str,
     run: &Member,
     registry: &AgentRegistry,
     controller: Option<&str>,
-) -> Result<End, AgentError> {
+) -> Result<AgentEnd, AgentError> {
     let bus_error = |error| AgentError::Bus {
         endpoint: run.login.endpoint.clone(),
         error,
@@ -110,7 +110,7 @@ pub async fn live(
         .await
         .map_err(bus_error)?;
     setup.scenario.robots[welcome.robot.index()].mind = controller.map(ToOwned::to_owned);
-    let team = TeamConfig::of(&setup, registry)?;
+    let team = TeamConfig::new(&setup, registry)?;
     let spec = &setup.scenario.robots[welcome.robot.index()];
     panics::set_process_name(format!(
         "robot-agent {robot} (mission {}, allocator {})",
@@ -123,7 +123,7 @@ pub async fn live(
     {
         let mut state = lock(&shared);
         let AgentState::Joining { ended } = &mut *state else {
-            return Ok(End::WorldGone);
+            return Ok(AgentEnd::WorldLost);
         };
         let ended = ended.take();
         let robot = welcome.robot;
@@ -165,16 +165,16 @@ pub async fn live(
 }
 
 async fn wait_for_end(
-    mut end: oneshot::Receiver<End>,
+    mut end: oneshot::Receiver<AgentEnd>,
     shared: &Mutex<AgentState>,
-) -> Result<End, AgentError> {
+) -> Result<AgentEnd, AgentError> {
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;
     loop {
         tokio::select! {
-            end = &mut end => return Ok(end.unwrap_or(End::WorldGone)),
-            _ = terminate.recv() => return Ok(End::Asked),
-            _ = interrupt.recv() => return Ok(End::Asked),
+            end = &mut end => return Ok(end.unwrap_or(AgentEnd::WorldLost)),
+            _ = terminate.recv() => return Ok(AgentEnd::Signaled),
+            _ = interrupt.recv() => return Ok(AgentEnd::Signaled),
             () = sleep_until(Instant::now() + MANIFEST_DEADLINE / 4) => lock(shared).give_up_waiting(),
         }
     }
@@ -348,7 +348,7 @@ async fn subscribe(
         .history(true)
         .callback(move |sample| {
             if sample.kind() == SampleKind::Delete {
-                lock(&state).end(End::WorldGone);
+                lock(&state).end(AgentEnd::WorldLost);
             }
         })
         .background()
@@ -383,7 +383,9 @@ async fn declare_publishers(
 }
 
 enum AgentState {
-    Joining { ended: Option<oneshot::Sender<End>> },
+    Joining {
+        ended: Option<oneshot::Sender<AgentEnd>>,
+    },
     Alive(Box<Alive>),
 }
 
@@ -403,7 +405,7 @@ struct Alive {
     /// A tick with missing broadcasts, and the deadline for them.
     pending: Option<(Box<TickMessage>, Instant)>,
     publishers: Publishers,
-    ended: Option<oneshot::Sender<End>>,
+    ended: Option<oneshot::Sender<AgentEnd>>,
 }
 
 /// Locks a mutex and ignores poisoning, because a panic ends the process.
@@ -431,10 +433,10 @@ fn note(ignored: &Mutex<IgnoredMessages>, kind: &'static str, result: Result<(),
 impl AgentState {
     fn receive_from_world(&mut self, message: ToAgent) -> Result<(), Ignore> {
         match (message, self) {
-            (ToAgent::End(outcome), state) => state.end(End::RunOver(outcome)),
+            (ToAgent::End(outcome), state) => state.end(AgentEnd::RunOver(outcome)),
             (ToAgent::Dismissed(incarnation), AgentState::Alive(alive)) => {
                 if alive.incarnation == incarnation {
-                    alive.end(End::Superseded);
+                    alive.end(AgentEnd::Superseded);
                 }
             }
             (ToAgent::Tick(tick), AgentState::Alive(alive)) => return alive.receive_tick(tick),
@@ -465,7 +467,7 @@ impl AgentState {
         }
     }
 
-    fn end(&mut self, end: End) {
+    fn end(&mut self, end: AgentEnd) {
         let ended = match self {
             AgentState::Joining { ended } => ended,
             AgentState::Alive(alive) => &mut alive.ended,
@@ -480,7 +482,7 @@ impl AgentState {
 impl Alive {
     fn receive_tick(&mut self, tick: Box<TickMessage>) -> Result<(), Ignore> {
         if tick.incarnation > self.incarnation {
-            self.end(End::Superseded);
+            self.end(AgentEnd::Superseded);
             return Ok(());
         }
         if tick.incarnation < self.incarnation || Some(tick.tick) < self.latest {
@@ -544,7 +546,7 @@ impl Alive {
         publish(publisher, report);
     }
 
-    fn end(&mut self, end: End) {
+    fn end(&mut self, end: AgentEnd) {
         if let Some(ended) = self.ended.take() {
             let _ = ended.send(end);
         }

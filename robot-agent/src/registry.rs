@@ -5,7 +5,9 @@ use std::sync::Arc;
 use scenario::{Setup, Vocabulary};
 use serde::de::DeserializeOwned;
 
-use crate::allocator::{Allocator, ConfigError, Kind, Prepared, Typed};
+use crate::allocator::{
+    Allocator, AllocatorKind, ConfigError, ConfiguredAllocator, TypedAllocatorKind,
+};
 use crate::allocators::alliance::Alliance;
 use crate::allocators::ble::Ble;
 use crate::allocators::cbba::{Acbba, Cbaa, Cbba};
@@ -18,14 +20,14 @@ use crate::allocators::oracle::Oracle;
 use crate::allocators::random::Random;
 use crate::allocators::static_assignment::Fixed;
 use crate::allocators::threshold::Threshold;
-use crate::mission::{MissionMind, SharedMission};
+use crate::mission::{MissionController, SharedMission};
 
 /// The allocators, controllers and missions of a program, by name.
 #[derive(Clone, Debug)]
 pub struct AgentRegistry {
-    kinds: Vec<Arc<dyn Kind>>,
-    minds: Vec<Arc<dyn Kind>>,
-    missions: Vec<MissionMind>,
+    kinds: Vec<Arc<dyn AllocatorKind>>,
+    minds: Vec<Arc<dyn AllocatorKind>>,
+    missions: Vec<MissionController>,
 }
 
 impl AgentRegistry {
@@ -37,52 +39,52 @@ impl AgentRegistry {
             minds: Vec::new(),
             missions: Vec::new(),
         }
-        .allocator::<Nearest>(
+        .with_allocator::<Nearest>(
             "nearest",
             "the applicable task of the highest utility, regardless of teammates",
         )
-        .allocator::<NearestSilent>(
+        .with_allocator::<NearestSilent>(
             "nearest-silent",
             "like nearest, with the radio off: no messages, not even shared knowledge of the mission",
         )
-        .allocator::<FirstCome>(
+        .with_allocator::<FirstCome>(
             "first-come",
             "the best task that no teammate reports to execute; kept until one unit is done",
         )
-        .allocator::<Random>(
+        .with_allocator::<Random>(
             "random",
             "a random applicable task, drawn again at intervals",
         )
-        .allocator::<Fixed>(
+        .with_allocator::<Fixed>(
             "static",
             "the tasks assigned to the robot before the start",
         )
-        .allocator::<Oracle>(
+        .with_allocator::<Oracle>(
             "oracle",
             "a reference: the best assignment in each step, from ground truth that robots do not have",
         )
-        .allocator::<Ble>(
+        .with_allocator::<Ble>(
             "ble",
             "broadcast of local eligibility: in each step every robot computes the best pairs of robots and tasks",
         )
-        .allocator::<Murdoch>(
+        .with_allocator::<Murdoch>(
             "murdoch",
             "auctions: the best bid of the free robots wins a contract, renewed while the winner answers",
         )
-        .allocator::<Cbaa>(
+        .with_allocator::<Cbaa>(
             "cbaa",
             "bids for one task at a time, with consensus on the winners",
         )
-        .allocator::<Cbba>(
+        .with_allocator::<Cbba>(
             "cbba",
             "bids for a bundle of tasks, with consensus on the winners",
         )
-        .allocator::<Acbba>("acbba", "like cbba, but sends only changes")
-        .allocator::<Grape>(
+        .with_allocator::<Acbba>("acbba", "like cbba, but sends only changes")
+        .with_allocator::<Grape>(
             "grape",
             "each robot moves to the coalition of the highest utility, until no robot moves",
         )
-        .allocator::<Threshold>(
+        .with_allocator::<Threshold>(
             "threshold",
             "draws tasks; longer due times and more practice raise the probability",
         )
@@ -90,16 +92,16 @@ impl AgentRegistry {
 
     /// Adds an allocator type under a name, and replaces an allocator of the same name.
     #[must_use]
-    pub fn allocator<A: Allocator>(self, name: &'static str, about: &'static str) -> Self
+    pub fn with_allocator<A: Allocator>(self, name: &'static str, about: &'static str) -> Self
     where
         A::Config: DeserializeOwned,
     {
-        self.kind(Arc::new(Typed::<A>::new(name, about)))
+        self.with_allocator_kind(Arc::new(TypedAllocatorKind::<A>::new(name, about)))
     }
 
     /// Adds an allocator that is not a Rust type, such as one in another language.
     #[must_use]
-    pub fn kind(mut self, kind: Arc<dyn Kind>) -> Self {
+    pub fn with_allocator_kind(mut self, kind: Arc<dyn AllocatorKind>) -> Self {
         let name = kind.spec().name;
         self.kinds.retain(|known| known.spec().name != name);
         self.kinds.push(kind);
@@ -110,7 +112,7 @@ impl AgentRegistry {
     /// program](scenario::Robot::mind), and replaces one of the same name. A scenario cannot select
     /// it as an allocator.
     #[must_use]
-    pub fn mind(mut self, kind: Arc<dyn Kind>) -> Self {
+    pub fn with_controller(mut self, kind: Arc<dyn AllocatorKind>) -> Self {
         let name = kind.spec().name;
         self.minds.retain(|known| known.spec().name != name);
         self.minds.push(kind);
@@ -119,13 +121,13 @@ impl AgentRegistry {
 
     /// Returns whether the registry has a controller of that name.
     #[must_use]
-    pub fn has_mind(&self, name: &str) -> bool {
+    pub fn has_controller(&self, name: &str) -> bool {
         self.minds.iter().any(|known| known.spec().name == name)
     }
 
     /// Adds a mission, and replaces one of the same name.
     #[must_use]
-    pub fn mission(mut self, mind: MissionMind) -> Self {
+    pub fn with_mission(mut self, mind: MissionController) -> Self {
         self.missions.retain(|known| known.data != mind.data);
         self.missions.push(mind);
         self
@@ -144,11 +146,11 @@ impl AgentRegistry {
     ///
     /// # Errors
     /// Fails if the name is unknown, or the controller does not support the run.
-    pub fn prepare_mind(
+    pub fn prepare_controller(
         &self,
         name: &str,
         setup: &Setup,
-    ) -> Result<Arc<dyn Prepared>, ConfigError> {
+    ) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
         let kind = self.minds.iter().find(|kind| kind.spec().name == name);
         let unknown = || ConfigError {
             subject: format!("controller '{name}'"),
@@ -161,7 +163,11 @@ impl AgentRegistry {
     ///
     /// # Errors
     /// Fails if the name is unknown or a parameter is invalid.
-    pub fn prepare(&self, name: &str, setup: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
+    pub fn prepare(
+        &self,
+        name: &str,
+        setup: &Setup,
+    ) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
         let kind = self.kinds.iter().find(|kind| kind.spec().name == name);
         let unknown = || {
             let names: Vec<_> = self

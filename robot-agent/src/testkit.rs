@@ -23,7 +23,8 @@ use scenario::time::SimTime;
 use terminal::panics;
 
 use crate::allocator::{
-    Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost, TaskBrief,
+    Allocator, AllocatorRunner, Choice, Input, OwnBehavior, RandomDraws, RouteCost,
+    RunningAllocator, SelfState, StepOutcome, TaskBrief,
 };
 
 const TEAMS: u64 = 60;
@@ -35,14 +36,14 @@ const STEPS: u64 = 400;
 /// # Panics
 /// Panics with the violated law, the seed and the step.
 pub fn allocator<A: Allocator>(config: &A::Config) {
-    minds(|me| Box::new(Framed::<A>::new(me, config)));
+    running_allocators(|me| Box::new(AllocatorRunner::<A>::new(me, config)));
 }
 
 /// Checks allocators with their own states and heartbeats, like [`allocator`].
 ///
 /// # Panics
 /// Panics like [`allocator`].
-pub fn minds(mut make: impl FnMut(Me) -> Box<dyn Mind>) {
+pub fn running_allocators(mut make: impl FnMut(SelfState) -> Box<dyn RunningAllocator>) {
     for seed in 0..TEAMS {
         let [first, second] = std::array::from_fn(|_| Trial::new(seed, &mut make).run());
         assert!(
@@ -56,19 +57,19 @@ pub fn minds(mut make: impl FnMut(Me) -> Box<dyn Mind>) {
 struct Trial {
     seed: u64,
     rng: ChaCha8Rng,
-    me: Me,
+    me: SelfState,
     /// Four copies of the robot's allocator. The first is rolled back now and then. The others must give the same
     /// outcomes: without rollbacks, with each broadcast twice, and with junk from unknown robots.
-    minds: [Box<dyn Mind>; 4],
+    minds: [Box<dyn RunningAllocator>; 4],
     /// A teammate's allocator, which supplies messages.
-    other: Box<dyn Mind>,
+    other: Box<dyn RunningAllocator>,
     sent: Vec<AllocationMessage>,
     states: Vec<BehaviorState>,
     seq: u64,
 }
 
 impl Trial {
-    fn new(seed: u64, make: &mut impl FnMut(Me) -> Box<dyn Mind>) -> Self {
+    fn new(seed: u64, make: &mut impl FnMut(SelfState) -> Box<dyn RunningAllocator>) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let tasks = rng.random_range(1..6_u16);
         let behaviors = (0..tasks).map(|task| OwnBehavior {
@@ -85,7 +86,7 @@ impl Trial {
             unit_s: 2.0,
             robots: (0..team as u16).map(RobotId).collect(),
         };
-        let me = Me {
+        let me = SelfState {
             robot: RobotId(1),
             incarnation: 1,
             briefs: behaviors.iter().map(brief).collect(),
@@ -97,7 +98,7 @@ impl Trial {
             ceased_after: SimTime(5000),
             assigned: (0..tasks).map(TaskId).collect(),
         };
-        let other = Me {
+        let other = SelfState {
             robot: RobotId(0),
             ..me.clone()
         };
@@ -113,7 +114,7 @@ impl Trial {
         }
     }
 
-    fn run(mut self) -> Vec<Outcome> {
+    fn run(mut self) -> Vec<StepOutcome> {
         let mut choices = Vec::new();
         let mut truth = Vec::new();
         let mut trace = Vec::new();
@@ -134,10 +135,10 @@ impl Trial {
                 applicable: &applicable,
                 choices: &choices,
                 progressed: &progressed,
-                heard,
+                received: heard,
                 route: &flat,
-                truth: &truth,
-                draws: Draws::of(seed, robot, tick),
+                ground_truth: &truth,
+                draws: RandomDraws::new(seed, robot, tick),
             };
             let twice: Vec<Arc<Broadcast>> = heard
                 .iter()
@@ -147,7 +148,7 @@ impl Trial {
             with_junk.extend(strangers(&heard, self.me.team));
 
             let lists = [&heard, &heard, &twice, &with_junk];
-            let mut outcomes: [Outcome; 4] = Default::default();
+            let mut outcomes: [StepOutcome; 4] = Default::default();
             let at = format!("seed {}, step {tick}", self.seed);
             for ((mind, outcome), list) in self.minds.iter_mut().zip(&mut outcomes).zip(lists) {
                 let step = || mind.step(&input(list, self.me.robot), outcome);
@@ -168,7 +169,7 @@ impl Trial {
                 "{at}: G1, broadcasts of robots outside the team change nothing"
             );
 
-            let mut other = Outcome::default();
+            let mut other = StepOutcome::default();
             self.other.step(&input(&[], RobotId(0)), &mut other);
             self.sent.extend(other.say);
             let rows = [
@@ -185,7 +186,7 @@ impl Trial {
             if self.rng.random_bool(0.1) {
                 // A step that does not count: the copy from before it is restored.
                 let kept = self.minds[0].checkpoint();
-                let mut discarded = Outcome::default();
+                let mut discarded = StepOutcome::default();
                 let later = Input {
                     now: SimTime(now.0 + 1),
                     ..input(&[], self.me.robot)
@@ -341,7 +342,7 @@ impl Trial {
         decode(&bytes).unwrap_or(message)
     }
 
-    fn check(&mut self, at: &str, outcome: &Outcome, choices: &[Choice]) {
+    fn check(&mut self, at: &str, outcome: &StepOutcome, choices: &[Choice]) {
         if let Some(active) = outcome.active {
             let can = choices
                 .iter()

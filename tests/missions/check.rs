@@ -8,7 +8,7 @@ use analysis::check::forecast::Takeover;
 use in_process::Team;
 use proto::mission::SharedKnowledge;
 use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
-use robot_agent::allocator::Outcome;
+use robot_agent::allocator::StepOutcome;
 use robot_agent::allocators::alliance::{Engine, StepInput};
 use run_log::{EventRow, LogLevel, MemoryLog, MessageRow};
 use scenario::ids::{BehaviorId, RobotId, TaskId};
@@ -129,7 +129,7 @@ fn a_silent_teammate_is_taken_over_at_the_forecast_time() {
                 gold.step(
                     &StepInput {
                         now,
-                        heard: if now == first_heartbeat {
+                        received: if now == first_heartbeat {
                             std::slice::from_ref(&message)
                         } else {
                             &[]
@@ -137,7 +137,7 @@ fn a_silent_teammate_is_taken_over_at_the_forecast_time() {
                         applicable: &[true, false, false, false],
                         progressed: &[],
                     },
-                    &mut Outcome::default(),
+                    &mut StepOutcome::default(),
                 );
                 now = now + SimTime(setup.alliance.step_ms);
             }

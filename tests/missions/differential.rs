@@ -14,7 +14,7 @@ use proto::telemetry::Motivation;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use robot_agent::allocator::Outcome;
+use robot_agent::allocator::StepOutcome;
 use robot_agent::allocators::alliance::{Engine, StepInput};
 use run_log::{EventRow, MessageRow, MotivationRow};
 use scenario::ids::{RobotId, TaskId};
@@ -225,11 +225,11 @@ fn both_calculations_agree_on_any_messages() {
                 let undelivered = random_message(&mut rng, now);
                 messages.push(rows.message(now, &undelivered, fate[rng.random_range(0..5)]));
             }
-            let mut output = Outcome::default();
+            let mut output = StepOutcome::default();
             let applicable: Vec<bool> = (0..4).map(|_| rng.random_bool(0.99)).collect();
             let input = StepInput {
                 now,
-                heard: &heard,
+                received: &heard,
                 applicable: &applicable,
                 progressed: &[],
             };

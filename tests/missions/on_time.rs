@@ -15,7 +15,7 @@ const LATE_MS: u64 = 30_000;
 
 #[track_caller]
 fn assert_on_time(figures: &Figures) {
-    let figures = WasteFigures::of(&figures.mission);
+    let figures = WasteFigures::from_figures(&figures.mission);
     assert!(figures.reports_made >= 2);
     assert!(figures.report_lateness_max_ms.unwrap() < LATE_MS);
 }

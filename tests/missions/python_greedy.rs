@@ -7,7 +7,7 @@ use in_process::{Team, joins_of};
 use missions::Registry;
 use proto::team::{BroadcastContent, TaskState};
 use proto::telemetry::{AllocationRow, BehaviorState};
-use robot_agent::allocator::{Allocator, Choice, Decision, Input, Me, NoParameters};
+use robot_agent::allocator::{Allocator, Choice, Decision, Input, NoParameters, SelfState};
 use run_log::{LogLevel, MemoryLog};
 use scenario::Setup;
 use scenario::fault::Faults;
@@ -17,7 +17,7 @@ use serde::Deserialize;
 
 #[derive(Clone, Debug)]
 struct Greedy {
-    me: Me,
+    me: SelfState,
     /// The activation time of the active behavior set.
     since: SimTime,
     /// By task and teammate: the start of its claim, and the time of its last received heartbeat.
@@ -63,7 +63,7 @@ impl Greedy {
 impl Allocator for Greedy {
     type Config = NoParameters;
 
-    fn new(me: &Me, _: &NoParameters) -> Self {
+    fn new(me: &SelfState, _: &NoParameters) -> Self {
         Self {
             me: me.clone(),
             since: SimTime::ZERO,
@@ -72,7 +72,7 @@ impl Allocator for Greedy {
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
-        for broadcast in input.heard {
+        for broadcast in input.received {
             let BroadcastContent::Heartbeat(heartbeat) = &broadcast.body else {
                 continue;
             };
@@ -121,7 +121,8 @@ fn greedy_in_rust_has_the_hashes_of_greedy_in_python() {
     let text = include_str!("../../python/python/tests/greedy.json");
     let expected: Expected = serde_json::from_str(text).unwrap();
     assert!(expected.hashes.len() >= 4);
-    let registry = Registry::built_in().allocator::<Greedy>("greedy", "the cheapest free task");
+    let registry =
+        Registry::built_in().with_allocator::<Greedy>("greedy", "the cheapest free task");
     let vocabulary = registry.vocabulary();
     for (run, hash) in &expected.hashes {
         let (mission, seed) = run.split_once(' ').unwrap();

@@ -24,10 +24,10 @@ use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
 use proto::telemetry::{AllocationRow, BehaviorState, Note, NoteKind, Reason, StateChange};
 use proto::tick::{Report, TaskOffer, ToAgent};
 use robot_agent::allocator::{
-    Allocator, Choice, ConfigError, Decision, Framed, Input, Kind, Me, Mind, NoParameters,
-    OwnBehavior, Prepared, RouteCost,
+    Allocator, AllocatorKind, AllocatorRunner, Choice, ConfigError, ConfiguredAllocator, Decision,
+    Input, NoParameters, OwnBehavior, RouteCost, RunningAllocator, SelfState,
 };
-use robot_agent::mission::{AgentMission, Moment, Perception, StepOutput};
+use robot_agent::mission::{AgentMission, ControllerInput, Perception, StepOutput};
 use run_log::{LogLevel, MemoryLog, MessageRow};
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -59,7 +59,7 @@ impl RouteCost for Still {
 impl AgentMission for Still {
     fn perceive(
         &mut self,
-        moment: &Moment<'_>,
+        moment: &ControllerInput<'_>,
         heard: &[Arc<Broadcast>],
         perception: &mut Perception,
     ) {
@@ -77,7 +77,7 @@ impl AgentMission for Still {
         }
     }
 
-    fn choices(&self, _: &Moment<'_>, _: &[bool], choices: &mut Vec<Choice>) {
+    fn choices(&self, _: &ControllerInput<'_>, _: &[bool], choices: &mut Vec<Choice>) {
         choices.extend(self.behaviors.iter().map(|behavior| Choice {
             behavior: behavior.id,
             task: behavior.task,
@@ -90,7 +90,7 @@ impl AgentMission for Still {
         }));
     }
 
-    fn act(&mut self, _: &Moment<'_>, _: Option<BehaviorId>, action: &mut StepOutput) {
+    fn act(&mut self, _: &ControllerInput<'_>, _: Option<BehaviorId>, action: &mut StepOutput) {
         action.actuation.turn_rad_s = self.turn_rad_s.unwrap_or(0.0);
     }
 
@@ -117,7 +117,7 @@ struct Idle;
 impl Allocator for Idle {
     type Config = NoParameters;
 
-    fn new(_: &Me, _: &NoParameters) -> Self {
+    fn new(_: &SelfState, _: &NoParameters) -> Self {
         Self
     }
 
@@ -130,7 +130,7 @@ enum Stills {
     Listener,
 }
 
-impl Kind for Stills {
+impl AllocatorKind for Stills {
     fn spec(&self) -> AllocatorSpec {
         AllocatorSpec {
             name: match self {
@@ -142,19 +142,19 @@ impl Kind for Stills {
         }
     }
 
-    fn prepare(&self, _: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
+    fn prepare(&self, _: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
         Ok(Arc::new(*self))
     }
 }
 
-impl Prepared for Stills {
-    fn mind(&self, me: Me, _: &Setup) -> Box<dyn Mind> {
-        Box::new(Framed::<Idle>::new(me, &NoParameters {}))
+impl ConfiguredAllocator for Stills {
+    fn start(&self, me: SelfState, _: &Setup) -> Box<dyn RunningAllocator> {
+        Box::new(AllocatorRunner::<Idle>::new(me, &NoParameters {}))
     }
 
     fn mission(&self, robot: RobotId, setup: &Setup) -> Option<Box<dyn AgentMission>> {
         Some(Box::new(Still {
-            behaviors: OwnBehavior::all_of(robot, setup),
+            behaviors: OwnBehavior::of_robot(robot, setup),
             turn_rad_s: matches!(self, Self::Listener).then_some(0.0),
             position: None,
             is_laden: false,
@@ -179,7 +179,9 @@ fn expected() -> BTreeMap<String, Expected> {
 #[test]
 fn still_and_listener_in_rust_have_the_hashes_of_the_python_versions() {
     let minds = [Stills::Still, Stills::Listener].map(|mind| Arc::new(mind) as _);
-    let registry = minds.into_iter().fold(Registry::built_in(), Registry::mind);
+    let registry = minds
+        .into_iter()
+        .fold(Registry::built_in(), Registry::with_controller);
     for (mind, expected) in expected() {
         assert_eq!(expected.hashes.len(), 3);
         for (seed, hash) in &expected.hashes {

@@ -28,7 +28,7 @@ fn janitorial() -> Scenario {
 fn kind_of(scenario: &Scenario, point: &str) -> String {
     let section = ServiceSection::of(scenario);
     let number: usize = point.trim_start_matches('p').parse().unwrap();
-    let kind = section.kind_of_each().nth(number).unwrap();
+    let kind = section.kinds_of_points().nth(number).unwrap();
     section.kinds[kind].name.clone()
 }
 

@@ -53,7 +53,7 @@ const ORDERS: [&str; 8] = [
 /// # Errors
 /// Never returns an error, because the log is in memory.
 pub fn run(setup: &Setup, rates: Rates, seed: u64) -> Result<Recorder<MemoryLog>, RecordError> {
-    let mission = Registry::of_this_program().worlds().find(&setup.scenario);
+    let mission = Registry::current().worlds().find(&setup.scenario);
     let mission = mission.expect("a mission that comes with the simulator");
     let mut recorder = Recorder::new(setup, LogLevel::Full, MemoryLog::default())?;
     let mut team = Team {
@@ -109,7 +109,7 @@ impl Team {
 
     fn member(&self, robot: RobotId, incarnation: Incarnation, state: State) -> Member {
         let setup = self.simulation.setup();
-        let team = TeamConfig::of(setup, Registry::of_this_program().agents());
+        let team = TeamConfig::new(setup, Registry::current().agents());
         let team = team.expect("an allocator that comes with the simulator");
         let agent = Agent::new(robot, incarnation, setup, &team);
         Member {

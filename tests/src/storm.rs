@@ -56,10 +56,10 @@ pub fn run(
     seed: u64,
     coverage: &mut Coverage,
 ) -> Result<Recorder<MemoryLog>, RecordError> {
-    let registry = Registry::of_this_program();
+    let registry = Registry::current();
     let mission = registry.worlds().find(&setup.scenario);
     let mission = mission.expect("a mission that comes with the simulator");
-    let team = TeamConfig::of(setup, registry.agents()).expect("the allocators of the simulator");
+    let team = TeamConfig::new(setup, registry.agents()).expect("the allocators of the simulator");
     let mut fuzzer = Fuzzer {
         simulation: Simulation::new(setup.clone(), mission, true),
         recorder: Recorder::new(setup, LogLevel::Full, MemoryLog::default())?,

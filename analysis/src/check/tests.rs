@@ -194,7 +194,9 @@ fn units_of_work_of_the_default_room() {
     } = default_setup(1);
     let unit = |kind| {
         let mut sets = catalog.sets.iter();
-        let set = sets.find(|set| BehaviorKind::of(set) == kind).unwrap();
+        let set = sets
+            .find(|set| BehaviorKind::from_spec(set) == kind)
+            .unwrap();
         catalog
             .mission
             .work_unit_s(&scenario, &scenario.body, 1.0, set)

@@ -135,7 +135,7 @@ fn write_mcap(log: &RunLog, path: &Path) -> anyhow::Result<()> {
 
 fn open(folder: &Path) -> anyhow::Result<RunLog> {
     // The source of this error repeats its text, so only the text is kept.
-    RunLog::open(folder, &Registry::of_this_program().vocabulary())
+    RunLog::open(folder, &Registry::current().vocabulary())
         .map_err(|error| anyhow!("{} is not a run folder: {error}", folder.display()))
 }
 

@@ -67,7 +67,7 @@ pub fn of(log: &RunLog) -> anyhow::Result<(String, Vec<String>)> {
     }
     let text = text(&scenario, setup.seed)?;
     // The text must be readable as a scenario.
-    let vocabulary = Registry::of_this_program().vocabulary();
+    let vocabulary = Registry::current().vocabulary();
     Scenario::parse("scenario", &text, &vocabulary)?;
     Ok((text, notes))
 }

@@ -109,7 +109,7 @@ impl Termination {
                     .fold(f64::INFINITY, f64::min),
             });
         let has_fixed_assignment = |robot: &Robot| {
-            let allocators = Registry::of_this_program().agents();
+            let allocators = Registry::current().agents();
             let prepared = allocators.prepare(scenario.decider_of(robot), setup);
             prepared.is_ok_and(|allocator| allocator.wants_assignment())
         };

@@ -73,7 +73,7 @@ enum Stream {
 
 /// Returns the draw function of a mission that this program contains.
 fn draw_of(name: &str) -> Option<DrawSection> {
-    let missions = Registry::of_this_program().vocabulary().missions;
+    let missions = Registry::current().vocabulary().missions;
     missions
         .iter()
         .find(|mission| mission.name() == name)?
@@ -124,7 +124,7 @@ impl RandomMission {
         if let Some(name) = &self.mission
             && draw_of(name).is_none()
         {
-            let missions = Registry::of_this_program().vocabulary().missions;
+            let missions = Registry::current().vocabulary().missions;
             let drawn = missions
                 .iter()
                 .filter(|mission| mission.random_section().is_some());
@@ -248,7 +248,7 @@ mod tests {
     /// resolve.
     #[test]
     fn every_drawn_mission_can_be_run() {
-        let missions = Registry::of_this_program().vocabulary().missions;
+        let missions = Registry::current().vocabulary().missions;
         let drawing = missions
             .iter()
             .filter(|mission| mission.random_section().is_some());

@@ -128,7 +128,7 @@ struct Shown {
 impl Shown {
     fn of(folder: &Path, look: &Look, notes: &mut Vec<String>) -> anyhow::Result<Self> {
         // The source of this error repeats its text, so only the text is kept.
-        let logged = RunLog::open(folder, &Registry::of_this_program().vocabulary())
+        let logged = RunLog::open(folder, &Registry::current().vocabulary())
             .map_err(|error| anyhow!("{} is not a run folder: {error}", folder.display()))?;
         let (log, rooms) = full_log(logged, &look.snapshot, notes)?;
         let history = History::read(&log).map_err(|error| anyhow!("{error}"))?;

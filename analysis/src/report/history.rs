@@ -141,7 +141,7 @@ impl History {
         }
         history.mission = log.rows()?;
         // The marks of an unknown mission are not available.
-        if let Ok(mission) = Registry::of_this_program().worlds().find(&setup.scenario) {
+        if let Ok(mission) = Registry::current().worlds().find(&setup.scenario) {
             let start = Simulation::new(setup.clone(), mission, false).view();
             (history.marks, history.items) = (start.marks, start.items);
         }

@@ -26,7 +26,7 @@ pub struct Trial {
 
 pub fn attempt(condition: &Condition, rule: &Rule, seed: u64) -> anyhow::Result<Trial> {
     let instance = Instance::draw(condition, seed);
-    let vocabulary = Registry::of_this_program().vocabulary();
+    let vocabulary = Registry::current().vocabulary();
     let text = instance.scenario(rule, condition.mishap);
     let scenario = Scenario::parse("instance.toml", &text, &vocabulary)?;
     let setup = Setup {

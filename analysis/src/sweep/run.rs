@@ -147,7 +147,7 @@ fn simulate(
     let mut figures = Figures::of(&run, outcome);
     let memory = recorder.into_sink();
     if plan.check {
-        let vocabulary = Registry::of_this_program().vocabulary();
+        let vocabulary = Registry::current().vocabulary();
         replayed::check(&RunLog::from_memory(&memory, &vocabulary)?)?;
     }
     if let Some(traffic) = traffic {

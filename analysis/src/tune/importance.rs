@@ -9,7 +9,7 @@ use super::search::Method;
 use super::tuning::{Candidate, mean};
 use crate::compare::statistics::ranks::ranks;
 
-const PARTS: usize = 5;
+const MISSION: usize = 5;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Importance {
@@ -37,7 +37,7 @@ pub fn importance(candidates: &[Candidate]) -> Vec<Importance> {
                 .collect();
             Importance {
                 share: correlation_ratio(&coordinates, &scores),
-                by_chance: (PARTS as f64 - 1.0) / (random.len() as f64 - 1.0).max(1.0),
+                by_chance: (MISSION as f64 - 1.0) / (random.len() as f64 - 1.0).max(1.0),
                 correlation: correlation(&ranks(&coordinates), &ranks(&scores)),
             }
         })
@@ -50,8 +50,8 @@ fn correlation_ratio(coordinates: &[f64], scores: &[f64]) -> f64 {
         .iter()
         .map(|score| (score - whole) * (score - whole))
         .sum();
-    let part = |coordinate: f64| ((coordinate * PARTS as f64) as usize).min(PARTS - 1);
-    let between: f64 = (0..PARTS)
+    let part = |coordinate: f64| ((coordinate * MISSION as f64) as usize).min(MISSION - 1);
+    let between: f64 = (0..MISSION)
         .map(|number| {
             let both = coordinates.iter().zip(scores);
             let members: Vec<f64> = both

@@ -18,5 +18,5 @@ fn main() -> ExitCode {
     robot_agent::args::log_to_stderr();
     AgentCli::parse()
         .agent
-        .run(launch::Registry::of_this_program().agents())
+        .run(launch::Registry::current().agents())
 }

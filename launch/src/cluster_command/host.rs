@@ -10,7 +10,7 @@ use clap::Args;
 use cluster::key_files::KeyFiles;
 use cluster::locator::Locator;
 use cluster::member::Login;
-use cluster::remote::{self, FarArgs};
+use cluster::remote::{self, RemoteArgs};
 use nix::sys::signal::{Signal as NixSignal, kill};
 use nix::unistd::Pid;
 use proto::identity;
@@ -37,7 +37,7 @@ pub struct HostCommand {
     #[arg(long, value_name = "HOST", value_parser = host_name)]
     name: String,
     #[command(flatten)]
-    far: FarArgs,
+    far: RemoteArgs,
     /// Folder for the output of the agents [default: runs/RUN.HOST]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -53,7 +53,7 @@ pub struct RouterCommand {
     #[arg(long, value_name = "HOST", value_parser = host_name)]
     name: String,
     #[command(flatten)]
-    far: FarArgs,
+    far: RemoteArgs,
     /// Also listen for robots on a network, such as at tls/10.0.0.2:7447
     #[arg(long, value_name = "LOCATOR")]
     listen: Vec<String>,
@@ -100,7 +100,7 @@ struct Daemon {
 }
 
 impl Daemon {
-    fn new(name: &str, far: &FarArgs, listen: &[String], once: bool) -> anyhow::Result<Self> {
+    fn new(name: &str, far: &RemoteArgs, listen: &[String], once: bool) -> anyhow::Result<Self> {
         let mut places = Vec::new();
         for at in listen {
             let locator = Locator::from_option(at, far.unencrypted).context("--listen")?;

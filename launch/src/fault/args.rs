@@ -374,7 +374,7 @@ fn groups(arguments: &[String]) -> Vec<Vec<String>> {
 
 /// Returns a parser for the devices of all missions of this program.
 fn device() -> impl TypedValueParser<Value = Device> {
-    let missions = Registry::of_this_program().vocabulary().missions;
+    let missions = Registry::current().vocabulary().missions;
     let mut names: Vec<&str> = Vec::new();
     for name in missions.into_iter().flat_map(Device::names_for) {
         if !names.contains(&name) {

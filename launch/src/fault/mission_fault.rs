@@ -16,7 +16,7 @@ pub struct OwnFault {
 
 /// Returns the faults of all missions. Of two faults with the same name only the first is listed; the world selects the right one.
 fn specs() -> Vec<FaultSpec> {
-    let missions = Registry::of_this_program().vocabulary().missions;
+    let missions = Registry::current().vocabulary().missions;
     let mut specs: Vec<FaultSpec> = Vec::new();
     for spec in missions.iter().flat_map(|mission| mission.faults()) {
         if specs.iter().all(|other| other.name != spec.name) {

@@ -64,7 +64,7 @@ impl Live {
             bail!("run '{}' returned no description", observer.run.run);
         };
         let described = "the world's description of the run";
-        let vocabulary = Registry::of_this_program().vocabulary();
+        let vocabulary = Registry::current().vocabulary();
         let setup = Setup::from_json(&description.setup, &vocabulary)
             .map_err(anyhow::Error::msg)
             .context(described)?;

@@ -52,7 +52,7 @@ impl Logged {
     /// # Errors
     /// If the folder contains no run, or a run without a complete tick.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
-        let logged = RunLog::open(folder, &Registry::of_this_program().vocabulary())?;
+        let logged = RunLog::open(folder, &Registry::current().vocabulary())?;
         let team = logged.run.setup.scenario.robots.len().max(1) as u64;
         let views_max = (ROBOTS_MAX / team).clamp(1, VIEWS_MAX);
         let every = logged.run.result.ticks.max(last_tick(&logged)) / views_max + 1;

@@ -175,7 +175,7 @@ impl RunCommand {
             supervise(plan, link)?
         };
         if let Some(profile) = &self.mission.profile {
-            let vocabulary = Registry::of_this_program().vocabulary();
+            let vocabulary = Registry::current().vocabulary();
             let logged = RunLog::open(&plan.folder, &vocabulary)?;
             learned::write_profile(profile, &logged).context("--profile")?;
         }

@@ -88,7 +88,7 @@ pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
     if check && violation.is_none() {
         violation = replayed::check(&RunLog::open(
             &plan.folder,
-            &Registry::of_this_program().vocabulary(),
+            &Registry::current().vocabulary(),
         )?)
         .err();
     }

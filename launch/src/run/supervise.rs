@@ -478,7 +478,7 @@ fn read_run(folder: &Path) -> anyhow::Result<RunFile> {
     let path = folder.join("run.json");
     let at = || path.display().to_string();
     let text = std::fs::read(&path).with_context(at)?;
-    let vocabulary = Registry::of_this_program().vocabulary();
+    let vocabulary = Registry::current().vocabulary();
     RunFile::parse(&text, &vocabulary)
         .map_err(Error::msg)
         .with_context(at)

@@ -6,10 +6,10 @@ use scenario::time::SimTime;
 use serde::{Deserialize, Serialize};
 
 /// The largest number of targets in a sensor reading, and in a heartbeat.
-pub const SENSED_MOST: usize = 12;
+pub const MAX_SENSED_TARGETS: usize = 12;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Seen {
+pub struct SensedTarget {
     pub target: u16,
     /// The position of the target in the robot's frame, m.
     pub offset: Vec2,
@@ -17,14 +17,14 @@ pub struct Seen {
 
 /// The readings of a robot's devices. The default is a dead device.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Sensed {
+pub struct SensorReading {
     /// The targets in range, nearest first; `None` for a dead device.
-    pub targets: Option<ArrayVec<Seen, SENSED_MOST>>,
+    pub targets: Option<ArrayVec<SensedTarget, MAX_SENSED_TARGETS>>,
 }
 
 /// The action of a robot with a working device: it observes all targets in its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Watch;
+pub struct ObserveAction;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sighting {
@@ -35,4 +35,4 @@ pub struct Sighting {
 }
 
 /// The shared knowledge in each heartbeat: the targets in the robot's sight.
-pub type Told = ArrayVec<Sighting, SENSED_MOST>;
+pub type SharedSightings = ArrayVec<Sighting, MAX_SENSED_TARGETS>;

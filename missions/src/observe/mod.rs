@@ -10,8 +10,8 @@ pub mod world;
 
 use crate::MissionParts;
 
-pub const PARTS: MissionParts =
-    MissionParts::of::<world::Observe, controller::Observer>(data::OBSERVE);
+pub const MISSION: MissionParts =
+    MissionParts::new::<world::Observe, controller::Observer>(data::OBSERVE);
 
 #[cfg(test)]
 mod tests;

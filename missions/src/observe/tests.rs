@@ -16,6 +16,6 @@ pub(super) fn scenario(lines: &str) -> Scenario {
 fn observe_satisfies_the_laws_of_every_mission() {
     for policy in ["fixed", "random", "local", "a-cmommt"] {
         let text = format!("[observe]\nn = 8\nduration_s = 40\npolicy = '{policy}'\n");
-        crate::testkit::mission(super::PARTS, &text);
+        crate::testkit::check_mission(super::MISSION, &text);
     }
 }

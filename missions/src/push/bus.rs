@@ -6,14 +6,14 @@ use proto::readings::Pose;
 use scenario::time::SimTime;
 use serde::{Deserialize, Serialize};
 
-use super::bar::End;
+use super::bar::BarEnd;
 
 /// The largest number of bars in a heartbeat.
-pub const TOLD_MOST: usize = 4;
+pub const MAX_REPORTED_BARS: usize = 4;
 
 /// The readings of a robot's devices. By default both devices are dead.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Sensed {
+pub struct SensorReading {
     /// The nearest bar in sight; `None` for a dead device.
     pub bar: Option<Option<BarSeen>>,
     /// True if the hull touches a bar; `None` for a dead device.
@@ -23,7 +23,7 @@ pub struct Sensed {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BarSeen {
     pub bar: u16,
-    pub end: End,
+    pub end: BarEnd,
     /// The position of that end in the robot's frame, m.
     pub near_end: Vec2,
     /// The lead of the bar's left end over the right one toward the goal, m.
@@ -32,12 +32,12 @@ pub struct BarSeen {
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stroke {
-    pub end: End,
+    pub end: BarEnd,
     pub at: SimTime,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Told {
+pub struct BarReport {
     pub bar: u16,
     /// The last known pose, m and rad.
     pub pose: Pose,
@@ -47,7 +47,7 @@ pub struct Told {
 }
 
 /// The shared knowledge in each heartbeat.
-pub type Lore = ArrayVec<Told, TOLD_MOST>;
+pub type SharedKnowledge = ArrayVec<BarReport, MAX_REPORTED_BARS>;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Deed {}
+pub enum NoAction {}

@@ -12,7 +12,8 @@ pub mod world;
 
 use crate::MissionParts;
 
-pub const PARTS: MissionParts = MissionParts::of::<world::Pushed, controller::Pusher>(data::PUSH);
+pub const MISSION: MissionParts =
+    MissionParts::new::<world::PushWorld, controller::Pusher>(data::PUSH);
 
 #[cfg(test)]
 mod tests;

@@ -5,15 +5,15 @@ use glam::Vec2;
 use scenario::time::SimTime;
 use serde::{Deserialize, Serialize};
 
-pub const SENSED_MOST: usize = 7;
+pub const MAX_SENSED: usize = 7;
 
-pub const TOLD_MOST: usize = 20;
+pub const MAX_SHARED: usize = 20;
 
 /// The minimum work left of an open point, s. Less would mean that the point is over.
 pub const LEAST_LEFT_S: f32 = 0.001;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Fact {
+pub struct PointFact {
     pub point: u16,
     /// The kind of work, as an index into the scenario's kinds.
     pub kind: u8,
@@ -26,9 +26,9 @@ pub struct Fact {
 
 /// The readings of a robot's devices. Empty by default.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Sensed {
+pub struct SensorReading {
     /// New board entries, oldest first, or visible points, nearest first. `None` if the device is dead.
-    pub points: Option<ArrayVec<Fact, SENSED_MOST>>,
+    pub points: Option<ArrayVec<PointFact, MAX_SENSED>>,
     /// The last board line covered by `points`, if it is beyond the line that the robot has [acknowledged](Deed::read).
     pub told: Option<u32>,
     /// The point on which the robot worked successfully in the previous step.
@@ -36,7 +36,7 @@ pub struct Sensed {
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Deed {
+pub struct Action {
     pub work: Option<u16>,
     /// The last board line that the robot has read. The board does not repeat lines up to this one.
     pub read: Option<u32>,
@@ -44,12 +44,12 @@ pub struct Deed {
 
 /// A fact, with the time of the observation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Known {
+pub struct ObservedFact {
     /// The fact, in the room's frame.
-    pub fact: Fact,
+    pub fact: PointFact,
     /// The time of the observation. Of two facts about the same round of a point, the newer one holds.
     pub sensed: SimTime,
 }
 
 /// The shared knowledge in a heartbeat.
-pub type Told = ArrayVec<Known, TOLD_MOST>;
+pub type SharedKnowledge = ArrayVec<ObservedFact, MAX_SHARED>;

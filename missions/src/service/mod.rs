@@ -12,9 +12,9 @@ use world_server::mission::MissionWorld;
 
 use crate::MissionParts;
 
-pub const PARTS: MissionParts = MissionParts {
+pub const MISSION: MissionParts = MissionParts {
     world: MissionWorld::typed::<world::Service>(data::SERVICE),
-    mind: controller::MIND,
+    controller: controller::MIND,
 };
 
 #[cfg(test)]

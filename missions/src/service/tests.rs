@@ -10,7 +10,7 @@ fn service_passes_the_checks_of_every_mission() {
                 "[service]\nknown = '{known}'\ntasks = '{tasks}'\nduration_s = 50\n{kinds}\
                  [[service.random]]\nn = 8\nrate_hz = 0.5\n"
             );
-            crate::testkit::mission(super::PARTS, &section);
+            crate::testkit::check_mission(super::MISSION, &section);
         }
     }
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use world_server::mission::prelude::*;
 
 use crate::MissionParts;
-use crate::testkit::mission;
+use crate::testkit::check_mission;
 
 /// The flaws, as values of the const parameter.
 const NOTHING: u8 = 0;
@@ -27,8 +27,8 @@ const TRUSTS_ACTIONS: u8 = 10;
 /// Runs the testkit on a mission with a bell. Each active robot rings it, and every robot senses whether the count is
 /// odd.
 fn ring<const FLAW: u8>() {
-    let parts = MissionParts::of::<Bell<FLAW>, Ringer<FLAW>>(DRILL);
-    mission(parts, "[drill]\n");
+    let parts = MissionParts::new::<Bell<FLAW>, Ringer<FLAW>>(DRILL);
+    check_mission(parts, "[drill]\n");
 }
 
 #[derive(Clone, Serialize)]
@@ -99,10 +99,10 @@ struct Ringer<const FLAW: u8> {
     cell: Arc<AtomicU32>,
 }
 
-impl<const FLAW: u8> TypedMind for Ringer<FLAW> {
-    type Sensed = bool;
-    type Deed = Ring;
-    type Lore = u8;
+impl<const FLAW: u8> TypedController for Ringer<FLAW> {
+    type SensorReading = bool;
+    type Action = Ring;
+    type SharedKnowledge = u8;
     type Bulletin = ();
 
     fn new(_: RobotId, _: &Setup) -> Self {
@@ -112,8 +112,8 @@ impl<const FLAW: u8> TypedMind for Ringer<FLAW> {
 
     fn perceive(
         &mut self,
-        moment: &TypedMoment<'_, Self>,
-        heard: &[Heard<'_, Self>],
+        moment: &TypedStepInput<'_, Self>,
+        heard: &[ReceivedBroadcast<'_, Self>],
         perception: &mut Perception,
     ) {
         if FLAW == TRUSTS_MESSAGES {
@@ -123,12 +123,12 @@ impl<const FLAW: u8> TypedMind for Ringer<FLAW> {
         }
         perception
             .applicable
-            .extend(moment.own.iter().map(|_| true));
+            .extend(moment.behaviors.iter().map(|_| true));
     }
 
     fn act(
         &mut self,
-        moment: &TypedMoment<'_, Self>,
+        moment: &TypedStepInput<'_, Self>,
         active: Option<BehaviorId>,
         action: &mut StepOutput,
     ) -> Option<Ring> {
@@ -139,7 +139,7 @@ impl<const FLAW: u8> TypedMind for Ringer<FLAW> {
             _ => 0,
         };
         action.actuation.turn_rad_s = (steps % 7) as f32 / 7.0;
-        if FLAW == DRIVES_AT_NAN && *moment.sensed {
+        if FLAW == DRIVES_AT_NAN && *moment.reading {
             action.actuation.speed_m_s = f32::NAN;
         }
         active?;

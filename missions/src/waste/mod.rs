@@ -12,9 +12,9 @@ mod rollback;
 
 use crate::MissionParts;
 
-pub const PARTS: MissionParts = MissionParts {
+pub const MISSION: MissionParts = MissionParts {
     world: world::WASTE,
-    mind: controller::MIND,
+    controller: controller::MIND,
 };
 
 #[cfg(test)]
@@ -22,6 +22,6 @@ mod tests {
     #[test]
     fn the_clean_up_passes_the_checks_of_every_mission() {
         let scenario = "[waste]\nborder_known = true\nspills = [{ name = 'only', items = 2 }]\n";
-        crate::testkit::mission(super::PARTS, scenario);
+        crate::testkit::check_mission(super::MISSION, scenario);
     }
 }

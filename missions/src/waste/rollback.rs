@@ -39,7 +39,7 @@ struct TickInput {
 }
 
 fn agent(robot: RobotId, setup: &Setup) -> Agent {
-    let team = TeamConfig::of(setup, Registry::built_in().agents()).unwrap();
+    let team = TeamConfig::new(setup, Registry::built_in().agents()).unwrap();
     Agent::new(robot, 1, setup, &team)
 }
 

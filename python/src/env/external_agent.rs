@@ -6,7 +6,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use glam::Vec2;
 use proto::team::{BroadcastContent, Heartbeat, TaskState};
 use robot_agent::allocator::{
-    Allocator, Choice, ConfigError, Decision, Framed, Input, Kind, Me, Mind, Prepared,
+    Allocator, AllocatorKind, AllocatorRunner, Choice, ConfigError, ConfiguredAllocator, Decision,
+    Input, RunningAllocator, SelfState,
 };
 use scenario::ids::{BehaviorId, RobotId};
 use scenario::time::SimTime;
@@ -68,7 +69,7 @@ impl fmt::Debug for Hands {
 #[derive(Debug)]
 pub struct Puppets(pub Arc<Hands>);
 
-impl Kind for Puppets {
+impl AllocatorKind for Puppets {
     fn spec(&self) -> AllocatorSpec {
         AllocatorSpec {
             name: NAME,
@@ -79,14 +80,14 @@ impl Kind for Puppets {
         }
     }
 
-    fn prepare(&self, _: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
+    fn prepare(&self, _: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
         Ok(Arc::new(Puppets(Arc::clone(&self.0))))
     }
 }
 
-impl Prepared for Puppets {
-    fn mind(&self, me: Me, _: &Setup) -> Box<dyn Mind> {
-        Box::new(Framed::<Puppet>::new(me, &self.0))
+impl ConfiguredAllocator for Puppets {
+    fn start(&self, me: SelfState, _: &Setup) -> Box<dyn RunningAllocator> {
+        Box::new(AllocatorRunner::<Puppet>::new(me, &self.0))
     }
 }
 
@@ -99,7 +100,7 @@ struct Puppet {
 impl Allocator for Puppet {
     type Config = Arc<Hands>;
 
-    fn new(me: &Me, hands: &Arc<Hands>) -> Self {
+    fn new(me: &SelfState, hands: &Arc<Hands>) -> Self {
         let mut hand = hands.of(me.robot);
         *hand = Hand {
             wanted: hand.wanted,
@@ -116,7 +117,7 @@ impl Allocator for Puppet {
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         let mut hand = self.hands.of(self.me);
         let hand = &mut *hand;
-        for broadcast in input.heard {
+        for broadcast in input.received {
             if let BroadcastContent::Heartbeat(heartbeat) = &broadcast.body
                 && let Some(mate) = hand.mates.get_mut(broadcast.sender.index())
             {

@@ -212,7 +212,7 @@ fn mission(row: &mut Row<'_>, sensed: &SensorReading, setup: &Setup) {
     match (section, sensed) {
         ("waste", sensed) => items(row, sensed.items(), range_m),
         ("observe", sensed) => {
-            let sensed: observe::bus::Sensed = open(sensed);
+            let sensed: observe::bus::SensorReading = open(sensed);
             row.flag("targets.works", sensed.targets.is_some());
             let seen = sensed.targets.unwrap_or_default();
             for place in 0..TARGETS {
@@ -225,7 +225,7 @@ fn mission(row: &mut Row<'_>, sensed: &SensorReading, setup: &Setup) {
             }
         }
         ("push", sensed) => {
-            let sensed: push::bus::Sensed = open(sensed);
+            let sensed: push::bus::SensorReading = open(sensed);
             let bar = sensed.bar.flatten();
             row.flag("bar.works", sensed.bar.is_some());
             row.offset(
@@ -234,7 +234,7 @@ fn mission(row: &mut Row<'_>, sensed: &SensorReading, setup: &Setup) {
                 room(setup).max_element(),
             );
             row.number("bar.lead", bar.map(|bar| bar.lead_m));
-            let is_left = bar.map(|bar| f32::from(bar.end == push::bar::End::Left));
+            let is_left = bar.map(|bar| f32::from(bar.end == push::bar::BarEnd::Left));
             row.number("bar.left", is_left);
             row.flag("touch.works", sensed.touch.is_some());
             row.flag("touch", sensed.touch == Some(true));

@@ -224,11 +224,11 @@ impl World {
         let mut setup = common.setup.clone();
         setup.seed = seed;
         let puppets = || Arc::new(Puppets(Arc::clone(&self.hands)));
-        let mut registry = common.registry.clone().kind(puppets());
+        let mut registry = common.registry.clone().with_allocator_kind(puppets());
         if level != LogLevel::Off {
             // The log keeps the answers of external controllers. The decisions come from outside, so a replay needs
             // them.
-            registry = registry.mind(puppets());
+            registry = registry.with_controller(puppets());
         }
         for agent in &common.agents {
             self.hands.of(*agent).wanted = None;

@@ -114,7 +114,7 @@ impl Worlds {
             return Err(mistake("envs and threads: each must be at least 1"));
         }
         let puppets = Puppets(Arc::new(Hands::new(0)));
-        let ready = asked.ready(Registry::built_in().kind(Arc::new(puppets)))?;
+        let ready = asked.ready(Registry::built_in().with_allocator_kind(Arc::new(puppets)))?;
         let common = Common::new(ready, level, period_s)?;
         let size = envs.div_ceil(threads);
         let part = |first| Part::new(&common, first, size.min(envs - first));

@@ -61,6 +61,6 @@ pub(crate) fn least_cost(
 }
 
 #[must_use]
-pub fn of(assignment: &[Arc<[TaskId]>], robot: RobotId) -> Arc<[TaskId]> {
+pub fn tasks_of(assignment: &[Arc<[TaskId]>], robot: RobotId) -> Arc<[TaskId]> {
     assignment.get(robot.index()).cloned().unwrap_or_default()
 }

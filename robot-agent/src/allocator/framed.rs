@@ -7,12 +7,14 @@ use scenario::ids::{BehaviorId, TaskId};
 use scenario::time::SimTime;
 use smallvec::{SmallVec, smallvec};
 
-use super::{Allocator, Announcement, Decision, Input, Me, Mind, Outcome, OwnBehavior};
+use super::{
+    Allocator, Announcement, Decision, Input, OwnBehavior, RunningAllocator, SelfState, StepOutcome,
+};
 
 /// An allocator with the heartbeats and state changes that all robots share.
 #[derive(Clone, Debug)]
-pub struct Framed<A> {
-    me: Me,
+pub struct AllocatorRunner<A> {
+    me: SelfState,
     allocator: A,
     decision: Decision,
     /// The time since which the active behavior is active, or the robot idle.
@@ -23,8 +25,8 @@ pub struct Framed<A> {
     progress: SmallVec<[u32; 6]>,
 }
 
-impl<A: Allocator> Framed<A> {
-    pub fn new(me: Me, config: &A::Config) -> Self {
+impl<A: Allocator> AllocatorRunner<A> {
+    pub fn new(me: SelfState, config: &A::Config) -> Self {
         Self {
             allocator: A::new(&me, config),
             decision: Decision::default(),
@@ -67,7 +69,7 @@ impl<A: Allocator> Framed<A> {
         &mut self,
         before: Option<BehaviorId>,
         input: &Input<'_>,
-        outcome: &mut Outcome,
+        outcome: &mut StepOutcome,
     ) {
         let now = input.now;
         let active = self.decision.active;
@@ -101,8 +103,8 @@ impl<A: Allocator> Framed<A> {
     }
 }
 
-impl<A: Allocator> Mind for Framed<A> {
-    fn checkpoint(&self) -> Box<dyn Mind> {
+impl<A: Allocator> RunningAllocator for AllocatorRunner<A> {
+    fn checkpoint(&self) -> Box<dyn RunningAllocator> {
         Box::new(self.clone())
     }
 
@@ -110,7 +112,7 @@ impl<A: Allocator> Mind for Framed<A> {
         A::uses_radio()
     }
 
-    fn step(&mut self, input: &Input<'_>, outcome: &mut Outcome) {
+    fn step(&mut self, input: &Input<'_>, outcome: &mut StepOutcome) {
         for task in input.progressed {
             // An effect counts for the task, with any of its behaviors.
             for (own, done) in self.me.behaviors.iter().zip(&mut self.progress) {

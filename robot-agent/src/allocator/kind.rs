@@ -8,11 +8,11 @@ use scenario::ids::RobotId;
 use scenario::{AllocatorSpec, Setup};
 use serde::de::DeserializeOwned;
 
-use super::{Allocator, Framed, Me, Mind};
+use super::{Allocator, AllocatorRunner, RunningAllocator, SelfState};
 use crate::mission::AgentMission;
 
 /// An allocator that a scenario can select by name.
-pub trait Kind: Debug + Send + Sync {
+pub trait AllocatorKind: Debug + Send + Sync {
     /// Returns the name in scenarios and for `--allocator`, a summary of one line, and the parameters.
     fn spec(&self) -> AllocatorSpec;
 
@@ -20,18 +20,18 @@ pub trait Kind: Debug + Send + Sync {
     ///
     /// # Errors
     /// Fails if a parameter is invalid.
-    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn Prepared>, ConfigError>;
+    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError>;
 }
 
 /// An allocator with the parameters of a run.
-pub trait Prepared: Debug + Send + Sync {
+pub trait ConfiguredAllocator: Debug + Send + Sync {
     /// Returns whether the algorithm uses the tasks assigned before the start, see [`Allocator::wants_assignment`].
     fn wants_assignment(&self) -> bool {
         false
     }
 
     /// Creates a robot's allocator at the start of an incarnation.
-    fn mind(&self, me: Me, setup: &Setup) -> Box<dyn Mind>;
+    fn start(&self, me: SelfState, setup: &Setup) -> Box<dyn RunningAllocator>;
 
     /// Returns a replacement for the mission's controller, which perceives and acts; `None` for a plain allocator.
     fn mission(&self, robot: RobotId, setup: &Setup) -> Option<Box<dyn AgentMission>> {
@@ -51,19 +51,19 @@ pub struct ConfigError {
 }
 
 /// The [`Kind`] of a type that implements [`Allocator`].
-pub struct Typed<A> {
+pub struct TypedAllocatorKind<A> {
     name: &'static str,
     about: &'static str,
     allocator: PhantomData<fn() -> A>,
 }
 
-impl<A> Debug for Typed<A> {
+impl<A> Debug for TypedAllocatorKind<A> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_tuple("Typed").field(&self.name).finish()
     }
 }
 
-impl<A: Allocator> Typed<A> {
+impl<A: Allocator> TypedAllocatorKind<A> {
     /// Registers the type under a name, with a summary of one line.
     #[must_use]
     pub fn new(name: &'static str, about: &'static str) -> Self {
@@ -75,7 +75,7 @@ impl<A: Allocator> Typed<A> {
     }
 }
 
-impl<A: Allocator> Kind for Typed<A>
+impl<A: Allocator> AllocatorKind for TypedAllocatorKind<A>
 where
     A::Config: DeserializeOwned,
 {
@@ -84,19 +84,22 @@ where
             name: self.name,
             about: self.about,
             parameters: A::parameters(),
-            needs_ground_truth: A::wants_truth(),
+            needs_ground_truth: A::uses_ground_truth(),
             learns_times: false,
         }
     }
 
-    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
-        let config: A::Config = config(setup, self.name)?;
+    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
+        let config: A::Config = read_config(setup, self.name)?;
         Ok(Arc::new(Parameters::<A>(config)))
     }
 }
 
 /// Reads `[allocators.NAME]` of the run's scenario.
-pub(crate) fn config<C: DeserializeOwned>(setup: &Setup, name: &str) -> Result<C, ConfigError> {
+pub(crate) fn read_config<C: DeserializeOwned>(
+    setup: &Setup,
+    name: &str,
+) -> Result<C, ConfigError> {
     C::deserialize(setup.scenario.allocator_values(name)).map_err(|error| ConfigError {
         subject: format!("allocators.{name}"),
         why: error.to_string(),
@@ -111,12 +114,12 @@ impl<A: Allocator> Debug for Parameters<A> {
     }
 }
 
-impl<A: Allocator> Prepared for Parameters<A> {
+impl<A: Allocator> ConfiguredAllocator for Parameters<A> {
     fn wants_assignment(&self) -> bool {
-        A::wants_assignment()
+        A::uses_assignment()
     }
 
-    fn mind(&self, me: Me, _: &Setup) -> Box<dyn Mind> {
-        Box::new(Framed::<A>::new(me, &self.0))
+    fn start(&self, me: SelfState, _: &Setup) -> Box<dyn RunningAllocator> {
+        Box::new(AllocatorRunner::<A>::new(me, &self.0))
     }
 }

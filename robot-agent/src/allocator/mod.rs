@@ -43,9 +43,9 @@ use scenario::time::SimTime;
 use scenario::{LearnedTimes, ParameterSpec, Setup, TaskSpec};
 use serde::Deserialize;
 
-pub use framed::Framed;
-pub(crate) use kind::config;
-pub use kind::{ConfigError, Kind, Prepared, Typed};
+pub use framed::AllocatorRunner;
+pub(crate) use kind::read_config;
+pub use kind::{AllocatorKind, ConfigError, ConfiguredAllocator, TypedAllocatorKind};
 
 /// A task allocation algorithm for one robot; a pure function of its inputs.
 ///
@@ -87,13 +87,13 @@ pub trait Allocator: Clone + Debug + Send + 'static {
     /// Returns whether the algorithm uses [`Me::assigned`]. The assignment is computed only if an allocator of the
     /// team uses it.
     #[must_use]
-    fn wants_assignment() -> bool {
+    fn uses_assignment() -> bool {
         false
     }
 
     /// Returns whether the algorithm uses the [ground truth](Input::truth). It is computed only on request.
     #[must_use]
-    fn wants_truth() -> bool {
+    fn uses_ground_truth() -> bool {
         false
     }
 
@@ -105,7 +105,7 @@ pub trait Allocator: Clone + Debug + Send + 'static {
     }
 
     /// Creates the state of a robot at the start of an incarnation, before any message.
-    fn new(me: &Me, config: &Self::Config) -> Self;
+    fn new(me: &SelfState, config: &Self::Config) -> Self;
 
     /// Runs one step. `decision` is empty except [`Decision::active`], which contains the choice of the previous
     /// step.
@@ -119,7 +119,7 @@ pub struct NoParameters {}
 
 /// Facts about a robot and its team that stay the same for the whole run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Me {
+pub struct SelfState {
     pub robot: RobotId,
     /// Number of the incarnation, from 1. A restart is the next one.
     pub incarnation: Incarnation,
@@ -202,7 +202,7 @@ impl OwnBehavior {
     /// Returns the behaviors of a robot, in the order of
     /// [`Catalog::behaviors_of`](scenario::Catalog::behaviors_of).
     #[must_use]
-    pub fn all_of(robot: RobotId, setup: &Setup) -> Vec<Self> {
+    pub fn of_robot(robot: RobotId, setup: &Setup) -> Vec<Self> {
         let (robot, catalog) = (&setup.scenario.robots[robot.index()], &setup.catalog);
         let behaviors = catalog.behaviors_of(robot).map(|id| {
             let task = catalog.sets[id.index()].task;
@@ -237,16 +237,16 @@ pub struct Input<'a> {
     /// The tasks on which the robot had an effect on the world since its last step, one entry per effect.
     pub progressed: &'a [TaskId],
     /// The broadcasts received in this step, sorted by sender, incarnation and sequence number.
-    pub heard: &'a [Arc<Broadcast>],
+    pub received: &'a [Arc<Broadcast>],
     /// The cost of a task after other tasks, for planners of sequences.
     pub route: &'a dyn RouteCost,
     /// The offers of the previous step, from the world and not by radio, sorted by robot. Contains all robots that
     /// share tasks with this one, directly or through others. Empty unless the allocator
     /// [requests](Allocator::wants_truth) it. An offer is a row of [`Decision::rows`] with a utility above 0, from a
     /// working robot, for a task that is really due.
-    pub truth: &'a [TaskOffer],
+    pub ground_truth: &'a [TaskOffer],
     /// The random numbers of this step.
-    pub draws: Draws,
+    pub draws: RandomDraws,
 }
 
 /// The value of one behavior of the robot in one step.
@@ -294,19 +294,19 @@ pub struct Decision {
 /// The random numbers of one step of one robot's allocator. They depend only on seed, robot and tick: a repeated step
 /// draws the same numbers, and no robot affects another.
 #[derive(Clone, Copy, Debug)]
-pub struct Draws {
+pub struct RandomDraws {
     seed: u64,
     robot: RobotId,
     tick: u64,
 }
 
-impl Draws {
+impl RandomDraws {
     /// The length of the block of one step, in words of the stream.
     const WORDS: u128 = 1 << 12;
 
     /// Returns the random numbers of that robot in that tick.
     #[must_use]
-    pub fn of(seed: u64, robot: RobotId, tick: u64) -> Self {
+    pub fn new(seed: u64, robot: RobotId, tick: u64) -> Self {
         Self { seed, robot, tick }
     }
 
@@ -336,7 +336,7 @@ pub struct Announcement {
 
 /// The complete result of a step, with heartbeats and log rows.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Outcome {
+pub struct StepOutcome {
     pub active: Option<BehaviorId>,
     /// Rows of motivations.csv, one per behavior, from allocators that have motivations.
     pub motivations: Vec<Motivation>,
@@ -352,9 +352,9 @@ pub struct Outcome {
 
 /// A running allocator of any type. [`Framed`] creates it from an [`Allocator`]. ALLIANCE implements it directly,
 /// because it has its own states and heartbeats.
-pub trait Mind: Debug + Send {
+pub trait RunningAllocator: Debug + Send {
     /// Returns a copy of the state.
-    fn checkpoint(&self) -> Box<dyn Mind>;
+    fn checkpoint(&self) -> Box<dyn RunningAllocator>;
 
     /// Returns whether the allocator uses [`Input::choices`]. They are computed only if it does. The result must not
     /// change.
@@ -375,10 +375,10 @@ pub trait Mind: Debug + Send {
     }
 
     /// Runs one step and writes its result to `outcome`.
-    fn step(&mut self, input: &Input<'_>, outcome: &mut Outcome);
+    fn step(&mut self, input: &Input<'_>, outcome: &mut StepOutcome);
 }
 
-impl Clone for Box<dyn Mind> {
+impl Clone for Box<dyn RunningAllocator> {
     fn clone(&self) -> Self {
         self.checkpoint()
     }

@@ -14,8 +14,8 @@ use scenario::time::SimTime;
 
 use super::utility::DISCOUNT_PER_S;
 use super::{
-    Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost, TaskBrief,
-    assignment,
+    Allocator, AllocatorRunner, Choice, Input, OwnBehavior, RandomDraws, RouteCost,
+    RunningAllocator, SelfState, StepOutcome, TaskBrief, assignment,
 };
 use crate::agent::TeamConfig;
 use crate::allocators::first_come::FirstCome;
@@ -42,7 +42,7 @@ fn the_testkit_finds_a_choice_that_is_not_applicable() {
     struct Stubborn(BehaviorId);
     impl Allocator for Stubborn {
         type Config = ();
-        fn new(me: &Me, (): &()) -> Self {
+        fn new(me: &SelfState, (): &()) -> Self {
             Self(me.behaviors[0].id)
         }
         fn step(&mut self, _: &Input<'_>, decision: &mut super::Decision) {
@@ -60,11 +60,11 @@ fn the_testkit_finds_an_effect_of_copies() {
     struct Counts(usize);
     impl Allocator for Counts {
         type Config = ();
-        fn new(_: &Me, (): &()) -> Self {
+        fn new(_: &SelfState, (): &()) -> Self {
             Self(0)
         }
         fn step(&mut self, input: &Input<'_>, decision: &mut super::Decision) {
-            self.0 += input.heard.len();
+            self.0 += input.received.len();
             let mut applicable = input.choices.iter().filter(|choice| choice.applicable);
             decision.active = (self.0 % 3 == 1)
                 .then(|| applicable.next().map(|choice| choice.behavior))
@@ -83,7 +83,7 @@ fn the_testkit_finds_state_in_a_static() {
     struct UsesStatic;
     impl Allocator for UsesStatic {
         type Config = ();
-        fn new(_: &Me, (): &()) -> Self {
+        fn new(_: &SelfState, (): &()) -> Self {
             Self
         }
         fn step(&mut self, input: &Input<'_>, decision: &mut super::Decision) {
@@ -105,7 +105,7 @@ fn the_testkit_finds_state_that_clones_share() {
     struct Shares(Arc<AtomicU32>);
     impl Allocator for Shares {
         type Config = ();
-        fn new(_: &Me, (): &()) -> Self {
+        fn new(_: &SelfState, (): &()) -> Self {
             Self(Arc::default())
         }
         fn step(&mut self, input: &Input<'_>, decision: &mut super::Decision) {
@@ -127,11 +127,11 @@ fn the_testkit_finds_a_panic_on_a_malformed_message() {
     struct Trusts;
     impl Allocator for Trusts {
         type Config = ();
-        fn new(_: &Me, (): &()) -> Self {
+        fn new(_: &SelfState, (): &()) -> Self {
             Self
         }
         fn step(&mut self, input: &Input<'_>, decision: &mut super::Decision) {
-            for broadcast in input.heard {
+            for broadcast in input.received {
                 if let BroadcastContent::Allocation(AllocationMessage::Open(message)) =
                     &broadcast.body
                     && message.schema == "trusts"
@@ -157,8 +157,8 @@ impl RouteCost for Flat {
     }
 }
 
-fn me(robot: u16, tasks: u16) -> Me {
-    Me {
+fn me(robot: u16, tasks: u16) -> SelfState {
+    SelfState {
         robot: RobotId(robot),
         incarnation: 1,
         team: 3,
@@ -201,14 +201,14 @@ fn choices(costs: &[f64]) -> Vec<Choice> {
 }
 
 fn step(
-    mind: &mut dyn Mind,
+    mind: &mut dyn RunningAllocator,
     tick: u64,
     choices: &[Choice],
     heard: &[Arc<Broadcast>],
     progressed: &[TaskId],
-) -> Outcome {
+) -> StepOutcome {
     let applicable: Vec<bool> = choices.iter().map(|choice| choice.applicable).collect();
-    let mut outcome = Outcome::default();
+    let mut outcome = StepOutcome::default();
     let input = Input {
         now: SimTime(50 * tick),
         step_s: 0.05,
@@ -217,10 +217,10 @@ fn step(
         applicable: &applicable,
         choices,
         progressed,
-        heard,
+        received: heard,
         route: &Flat,
-        truth: &[],
-        draws: Draws::of(7, RobotId(0), tick),
+        ground_truth: &[],
+        draws: RandomDraws::new(7, RobotId(0), tick),
     };
     mind.step(&input, &mut outcome);
     outcome
@@ -255,7 +255,7 @@ fn executes(sender: u16, seq: u64, since_ms: u64, task: Option<u16>) -> Arc<Broa
 #[test]
 fn utility_matches_hand_calculation() {
     assert!((libm::pow(DISCOUNT_PER_S, 10.0) - 0.817_07).abs() < 1e-5);
-    let mut nearest = Framed::<Nearest>::new(me(0, 2), &Default::default());
+    let mut nearest = AllocatorRunner::<Nearest>::new(me(0, 2), &Default::default());
     let outcome = step(&mut nearest, 0, &choices(&[10.0, 20.0]), &[], &[]);
     assert_eq!(outcome.active, Some(BehaviorId(0)));
     assert!((outcome.rows[0].utility - 0.817_07).abs() < 1e-5);
@@ -278,7 +278,7 @@ fn utility_matches_hand_calculation() {
 /// Every allocator sends a heartbeat at once after a change, then every 1/ρ.
 #[test]
 fn heartbeats_follow_changes_at_once_and_then_each_period() {
-    let mut nearest = Framed::<Nearest>::new(me(0, 2), &Default::default());
+    let mut nearest = AllocatorRunner::<Nearest>::new(me(0, 2), &Default::default());
     let sent_at: Vec<u64> = (0..45)
         .filter(|&tick| {
             let mut now = choices(&[10.0, 20.0]);
@@ -305,8 +305,8 @@ fn heartbeats_follow_changes_at_once_and_then_each_period() {
 /// rank.
 #[test]
 fn first_come_leaves_one_executor() {
-    let mut low = Framed::<FirstCome>::new(me(0, 2), &Default::default());
-    let mut high = Framed::<FirstCome>::new(me(2, 2), &Default::default());
+    let mut low = AllocatorRunner::<FirstCome>::new(me(0, 2), &Default::default());
+    let mut high = AllocatorRunner::<FirstCome>::new(me(2, 2), &Default::default());
     let both = choices(&[10.0, 20.0]);
     assert_eq!(
         step(&mut low, 0, &both, &[], &[]).active,
@@ -324,7 +324,7 @@ fn first_come_leaves_one_executor() {
 
     // The robot of lower rank falls silent: its task is free after τ, exact to the step.
     let first_only = choices(&[10.0]);
-    let mut idle = Framed::<FirstCome>::new(me(2, 1), &Default::default());
+    let mut idle = AllocatorRunner::<FirstCome>::new(me(2, 1), &Default::default());
     assert_eq!(
         step(
             &mut idle,
@@ -341,7 +341,7 @@ fn first_come_leaves_one_executor() {
     assert_eq!(outcome.active, Some(BehaviorId(0)));
     assert_eq!(outcome.changes[0].reason, Reason::Claimed);
     // A late older heartbeat has no effect, and a newer one frees the task at once.
-    let mut late = Framed::<FirstCome>::new(me(2, 1), &Default::default());
+    let mut late = AllocatorRunner::<FirstCome>::new(me(2, 1), &Default::default());
     let heartbeats = [executes(0, 5, 0, None), executes(0, 4, 0, Some(0))];
     assert_eq!(
         step(&mut late, 1, &first_only, &heartbeats, &[]).active,
@@ -351,7 +351,7 @@ fn first_come_leaves_one_executor() {
 
 #[test]
 fn a_static_robot_performs_only_its_assigned_tasks() {
-    let mut fixed = Framed::<Fixed>::new(me(0, 3), &Default::default());
+    let mut fixed = AllocatorRunner::<Fixed>::new(me(0, 3), &Default::default());
     let all = choices(&[1.0, 50.0, 1.0]);
     assert_eq!(
         step(&mut fixed, 0, &all, &[], &[]).active,
@@ -366,7 +366,7 @@ fn a_static_robot_performs_only_its_assigned_tasks() {
 #[test]
 fn random_draws_evenly() {
     let config = random::Config { redraw_s: 0.05 };
-    let mut random = Framed::<Random>::new(me(0, 3), &config);
+    let mut random = AllocatorRunner::<Random>::new(me(0, 3), &config);
     let mut counts = [0_f64; 3];
     for tick in 0..10_000 {
         let active = step(&mut random, tick, &choices(&[1.0, 2.0, 3.0]), &[], &[]).active;
@@ -385,7 +385,7 @@ fn random_draws_evenly() {
 fn received_broadcasts_do_not_change_random_draws() {
     let draws = |received: &dyn Fn(u64) -> Vec<Arc<Broadcast>>| -> Vec<_> {
         let config = random::Config { redraw_s: 0.05 };
-        let mut random = Framed::<Random>::new(me(0, 3), &config);
+        let mut random = AllocatorRunner::<Random>::new(me(0, 3), &config);
         let three = choices(&[1.0, 2.0, 3.0]);
         let active = |tick| step(&mut random, tick, &three, &received(tick), &[]).active;
         (0..1_000).map(active).collect()
@@ -442,7 +442,7 @@ proptest! {
 fn an_unknown_allocator_gives_a_message_of_one_line() {
     let mut setup = default_setup(1);
     setup.scenario.allocator = Some("telepathy".to_owned());
-    let error = TeamConfig::of(&setup, &AgentRegistry::built_in()).unwrap_err();
+    let error = TeamConfig::new(&setup, &AgentRegistry::built_in()).unwrap_err();
     assert_eq!(
         error.to_string(),
         "allocators.telepathy: there is no such allocator; there are alliance, l-alliance, nearest, nearest-silent, first-come, random, static, oracle, ble, murdoch, cbaa, cbba, acbba, grape, threshold"

@@ -8,8 +8,8 @@ use scenario::ids::BehaviorId;
 use scenario::time::SimTime;
 use smallvec::SmallVec;
 
-use super::utility::{COMMIT, UnderWay};
-use super::{Input, Me};
+use super::utility::{COMMIT, WorkInProgress};
+use super::{Input, SelfState};
 
 /// The state that a robot's bids depend on, except its position.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -22,8 +22,8 @@ struct Situation {
 }
 
 #[derive(Clone, Debug, Default)]
-pub struct Unit {
-    under_way: UnderWay,
+pub struct WorkUnit {
+    under_way: WorkInProgress,
     /// The time at which the active behavior became active.
     activated: SimTime,
     before: Situation,
@@ -32,10 +32,15 @@ pub struct Unit {
     is_done: bool,
 }
 
-impl Unit {
+impl WorkUnit {
     /// Updates the state at the start of a step. Returns whether the robot must select again.
-    pub fn look(&mut self, me: &Me, input: &Input<'_>, active: Option<BehaviorId>) -> bool {
-        self.under_way.note_progress(me, input);
+    pub fn update(
+        &mut self,
+        me: &SelfState,
+        input: &Input<'_>,
+        active: Option<BehaviorId>,
+    ) -> bool {
+        self.under_way.record_progress(me, input);
         let mut behaviors = me.behaviors.iter();
         let task = active
             .and_then(|active| behaviors.find(|behavior| behavior.id == active))
@@ -59,20 +64,20 @@ impl Unit {
     }
 
     /// Returns whether the robot should finish its current unit before it selects again.
-    pub fn goes_on(&self) -> bool {
+    pub fn should_continue(&self) -> bool {
         self.now.has_begun && !self.now.has_lapsed && !self.is_done
     }
 
     /// Returns the unit in progress, if it has begun; else an empty value.
-    pub fn begun(&self) -> UnderWay {
+    pub fn committed(&self) -> WorkInProgress {
         if self.now.has_begun {
             self.under_way
         } else {
-            UnderWay::default()
+            WorkInProgress::default()
         }
     }
 
-    pub fn under_way(&self) -> &UnderWay {
+    pub fn under_way(&self) -> &WorkInProgress {
         &self.under_way
     }
 
@@ -86,6 +91,6 @@ impl Unit {
         if before != active {
             self.activated = now;
         }
-        self.under_way.note_active(active, now);
+        self.under_way.record_active(active, now);
     }
 }

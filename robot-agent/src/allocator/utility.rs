@@ -10,7 +10,7 @@ use proto::telemetry::{AllocationRow, BehaviorState};
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
-use super::{Choice, Decision, Input, Me};
+use super::{Choice, Decision, Input, SelfState};
 
 /// λ, the discount per second of cost.
 pub const DISCOUNT_PER_S: f64 = 0.98;
@@ -20,11 +20,11 @@ pub const COMMIT: SimTime = SimTime(60_000);
 
 /// The behavior in progress and the time of its last progress, for the bonus in its utility.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct UnderWay(Option<(BehaviorId, SimTime)>);
+pub struct WorkInProgress(Option<(BehaviorId, SimTime)>);
 
-impl UnderWay {
+impl WorkInProgress {
     /// Records the progress of a step, at its start.
-    pub fn note_progress(&mut self, me: &Me, input: &Input<'_>) {
+    pub fn record_progress(&mut self, me: &SelfState, input: &Input<'_>) {
         if let Some((behavior, since)) = &mut self.0
             && let Some(own) = me.behaviors.iter().find(|own| own.id == *behavior)
             && input.progressed.contains(&own.task)
@@ -34,7 +34,7 @@ impl UnderWay {
     }
 
     /// Records the active behavior after a step.
-    pub fn note_active(&mut self, active: Option<BehaviorId>, now: SimTime) {
+    pub fn record_active(&mut self, active: Option<BehaviorId>, now: SimTime) {
         if self.0.map(|(behavior, _)| behavior) != active {
             self.0 = active.map(|behavior| (behavior, now));
         }
@@ -92,7 +92,7 @@ impl Bid {
 /// Returns the best applicable choice that `may` permits, by priority, utility and task, with its utility.
 #[must_use]
 pub fn best<'a>(
-    under_way: &UnderWay,
+    under_way: &WorkInProgress,
     robot: RobotId,
     input: &'a Input<'_>,
     mut may: impl FnMut(&Choice) -> bool,
@@ -119,12 +119,12 @@ pub fn best<'a>(
     best.map(|(choice, bid)| (choice, bid.utility))
 }
 
-impl UnderWay {
+impl WorkInProgress {
     /// Writes one row per applicable choice, with its utility and its state. `holder` returns the robot that holds a
     /// task.
     pub fn log(
         &self,
-        me: &Me,
+        me: &SelfState,
         input: &Input<'_>,
         decision: &mut Decision,
         holder: impl Fn(TaskId) -> Option<RobotId>,

@@ -8,13 +8,13 @@ use proto::telemetry::Reason;
 use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 
-use crate::allocator::utility::{UnderWay, best};
-use crate::allocator::{Allocator, Decision, Input, Me, NoParameters};
+use crate::allocator::utility::{WorkInProgress, best};
+use crate::allocator::{Allocator, Decision, Input, NoParameters, SelfState};
 
 #[derive(Clone, Debug)]
 pub struct FirstCome {
-    me: Me,
-    under_way: UnderWay,
+    me: SelfState,
+    under_way: WorkInProgress,
     /// The time at which the robot claimed its task.
     since: SimTime,
     claims: BTreeMap<RobotId, LatestClaim>,
@@ -31,7 +31,7 @@ struct LatestClaim {
 
 impl FirstCome {
     fn receive(&mut self, input: &Input<'_>) {
-        for broadcast in input.heard {
+        for broadcast in input.received {
             let (sender, stamp) = (broadcast.sender, (broadcast.incarnation, broadcast.seq));
             if sender == self.me.robot || sender.index() >= self.me.team {
                 continue;
@@ -69,17 +69,17 @@ impl FirstCome {
 impl Allocator for FirstCome {
     type Config = NoParameters;
 
-    fn new(me: &Me, _: &NoParameters) -> Self {
+    fn new(me: &SelfState, _: &NoParameters) -> Self {
         Self {
             me: me.clone(),
-            under_way: UnderWay::default(),
+            under_way: WorkInProgress::default(),
             since: SimTime::ZERO,
             claims: BTreeMap::new(),
         }
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
-        self.under_way.note_progress(&self.me, input);
+        self.under_way.record_progress(&self.me, input);
         self.receive(input);
         let now = input.now;
         let held = decision.active.and_then(|active| {
@@ -110,6 +110,6 @@ impl Allocator for FirstCome {
         }
         let holder = |task| self.executing(task, now).min().map(|(_, robot)| robot);
         self.under_way.log(&self.me, input, decision, holder);
-        self.under_way.note_active(decision.active, now);
+        self.under_way.record_active(decision.active, now);
     }
 }

@@ -1,31 +1,31 @@
 //! The `nearest` allocator: the applicable task of highest utility, independent of claims. Mission knowledge still
 //! arrives in heartbeats; `nearest-silent` switches the radio off.
 
-use crate::allocator::utility::{UnderWay, best};
-use crate::allocator::{Allocator, Decision, Input, Me, NoParameters};
+use crate::allocator::utility::{WorkInProgress, best};
+use crate::allocator::{Allocator, Decision, Input, NoParameters, SelfState};
 
 #[derive(Clone, Debug)]
 pub struct Nearest {
-    me: Me,
-    under_way: UnderWay,
+    me: SelfState,
+    under_way: WorkInProgress,
 }
 
 impl Allocator for Nearest {
     type Config = NoParameters;
 
-    fn new(me: &Me, _: &NoParameters) -> Self {
+    fn new(me: &SelfState, _: &NoParameters) -> Self {
         Self {
             me: me.clone(),
-            under_way: UnderWay::default(),
+            under_way: WorkInProgress::default(),
         }
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
-        self.under_way.note_progress(&self.me, input);
+        self.under_way.record_progress(&self.me, input);
         let chosen = best(&self.under_way, self.me.robot, input, |_| true);
         decision.active = chosen.map(|(choice, _)| choice.behavior);
         self.under_way.log(&self.me, input, decision, |_| None);
-        self.under_way.note_active(decision.active, input.now);
+        self.under_way.record_active(decision.active, input.now);
     }
 }
 
@@ -40,7 +40,7 @@ impl Allocator for NearestSilent {
         false
     }
 
-    fn new(me: &Me, config: &NoParameters) -> Self {
+    fn new(me: &SelfState, config: &NoParameters) -> Self {
         Self(Nearest::new(me, config))
     }
 

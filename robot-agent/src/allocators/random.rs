@@ -7,12 +7,12 @@ use scenario::time::SimTime;
 use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 
-use crate::allocator::utility::UnderWay;
-use crate::allocator::{Allocator, Decision, Input, Me};
+use crate::allocator::utility::WorkInProgress;
+use crate::allocator::{Allocator, Decision, Input, SelfState};
 
 #[derive(Clone, Debug)]
 pub struct Random {
-    me: Me,
+    me: SelfState,
     redraw: SimTime,
     drawn: SimTime,
 }
@@ -43,7 +43,7 @@ impl Allocator for Random {
         }]
     }
 
-    fn new(me: &Me, config: &Config) -> Self {
+    fn new(me: &SelfState, config: &Config) -> Self {
         Self {
             me: me.clone(),
             redraw: SimTime::from_secs_f64(config.redraw_s),
@@ -66,6 +66,6 @@ impl Allocator for Random {
                 self.drawn = input.now;
             }
         }
-        UnderWay::default().log(&self.me, input, decision, |_| None);
+        WorkInProgress::default().log(&self.me, input, decision, |_| None);
     }
 }

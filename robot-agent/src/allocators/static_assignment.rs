@@ -1,31 +1,31 @@
 //! The `static` allocator: an assignment that never changes. A robot executes its assigned tasks by priority and
 //! utility, and never those of a crashed teammate.
 
-use crate::allocator::utility::{UnderWay, best};
-use crate::allocator::{Allocator, Decision, Input, Me, NoParameters};
+use crate::allocator::utility::{WorkInProgress, best};
+use crate::allocator::{Allocator, Decision, Input, NoParameters, SelfState};
 
 #[derive(Clone, Debug)]
 pub struct Fixed {
-    me: Me,
-    under_way: UnderWay,
+    me: SelfState,
+    under_way: WorkInProgress,
 }
 
 impl Allocator for Fixed {
     type Config = NoParameters;
 
-    fn wants_assignment() -> bool {
+    fn uses_assignment() -> bool {
         true
     }
 
-    fn new(me: &Me, _: &NoParameters) -> Self {
+    fn new(me: &SelfState, _: &NoParameters) -> Self {
         Self {
             me: me.clone(),
-            under_way: UnderWay::default(),
+            under_way: WorkInProgress::default(),
         }
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
-        self.under_way.note_progress(&self.me, input);
+        self.under_way.record_progress(&self.me, input);
         let is_assigned = |task| self.me.assigned.contains(&task);
         let chosen = best(&self.under_way, self.me.robot, input, |choice| {
             is_assigned(choice.task)
@@ -33,6 +33,6 @@ impl Allocator for Fixed {
         decision.active = chosen.map(|(choice, _)| choice.behavior);
         let holder = |task| is_assigned(task).then_some(self.me.robot);
         self.under_way.log(&self.me, input, decision, holder);
-        self.under_way.note_active(decision.active, input.now);
+        self.under_way.record_active(decision.active, input.now);
     }
 }

@@ -12,7 +12,8 @@ use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 
 use crate::allocator::{
-    Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost, TaskBrief,
+    Allocator, AllocatorRunner, Choice, Input, OwnBehavior, RandomDraws, RouteCost,
+    RunningAllocator, SelfState, StepOutcome, TaskBrief,
 };
 
 pub const STEP: SimTime = SimTime(50);
@@ -52,7 +53,7 @@ impl Default for Task {
 
 impl Situation {
     /// Creates exclusive tasks without an end.
-    pub fn of(cost_s: &[&[f64]]) -> Self {
+    pub fn from_costs(cost_s: &[&[f64]]) -> Self {
         Self {
             tasks: vec![Task::default(); cost_s[0].len()],
             cost_s: cost_s
@@ -63,7 +64,7 @@ impl Situation {
     }
 
     /// Generates up to `robots` robots and `tasks` tasks that never end.
-    pub fn any(robots: usize, tasks: usize) -> impl Strategy<Value = Self> {
+    pub fn arbitrary(robots: usize, tasks: usize) -> impl Strategy<Value = Self> {
         (1..=robots, 1..=tasks).prop_flat_map(|(robots, tasks)| {
             let task = (1..3_usize, 0..2, 1..4).prop_map(|(max_robots, priority, reward)| Task {
                 max_robots,
@@ -88,21 +89,21 @@ pub struct Team<A: Allocator> {
     pub robots: Vec<Robot<A>>,
     config: A::Config,
     tick: u64,
-    pub air: Vec<Arc<Broadcast>>,
+    pub in_flight: Vec<Arc<Broadcast>>,
 }
 
 pub struct Robot<A> {
     /// The controller; `None` while the robot is crashed.
-    controller: Option<Framed<A>>,
+    controller: Option<AllocatorRunner<A>>,
     pub incarnation: Incarnation,
     seq: u64,
     /// The task that the robot executes; `None` while it is crashed.
     pub active: Option<TaskId>,
     /// True if the robot makes progress. A robot that does not still reports its task.
-    pub works: bool,
+    pub makes_progress: bool,
     worked_s: f64,
     progressed: Vec<TaskId>,
-    pub outcome: Outcome,
+    pub outcome: StepOutcome,
 }
 
 impl<A: Allocator> Team<A> {
@@ -113,28 +114,28 @@ impl<A: Allocator> Team<A> {
             robots: Vec::new(),
             config,
             tick: 0,
-            air: Vec::new(),
+            in_flight: Vec::new(),
         };
         for rank in 0..robots {
-            let controller = Framed::new(team.me(rank, 1), &team.config);
+            let controller = AllocatorRunner::new(team.me(rank, 1), &team.config);
             team.robots.push(Robot {
                 controller: Some(controller),
                 incarnation: 1,
                 seq: 0,
                 active: None,
-                works: true,
+                makes_progress: true,
                 worked_s: 0.0,
                 progressed: Vec::new(),
-                outcome: Outcome::default(),
+                outcome: StepOutcome::default(),
             });
         }
         team
     }
 
-    fn me(&self, rank: usize, incarnation: Incarnation) -> Me {
+    fn me(&self, rank: usize, incarnation: Incarnation) -> SelfState {
         let tasks = || self.situation.tasks.iter().zip(0..);
         let able = tasks().filter(|&(_, task)| self.cost_s(rank, TaskId(task)).is_some());
-        Me {
+        SelfState {
             robot: RobotId(rank as u16),
             incarnation,
             team: self.situation.cost_s.len(),
@@ -203,7 +204,7 @@ impl<A: Allocator> Team<A> {
         let mut outgoing = Vec::new();
         for rank in 0..self.robots.len() {
             let me = RobotId(rank as u16);
-            let mut received = self.air.clone();
+            let mut received = self.in_flight.clone();
             received.retain(|broadcast| broadcast.sender != me && passes(broadcast, me));
             let choices = self.choices(rank);
             let applicable: Vec<bool> = choices.iter().map(|choice| choice.applicable).collect();
@@ -219,10 +220,10 @@ impl<A: Allocator> Team<A> {
                 applicable: &applicable,
                 choices: &choices,
                 progressed: &std::mem::take(&mut robot.progressed),
-                heard: &received,
+                received: &received,
                 route: &FixedCosts(&choices),
-                truth: &truth,
-                draws: Draws::of(7, me, tick),
+                ground_truth: &truth,
+                draws: RandomDraws::new(7, me, tick),
             };
             controller.step(&input, &mut robot.outcome);
             let active = robot.outcome.active.map(|behavior| TaskId(behavior.0));
@@ -231,7 +232,7 @@ impl<A: Allocator> Team<A> {
             }
             outgoing.extend(robot.broadcasts(me, tick).map(Arc::new));
         }
-        self.air = outgoing;
+        self.in_flight = outgoing;
         self.tick += 1;
         self.work();
     }
@@ -239,7 +240,7 @@ impl<A: Allocator> Team<A> {
     /// Returns the offers that working robots made in the previous step.
     fn ground_truth(&self) -> Vec<TaskOffer> {
         let robots = self.robots.iter().zip(0..);
-        let able = robots.filter(|(robot, _)| robot.controller.is_some() && robot.works);
+        let able = robots.filter(|(robot, _)| robot.controller.is_some() && robot.makes_progress);
         let offers = able.flat_map(|(robot, rank)| {
             let rows = robot.outcome.rows.iter();
             rows.map(move |row| TaskOffer {
@@ -275,7 +276,7 @@ impl<A: Allocator> Team<A> {
     fn work(&mut self) {
         for rank in 0..self.robots.len() {
             let robot = &self.robots[rank];
-            let (Some(task), true) = (robot.active, robot.works) else {
+            let (Some(task), true) = (robot.active, robot.makes_progress) else {
                 continue;
             };
             let cost_s = self.cost_s(rank, task);
@@ -293,11 +294,11 @@ impl<A: Allocator> Team<A> {
     }
 
     /// Sends a message in a robot's name, for delivery in the next step.
-    pub fn forge(&mut self, rank: usize, message: AllocationMessage) {
+    pub fn inject(&mut self, rank: usize, message: AllocationMessage) {
         let robot = &mut self.robots[rank];
         let seq = robot.seq;
         robot.seq += 1;
-        self.air.push(Arc::new(Broadcast {
+        self.in_flight.push(Arc::new(Broadcast {
             sender: RobotId(rank as u16),
             incarnation: robot.incarnation,
             tick: self.tick,
@@ -319,10 +320,10 @@ impl<A: Allocator> Team<A> {
     pub fn restart(&mut self, rank: usize) {
         self.kill(rank);
         let incarnation = self.robots[rank].incarnation + 1;
-        let controller = Framed::new(self.me(rank, incarnation), &self.config);
+        let controller = AllocatorRunner::new(self.me(rank, incarnation), &self.config);
         let robot = &mut self.robots[rank];
         (robot.controller, robot.incarnation, robot.seq) = (Some(controller), incarnation, 0);
-        robot.outcome = Outcome::default();
+        robot.outcome = StepOutcome::default();
     }
 
     pub fn executors(&self, task: usize) -> Vec<usize> {
@@ -376,7 +377,9 @@ impl<A> Robot<A> {
 }
 
 /// Returns the allocator messages among the broadcasts, with their senders.
-pub fn words(air: &[Arc<Broadcast>]) -> impl Iterator<Item = (RobotId, &AllocationMessage)> {
+pub fn allocator_messages(
+    air: &[Arc<Broadcast>],
+) -> impl Iterator<Item = (RobotId, &AllocationMessage)> {
     air.iter().filter_map(|broadcast| match &broadcast.body {
         BroadcastContent::Allocation(message) => Some((broadcast.sender, message)),
         _ => None,

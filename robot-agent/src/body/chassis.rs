@@ -18,7 +18,7 @@ pub struct Chassis {
 
 impl Chassis {
     #[must_use]
-    pub fn of(scenario: &Scenario, robot: &Robot) -> Self {
+    pub fn new(scenario: &Scenario, robot: &Robot) -> Self {
         let body = scenario.body_of(robot);
         Self {
             radius_m: body.radius_m,

@@ -64,7 +64,7 @@ pub struct Detour {
     along: f32,
     contact: Contact,
     /// The remaining distance to the goal where the detour began, m.
-    met: f32,
+    initial_remaining: f32,
     /// The place where the present direction of travel began.
     start: Vec2,
     /// True once the robot has been away from `start`.
@@ -85,7 +85,7 @@ impl Detour {
             side,
             along: side.along(normal),
             contact: Contact::Aligned(around.pose.position),
-            met,
+            initial_remaining: met,
             start: around.pose.position,
             away: false,
             turned_back: false,
@@ -102,7 +102,7 @@ impl Detour {
 
     #[must_use]
     pub fn met(&self) -> f32 {
-        self.met
+        self.initial_remaining
     }
 
     /// Returns whether the robot faces along the outline, so that an object ahead blocks the detour.
@@ -143,7 +143,7 @@ impl Detour {
             Contact::Passing(since) if has_moved(since, position) => outward >= -FRAC_PI_2,
             _ => outward >= -PARALLEL_RAD,
         };
-        clear && goal.remaining(position) < self.met - GAIN_M
+        clear && goal.remaining(position) < self.initial_remaining - GAIN_M
     }
 
     /// Sets the heading from the beams. Returns the end of the detour, if any.

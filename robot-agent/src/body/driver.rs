@@ -17,10 +17,10 @@ pub struct Driver {
 
 impl Driver {
     #[must_use]
-    pub fn of(robot: RobotId, setup: &Setup) -> Self {
+    pub fn new(robot: RobotId, setup: &Setup) -> Self {
         let scenario = &setup.scenario;
         Self {
-            chassis: Chassis::of(scenario, &scenario.robots[robot.index()]),
+            chassis: Chassis::new(scenario, &scenario.robots[robot.index()]),
             navigator: Navigator::default(),
         }
     }
@@ -35,7 +35,7 @@ impl Driver {
         readings: &Readings,
         now: SimTime,
     ) -> Actuation {
-        Surroundings::of(readings).map_or_else(Actuation::default, |around| {
+        Surroundings::from_readings(readings).map_or_else(Actuation::default, |around| {
             let goal = Goal::Place { at, within };
             let drive = self.navigator.drive(&self.chassis, goal, &around, [], now);
             drive.actuation

@@ -38,7 +38,7 @@ impl Goal {
     /// robot short of the goal.
     #[inline]
     #[must_use]
-    pub fn way(&self, position: Vec2) -> f32 {
+    pub fn distance_to_drive(&self, position: Vec2) -> f32 {
         const BEYOND_M: f32 = 0.005;
         match self {
             Self::Place { .. } => self.remaining(position) + BEYOND_M,

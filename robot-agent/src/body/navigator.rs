@@ -28,7 +28,7 @@ const UNDECIDED: f32 = 0.2;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Teammate {
     pub position: Vec2,
-    pub heard: SimTime,
+    pub received_at: SimTime,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,11 +127,11 @@ impl Navigator {
     ) -> Drive {
         let position = around.pose.position;
         let bearing = wrap(goal.direction(position) - around.pose.heading_rad);
-        let blocked = around
-            .blocked_by()
-            .filter(|hit| bearing.abs() <= FACING_RAD && hit.distance_m < goal.way(position));
+        let blocked = around.blocked_by().filter(|hit| {
+            bearing.abs() <= FACING_RAD && hit.distance_m < goal.distance_to_drive(position)
+        });
         let Some(hit) = blocked else {
-            let (way, free) = (goal.way(position), around.free_ahead());
+            let (way, free) = (goal.distance_to_drive(position), around.free_ahead());
             // The goal may lie within the clearance of the obstacle.
             let way = if way <= free {
                 way
@@ -205,7 +205,8 @@ impl Navigator {
             let ahead = Vec2::new(libm::cosf(heading), libm::sinf(heading)) * reach;
             around.may_be_robot(&hit)
                 && right_of_way.into_iter().any(|teammate| {
-                    let moved = chassis.speed_m_s * now.since(teammate.heard).as_secs_f64() as f32;
+                    let moved =
+                        chassis.speed_m_s * now.since(teammate.received_at).as_secs_f64() as f32;
                     length(around.pose.position + ahead - teammate.position)
                         < 2.0 * chassis.radius_m + moved
                 })

@@ -61,7 +61,7 @@ impl Surroundings {
     /// Extracts the readings; `None` without a position. A dead avoidance sensor reports no obstacle.
     #[inline]
     #[must_use]
-    pub fn of(readings: &Readings) -> Option<Self> {
+    pub fn from_readings(readings: &Readings) -> Option<Self> {
         Some(Self {
             pose: readings.pose?,
             proximity: readings.proximity.unwrap_or_default(),

@@ -16,7 +16,7 @@ const STEP_MS: u64 = 50;
 
 fn chassis() -> Chassis {
     let scenario = default_scenario();
-    Chassis::of(&scenario, &scenario.robots[0])
+    Chassis::new(&scenario, &scenario.robots[0])
 }
 
 /// At the origin, heading along x, without obstacles.
@@ -172,7 +172,7 @@ fn the_robot_yields_to_a_teammate_for_a_limited_time() {
     let mut navigator = Navigator::default();
     let near = Teammate {
         position: Vec2::new(0.5, 0.0),
-        heard: SimTime(0),
+        received_at: SimTime(0),
     };
     let mut at = |now_ms| {
         let now = SimTime(now_ms);
@@ -188,7 +188,7 @@ fn the_robot_yields_to_a_teammate_for_a_limited_time() {
 fn a_wall_is_not_taken_for_a_teammate() {
     let near = Teammate {
         position: Vec2::new(0.5, 0.0),
-        heard: SimTime(0),
+        received_at: SimTime(0),
     };
     let mut navigator = Navigator::default();
     let drive = navigator.drive(

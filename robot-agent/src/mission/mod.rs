@@ -35,23 +35,23 @@ use scenario::time::SimTime;
 
 use crate::allocator::{Choice, RouteCost};
 
-pub use typed::{Heard, Typed, TypedMind, TypedMoment, bulletin};
+pub use typed::{ControllerAdapter, ReceivedBroadcast, TypedController, TypedStepInput, bulletin};
 
 /// The robots' part of a mission, independent of a run.
 #[derive(Clone, Copy, Debug)]
-pub struct MissionMind {
+pub struct MissionController {
     pub data: Mission,
     /// Creates the data that all robots of a run share, once per process. The scenario is valid.
     pub shared: fn(&Setup) -> Arc<dyn SharedMission>,
 }
 
-impl MissionMind {
+impl MissionController {
     /// Registers a [`TypedMind`] whose robots share no data.
     #[must_use]
-    pub const fn of<M: TypedMind>(data: Mission) -> Self {
+    pub const fn new<M: TypedController>(data: Mission) -> Self {
         Self {
             data,
-            shared: |_| Arc::new(typed::Each::<M>::new()),
+            shared: |_| Arc::new(typed::NoSharedData::<M>::new()),
         }
     }
 }
@@ -59,7 +59,7 @@ impl MissionMind {
 /// The data that all robots of a run share.
 pub trait SharedMission: Debug + Send + Sync {
     /// Creates the controller of a robot at the start of an incarnation.
-    fn mind(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission>;
+    fn create_controller(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission>;
 
     /// Returns the cost of one unit of each task for each robot before the start, ms, for the assignment. A row per
     /// robot and a column per task; `None` without a behavior for the task. By default all costs are equal.
@@ -84,17 +84,22 @@ pub trait AgentMission: RouteCost + Debug + Send {
     /// start.
     fn perceive(
         &mut self,
-        moment: &Moment<'_>,
+        moment: &ControllerInput<'_>,
         heard: &[Arc<Broadcast>],
         perception: &mut Perception,
     );
 
     /// Adds one choice per behavior, in the order of `Catalog::behaviors_of`. `applicable` is the result of the
     /// perception.
-    fn choices(&self, moment: &Moment<'_>, applicable: &[bool], choices: &mut Vec<Choice>);
+    fn choices(&self, moment: &ControllerInput<'_>, applicable: &[bool], choices: &mut Vec<Choice>);
 
     /// Runs the last part of a step: computes the action of the active behavior. `action` is empty at the start.
-    fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut StepOutput);
+    fn act(
+        &mut self,
+        moment: &ControllerInput<'_>,
+        active: Option<BehaviorId>,
+        action: &mut StepOutput,
+    );
 
     /// Writes the shared knowledge for the heartbeat, after [`AgentMission::act`]. `lore` contains an old value whose
     /// memory can be reused.
@@ -118,7 +123,7 @@ impl Clone for Box<dyn AgentMission> {
 
 /// The inputs of a step beside broadcasts.
 #[derive(Clone, Copy, Debug)]
-pub struct Moment<'a> {
+pub struct ControllerInput<'a> {
     /// The time of the step. Strictly increasing.
     pub now: SimTime,
     /// The sensor readings of the robot.

@@ -8,8 +8,8 @@ pub use scenario::ids::{BehaviorId, RobotId, TaskId};
 pub use scenario::time::SimTime;
 
 pub use super::{
-    Heard, MissionMind, Perception, SharedMission, StepOutput, Typed, TypedMind, TypedMoment,
-    bulletin,
+    ControllerAdapter, MissionController, Perception, ReceivedBroadcast, SharedMission, StepOutput,
+    TypedController, TypedStepInput, bulletin,
 };
 pub use crate::allocator::{Choice, OwnBehavior};
 pub use crate::body::{Chassis, Driver, Goal, Navigator, Surroundings};

@@ -19,7 +19,7 @@ const GOLD: RobotId = RobotId(1);
 const FASTEST: u16 = 3;
 
 /// Uses the drill's tasks and behaviors.
-const VISIT: MissionMind = MissionMind::of::<Visit>(DRILL);
+const VISIT: MissionController = MissionController::new::<Visit>(DRILL);
 
 #[derive(Clone, Debug)]
 struct Visit {
@@ -43,10 +43,10 @@ impl Visit {
     }
 }
 
-impl TypedMind for Visit {
-    type Sensed = At;
-    type Deed = Touch;
-    type Lore = Vec<u16>;
+impl TypedController for Visit {
+    type SensorReading = At;
+    type Action = Touch;
+    type SharedKnowledge = Vec<u16>;
     type Bulletin = Touch;
 
     fn new(robot: RobotId, setup: &Setup) -> Self {
@@ -60,8 +60,8 @@ impl TypedMind for Visit {
 
     fn perceive(
         &mut self,
-        _: &TypedMoment<'_, Self>,
-        heard: &[Heard<'_, Self>],
+        _: &TypedStepInput<'_, Self>,
+        heard: &[ReceivedBroadcast<'_, Self>],
         perception: &mut Perception,
     ) {
         for broadcast in heard {
@@ -79,7 +79,12 @@ impl TypedMind for Visit {
             .extend(own.map(|(_, task)| is_left(*task)));
     }
 
-    fn choices(&self, _: &TypedMoment<'_, Self>, applicable: &[bool], choices: &mut Vec<Choice>) {
+    fn choices(
+        &self,
+        _: &TypedStepInput<'_, Self>,
+        applicable: &[bool],
+        choices: &mut Vec<Choice>,
+    ) {
         for ((behavior, task), &applicable) in self.own.iter().zip(applicable) {
             choices.push(Choice {
                 behavior: *behavior,
@@ -96,12 +101,12 @@ impl TypedMind for Visit {
 
     fn act(
         &mut self,
-        moment: &TypedMoment<'_, Self>,
+        moment: &TypedStepInput<'_, Self>,
         active: Option<BehaviorId>,
         action: &mut StepOutput,
     ) -> Option<Touch> {
         let (set, task) = *self.own.iter().find(|(id, _)| Some(*id) == active)?;
-        if moment.sensed.0 != Some(task.0) {
+        if moment.reading.0 != Some(task.0) {
             return None;
         }
         self.learn(task.0);
@@ -131,8 +136,8 @@ fn setup(allocator: &str) -> Setup {
 }
 
 fn agent(robot: RobotId, setup: &Setup) -> Agent {
-    let registry = AgentRegistry::built_in().mission(VISIT);
-    Agent::new(robot, 1, setup, &TeamConfig::of(setup, &registry).unwrap())
+    let registry = AgentRegistry::built_in().with_mission(VISIT);
+    Agent::new(robot, 1, setup, &TeamConfig::new(setup, &registry).unwrap())
 }
 
 /// Creates a tick with the robot at a place.

@@ -16,7 +16,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use smallvec::SmallVec;
 
-use super::{AgentMission, Moment, Perception, SharedMission, StepOutput};
+use super::{AgentMission, ControllerInput, Perception, SharedMission, StepOutput};
 use crate::allocator::{Choice, OwnBehavior, RouteCost};
 
 /// The number of broadcasts in one step that need no allocation.
@@ -41,9 +41,9 @@ const AT_ONCE: usize = 8;
 /// struct Ring;
 ///
 /// impl TypedMind for Ringer {
-///     type Sensed = bool;
-///     type Deed = Ring;
-///     type Lore = u32;
+///     type SensorReading = bool;
+///     type Action = Ring;
+///     type SharedKnowledge = u32;
 ///     type Bulletin = ();
 ///
 ///     fn new(_: RobotId, _: &Setup) -> Self {
@@ -77,16 +77,16 @@ const AT_ONCE: usize = 8;
 /// let blue = Agent::new(RobotId(0), 1, &setup.briefing(), &team);
 /// # Ok::<(), robot_agent::allocator::ConfigError>(())
 /// ```
-pub trait TypedMind: Clone + Debug + Send + 'static {
+pub trait TypedController: Clone + Debug + Send + 'static {
     /// The readings of the mission's devices, as the world's part of the mission encodes them.
-    type Sensed: DeserializeOwned + Default + Clone + Debug + Send;
+    type SensorReading: DeserializeOwned + Default + Clone + Debug + Send;
 
     /// The action of a robot beside driving, at most [`DEED_MAX`](proto::mission::DEED_MAX) bytes on the
     /// bus.
-    type Deed: Serialize;
+    type Action: Serialize;
 
     /// The shared knowledge that every heartbeat repeats, at most [`LORE_MAX`] bytes on the bus.
-    type Lore: Serialize + DeserializeOwned;
+    type SharedKnowledge: Serialize + DeserializeOwned;
 
     /// The content of an immediate broadcast, at most [`LORE_MAX`] bytes on the bus.
     type Bulletin: Serialize + DeserializeOwned;
@@ -97,8 +97,8 @@ pub trait TypedMind: Clone + Debug + Send + 'static {
     /// Merges readings and broadcasts into the state, see [`AgentMission::perceive`].
     fn perceive(
         &mut self,
-        moment: &TypedMoment<'_, Self>,
-        heard: &[Heard<'_, Self>],
+        moment: &TypedStepInput<'_, Self>,
+        heard: &[ReceivedBroadcast<'_, Self>],
         perception: &mut Perception,
     );
 
@@ -106,11 +106,11 @@ pub trait TypedMind: Clone + Debug + Send + 'static {
     /// cost is [`seconds`](TypedMind::seconds), and the round is [`round`](TypedMind::round).
     fn choices(
         &self,
-        moment: &TypedMoment<'_, Self>,
+        moment: &TypedStepInput<'_, Self>,
         applicable: &[bool],
         choices: &mut Vec<Choice>,
     ) {
-        for (behavior, &applicable) in moment.own.iter().zip(applicable) {
+        for (behavior, &applicable) in moment.behaviors.iter().zip(applicable) {
             choices.push(Choice {
                 behavior: behavior.id,
                 task: behavior.task,
@@ -125,7 +125,7 @@ pub trait TypedMind: Clone + Debug + Send + 'static {
     }
 
     /// Returns the start of the task's current round, see [`Choice::round`]. By default a task is due only once.
-    fn round(&self, moment: &TypedMoment<'_, Self>, task: TaskId) -> SimTime {
+    fn round(&self, moment: &TypedStepInput<'_, Self>, task: TaskId) -> SimTime {
         let _ = (moment, task);
         SimTime::ZERO
     }
@@ -133,13 +133,13 @@ pub trait TypedMind: Clone + Debug + Send + 'static {
     /// Computes the action of the active behavior, see [`AgentMission::act`]. [`bulletin`] creates bulletins.
     fn act(
         &mut self,
-        moment: &TypedMoment<'_, Self>,
+        moment: &TypedStepInput<'_, Self>,
         active: Option<BehaviorId>,
         action: &mut StepOutput,
-    ) -> Option<Self::Deed>;
+    ) -> Option<Self::Action>;
 
     /// Returns the shared knowledge for the heartbeat, see [`AgentMission::lore`].
-    fn lore(&self) -> Self::Lore;
+    fn lore(&self) -> Self::SharedKnowledge;
 
     /// Returns the estimated position, see [`AgentMission::position`]. By default the reading of the position sensor.
     fn position(&self, sensed: Option<Vec2>) -> Option<Vec2> {
@@ -159,38 +159,41 @@ pub trait TypedMind: Clone + Debug + Send + 'static {
 
 /// The inputs of a step beside broadcasts.
 #[derive(Debug)]
-pub struct TypedMoment<'a, M: TypedMind> {
+pub struct TypedStepInput<'a, M: TypedController> {
     pub now: SimTime,
     pub readings: &'a Readings,
     /// The reading of the position sensor, m.
     pub position: Option<Vec2>,
     /// The readings of the mission's devices; the default without readings.
-    pub sensed: &'a M::Sensed,
+    pub reading: &'a M::SensorReading,
     /// The robot's behaviors, in the order of `Catalog::behaviors_of`.
-    pub own: &'a [OwnBehavior],
+    pub behaviors: &'a [OwnBehavior],
 }
 
-impl<M: TypedMind> TypedMoment<'_, M> {
+impl<M: TypedController> TypedStepInput<'_, M> {
     /// Returns the task of the active behavior.
     #[must_use]
     pub fn task_of(&self, active: Option<BehaviorId>) -> Option<TaskId> {
-        let behavior = self.own.iter().find(|behavior| Some(behavior.id) == active);
+        let behavior = self
+            .behaviors
+            .iter()
+            .find(|behavior| Some(behavior.id) == active);
         behavior.map(|behavior| behavior.task)
     }
 }
 
 /// A received broadcast. Without content of this mission it has neither shared knowledge nor a bulletin.
 #[derive(Debug)]
-pub struct Heard<'a, M: TypedMind> {
+pub struct ReceivedBroadcast<'a, M: TypedController> {
     /// The entire broadcast, with sender, time and allocator state.
     pub broadcast: &'a Broadcast,
     /// The shared knowledge of the sender.
-    pub lore: Option<M::Lore>,
+    pub lore: Option<M::SharedKnowledge>,
     /// The content of an immediate broadcast.
     pub bulletin: Option<M::Bulletin>,
 }
 
-impl<'a, M: TypedMind> Heard<'a, M> {
+impl<'a, M: TypedController> ReceivedBroadcast<'a, M> {
     fn from_broadcast(broadcast: &'a Broadcast) -> Self {
         let (lore, bulletin) = match &broadcast.body {
             BroadcastContent::Heartbeat(heartbeat) => match &heartbeat.lore {
@@ -244,94 +247,108 @@ fn encode<T: Serialize>(subject: &str, value: &T, bytes: &mut Vec<u8>) {
 
 /// An adapter from a [`TypedMind`] to an [`AgentMission`].
 #[derive(Clone, Debug)]
-pub struct Typed<M: TypedMind> {
+pub struct ControllerAdapter<M: TypedController> {
     mind: M,
-    sensed: M::Sensed,
+    reading: M::SensorReading,
     position: Option<Vec2>,
-    own: Arc<[OwnBehavior]>,
+    behaviors: Arc<[OwnBehavior]>,
 }
 
-impl<M: TypedMind> Typed<M> {
+impl<M: TypedController> ControllerAdapter<M> {
     /// Wraps the controller of a robot, before its first readings.
     #[must_use]
     pub fn new(mind: M, robot: RobotId, setup: &Setup) -> Self {
         Self {
             mind,
-            sensed: M::Sensed::default(),
+            reading: M::SensorReading::default(),
             position: None,
-            own: OwnBehavior::all_of(robot, setup).into(),
+            behaviors: OwnBehavior::of_robot(robot, setup).into(),
         }
     }
 }
 
-impl<'a, M: TypedMind> TypedMoment<'a, M> {
-    fn new(moment: &Moment<'a>, sensed: &'a M::Sensed, own: &'a [OwnBehavior]) -> Self {
+impl<'a, M: TypedController> TypedStepInput<'a, M> {
+    fn new(
+        moment: &ControllerInput<'a>,
+        sensed: &'a M::SensorReading,
+        own: &'a [OwnBehavior],
+    ) -> Self {
         Self {
             now: moment.now,
             readings: moment.readings,
             position: moment.readings.pose.map(|pose| pose.position),
-            sensed,
-            own,
+            reading: sensed,
+            behaviors: own,
         }
     }
 }
 
 /// The shared part of a mission whose robots share no data.
-pub(super) struct Each<M>(PhantomData<fn() -> M>);
+pub(super) struct NoSharedData<M>(PhantomData<fn() -> M>);
 
-impl<M> Each<M> {
+impl<M> NoSharedData<M> {
     pub fn new() -> Self {
         Self(PhantomData)
     }
 }
 
-impl<M> Debug for Each<M> {
+impl<M> Debug for NoSharedData<M> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("Each")
     }
 }
 
-impl<M: TypedMind> SharedMission for Each<M> {
-    fn mind(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
-        Box::new(Typed::new(M::new(robot, setup), robot, setup))
+impl<M: TypedController> SharedMission for NoSharedData<M> {
+    fn create_controller(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
+        Box::new(ControllerAdapter::new(M::new(robot, setup), robot, setup))
     }
 }
 
-impl<M: TypedMind> RouteCost for Typed<M> {
+impl<M: TypedController> RouteCost for ControllerAdapter<M> {
     fn seconds(&self, after: &[TaskId], task: TaskId) -> Option<f64> {
         self.mind.seconds(self.position(), after, task)
     }
 }
 
-impl<M: TypedMind> AgentMission for Typed<M> {
+impl<M: TypedController> AgentMission for ControllerAdapter<M> {
     fn perceive(
         &mut self,
-        moment: &Moment<'_>,
+        moment: &ControllerInput<'_>,
         heard: &[Arc<Broadcast>],
         perception: &mut Perception,
     ) {
-        self.sensed = match &moment.readings.mission {
+        self.reading = match &moment.readings.mission {
             SensorReading::Open(bytes) => bytes.decode().unwrap_or_default(),
-            _ => M::Sensed::default(),
+            _ => M::SensorReading::default(),
         };
-        let heard: SmallVec<[Heard<'_, M>; AT_ONCE]> = heard
+        let heard: SmallVec<[ReceivedBroadcast<'_, M>; AT_ONCE]> = heard
             .iter()
-            .map(|broadcast| Heard::from_broadcast(broadcast))
+            .map(|broadcast| ReceivedBroadcast::from_broadcast(broadcast))
             .collect();
-        let moment = TypedMoment::new(moment, &self.sensed, &self.own);
+        let moment = TypedStepInput::new(moment, &self.reading, &self.behaviors);
         self.position = moment.position;
         self.mind.perceive(&moment, &heard, perception);
     }
 
-    fn choices(&self, moment: &Moment<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
-        let moment = TypedMoment::new(moment, &self.sensed, &self.own);
+    fn choices(
+        &self,
+        moment: &ControllerInput<'_>,
+        applicable: &[bool],
+        choices: &mut Vec<Choice>,
+    ) {
+        let moment = TypedStepInput::new(moment, &self.reading, &self.behaviors);
         self.mind.choices(&moment, applicable, choices);
     }
 
     /// # Panics
     /// Panics if the encoded action is too large.
-    fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut StepOutput) {
-        let moment = TypedMoment::new(moment, &self.sensed, &self.own);
+    fn act(
+        &mut self,
+        moment: &ControllerInput<'_>,
+        active: Option<BehaviorId>,
+        action: &mut StepOutput,
+    ) {
+        let moment = TypedStepInput::new(moment, &self.reading, &self.behaviors);
         if let Some(deed) = self.mind.act(&moment, active, action) {
             action.actuation.deed = match Bytes::encode(&deed) {
                 Ok(bytes) => Action::Open(bytes),

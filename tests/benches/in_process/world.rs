@@ -26,10 +26,7 @@ impl World {
                 let setup = setup(robots);
                 world_server::world::World::new(
                     &setup,
-                    Registry::of_this_program()
-                        .worlds()
-                        .find(&setup.scenario)
-                        .unwrap(),
+                    Registry::current().worlds().find(&setup.scenario).unwrap(),
                 )
             },
             commands: vec![None; robots],

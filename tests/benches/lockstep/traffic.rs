@@ -47,14 +47,11 @@ impl Count {
 
 impl Traffic {
     pub fn of(setup: &Setup) -> Self {
-        let mission = Registry::of_this_program()
-            .worlds()
-            .find(&setup.scenario)
-            .unwrap();
+        let mission = Registry::current().worlds().find(&setup.scenario).unwrap();
         let mut recorder = Recorder::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
         let mut simulation = Simulation::new(setup.clone(), mission, false);
         let mut agents = Vec::new();
-        let team = TeamConfig::of(setup, Registry::of_this_program().agents()).unwrap();
+        let team = TeamConfig::new(setup, Registry::current().agents()).unwrap();
         for robot in &setup.scenario.robots {
             let (id, incarnation, _) = simulation.invite(&robot.name).unwrap();
             simulation.arrive(id, incarnation);

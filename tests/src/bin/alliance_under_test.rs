@@ -18,7 +18,7 @@ use std::process::ExitCode;
 
 use missions::{MissionParts, waste};
 use nix::sys::signal::{SigSet, Signal};
-use robot_agent::mission::MissionMind;
+use robot_agent::mission::MissionController;
 use scenario::testkit::DRILL;
 use world_server::mission::MissionWorld;
 
@@ -26,11 +26,11 @@ use world_server::mission::MissionWorld;
 const READ_ONLY: MissionParts = MissionParts {
     world: MissionWorld {
         data: DRILL,
-        ..waste::PARTS.world
+        ..waste::MISSION.world
     },
-    mind: MissionMind {
+    controller: MissionController {
         data: DRILL,
-        ..waste::PARTS.mind
+        ..waste::MISSION.controller
     },
 };
 
@@ -38,9 +38,11 @@ fn main() -> ExitCode {
     if std::env::args().nth(1).is_some_and(|part| part == "agent") {
         panic_on_signal();
     }
-    let registry = launch::Registry::built_in().mission(READ_ONLY);
+    let registry = launch::Registry::built_in().with_mission(READ_ONLY);
     launch::main(match std::env::var_os("VISIT") {
-        Some(_) => registry.mission(MissionParts::of::<world::Visit, mind::Visitor>(data::VISIT)),
+        Some(_) => registry.with_mission(MissionParts::new::<world::Visit, mind::Visitor>(
+            data::VISIT,
+        )),
         None => registry,
     })
 }

@@ -94,7 +94,7 @@ impl TypedMission for Visit {
         }
     }
 
-    fn show(&self, _floor: &Floor, view: &mut View) {
+    fn add_to_view(&self, _floor: &Floor, view: &mut View) {
         for (id, (center, visited)) in self.places.iter().zip(&self.visited).enumerate() {
             view.mark(Mark {
                 id: format!("place-{id}"),

@@ -113,7 +113,7 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
     );
 
     /// Handles a push; see [`WorldMission::give_way`].
-    fn give_way(&mut self, _push: &Push, _floor: &mut Floor, _happened: &mut StepEvents) -> f32 {
+    fn handle_push(&mut self, _push: &Push, _floor: &mut Floor, _happened: &mut StepEvents) -> f32 {
         0.0
     }
 
@@ -124,7 +124,7 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
     fn sense(&self, robot: RobotId, floor: &Floor) -> (Self::Reading, Validity);
 
     /// Releases a robot's load; see [`WorldMission::lose`].
-    fn lose(&mut self, _robot: RobotId, _floor: &mut Floor, _happened: &mut StepEvents) {}
+    fn release_load(&mut self, _robot: RobotId, _floor: &mut Floor, _happened: &mut StepEvents) {}
 
     /// Applies a fault that the mission declares; see [`WorldMission::change`].
     fn change(
@@ -139,7 +139,7 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
     fn copy_device(&self, _device: &str, _from: &Self::Reading, _to: &mut Self::Reading) {}
 
     /// Adds errors to a device; see [`WorldMission::mislead`].
-    fn mislead(
+    fn add_error(
         &self,
         _device: &str,
         _sensed: &mut Self::Reading,
@@ -151,7 +151,7 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
     fn end(&self, now: SimTime) -> Option<Outcome>;
 
     /// Checks a task; see [`WorldMission::is_due`].
-    fn is_due(&self, _task: TaskId, _robot: RobotId, _floor: &Floor) -> bool {
+    fn has_work(&self, _task: TaskId, _robot: RobotId, _floor: &Floor) -> bool {
         true
     }
 
@@ -170,13 +170,13 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
     fn figures(&self, _figures: &mut TeamFigures) {}
 
     /// Adds visible parts; see [`WorldMission::show`].
-    fn show(&self, _floor: &Floor, _view: &mut View) {}
+    fn add_to_view(&self, _floor: &Floor, _view: &mut View) {}
 
     /// Checks the invariants; see [`WorldMission::holds`].
     ///
     /// # Errors
     /// If an invariant is violated; the text describes it in one line.
-    fn holds(&self, _floor: &Floor) -> Result<(), String> {
+    fn check_invariants(&self, _floor: &Floor) -> Result<(), String> {
         Ok(())
     }
 }
@@ -220,7 +220,7 @@ impl<M: TypedMission> WorldMission for TypedAdapter<M> {
     }
 
     fn handle_push(&mut self, push: &Push, floor: &mut Floor, happened: &mut StepEvents) -> f32 {
-        self.0.give_way(push, floor, happened)
+        self.0.handle_push(push, floor, happened)
     }
 
     fn settle(&mut self, floor: &mut Floor, happened: &mut StepEvents) {
@@ -234,7 +234,7 @@ impl<M: TypedMission> WorldMission for TypedAdapter<M> {
     }
 
     fn release_load(&mut self, robot: RobotId, floor: &mut Floor, happened: &mut StepEvents) {
-        self.0.lose(robot, floor, happened);
+        self.0.release_load(robot, floor, happened);
     }
 
     fn change(&mut self, fault: &Fault, floor: &mut Floor) -> Option<Result<String, ChangeError>> {
@@ -258,7 +258,7 @@ impl<M: TypedMission> WorldMission for TypedAdapter<M> {
         error_m: &mut dyn FnMut() -> f32,
     ) {
         let mut readings = Self::decoded(sensed);
-        self.0.mislead(device, &mut readings, error_m);
+        self.0.add_error(device, &mut readings, error_m);
         Self::encode(&readings, sensed);
     }
 
@@ -267,7 +267,7 @@ impl<M: TypedMission> WorldMission for TypedAdapter<M> {
     }
 
     fn has_work(&self, task: TaskId, robot: RobotId, floor: &Floor) -> bool {
-        self.0.is_due(task, robot, floor)
+        self.0.has_work(task, robot, floor)
     }
 
     fn load(&self, robot: RobotId) -> Option<ItemId> {
@@ -300,11 +300,11 @@ impl<M: TypedMission> WorldMission for TypedAdapter<M> {
     }
 
     fn add_to_view(&self, floor: &Floor, view: &mut View) {
-        self.0.show(floor, view);
+        self.0.add_to_view(floor, view);
     }
 
     fn check_invariants(&self, floor: &Floor) -> Result<(), String> {
-        self.0.holds(floor)
+        self.0.check_invariants(floor)
     }
 
     fn clone_boxed(&self) -> Box<dyn WorldMission> {

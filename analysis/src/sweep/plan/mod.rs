@@ -230,7 +230,7 @@ impl Plan {
 
 pub fn setup(scenario: &toml::Table, seed: u64) -> anyhow::Result<Setup> {
     let scenario = Scenario::from_table(scenario, &vocabulary())?;
-    let worlds = Registry::of_this_program().worlds();
+    let worlds = Registry::current().worlds();
     worlds.find(&scenario)?.start_poses(&scenario)?;
     Ok(Setup::resolve(scenario, seed, None)?.setup)
 }
@@ -242,5 +242,5 @@ fn table_of(value: &impl serde::Serialize) -> anyhow::Result<toml::Table> {
 
 /// Returns the missions and allocators that scenarios may name.
 fn vocabulary() -> Vocabulary {
-    Registry::of_this_program().vocabulary()
+    Registry::current().vocabulary()
 }

@@ -19,43 +19,43 @@ pub struct Visitor {
     progressed: Option<TaskId>,
 }
 
-impl TypedMind for Visitor {
-    type Sensed = Felt;
-    type Deed = Touch;
-    type Lore = BTreeSet<usize>;
+impl TypedController for Visitor {
+    type SensorReading = Felt;
+    type Action = Touch;
+    type SharedKnowledge = BTreeSet<usize>;
     type Bulletin = ();
 
     fn new(robot: RobotId, setup: &Setup) -> Self {
         Self {
             section: setup.scenario.section::<VisitSection>().clone(),
-            driver: Driver::of(robot, setup),
+            driver: Driver::new(robot, setup),
             visited: BTreeSet::new(),
             progressed: None,
         }
     }
 
-    fn perceive(&mut self, moment: &TypedMoment<Self>, heard: &[Heard<Self>], perception: &mut Perception) {
+    fn perceive(&mut self, moment: &TypedStepInput<Self>, heard: &[ReceivedBroadcast<Self>], perception: &mut Perception) {
         let places = || 0..self.section.places.len();
         let received = heard.iter().flat_map(|heard| heard.lore.iter().flatten());
         self.visited.extend(received.filter(|place| places().contains(place)));
         // If the robot is at a place and senses no target, another robot has visited it.
-        if let (Some(position), Felt::Floor) = (moment.position, moment.sensed) {
+        if let (Some(position), Felt::Floor) = (moment.position, moment.reading) {
             let is_here = |&place: &usize| position.distance(self.section.at(place)) < 0.9 * self.section.reach_m;
             self.visited.extend(places().filter(is_here));
         }
         perception.progressed.extend(self.progressed.take());
         let is_left = |task: TaskId| !self.visited.contains(&task.index());
-        perception.applicable.extend(moment.own.iter().map(|behavior| is_left(behavior.task)));
+        perception.applicable.extend(moment.behaviors.iter().map(|behavior| is_left(behavior.task)));
     }
 
     fn act(
         &mut self,
-        moment: &TypedMoment<Self>,
+        moment: &TypedStepInput<Self>,
         active: Option<BehaviorId>,
         action: &mut StepOutput,
     ) -> Option<Touch> {
         let task = moment.task_of(active)?;
-        if matches!(moment.sensed, Felt::Place(place) if *place == task.index()) {
+        if matches!(moment.reading, Felt::Place(place) if *place == task.index()) {
             self.visited.insert(task.index());
             self.progressed = Some(task);
             return Some(Touch(task.index()));

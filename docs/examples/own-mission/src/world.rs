@@ -80,7 +80,7 @@ impl TypedMission for Visit {
         row.extend([visited, self.visited.len() as u64 - visited].map(FigureValue::from));
     }
 
-    fn show(&self, _: &Floor, view: &mut View) {
+    fn add_to_view(&self, _: &Floor, view: &mut View) {
         for (place, visited) in self.visited.iter().enumerate() {
             let (id, at) = (format!("place-{place}"), self.section.at(place));
             view.mark(Mark {

@@ -6,7 +6,7 @@ use crate::observe::data::ObserveSection;
 
 /// Returns the force of a target at that distance, m. It is −1 at distance 0, 0 at `target_near_m`, 1 from
 /// `target_full_m` to `range_m`, and 0 from `predict_m` on, with straight lines between.
-pub(super) fn of_target(section: &ObserveSection, distance_m: f32) -> f32 {
+pub(super) fn target_force(section: &ObserveSection, distance_m: f32) -> f32 {
     let between = |from: f32, to: f32| (distance_m - from) / (to - from);
     if distance_m < section.target_near_m {
         between(section.target_near_m, 2.0 * section.target_near_m)
@@ -23,7 +23,7 @@ pub(super) fn of_target(section: &ObserveSection, distance_m: f32) -> f32 {
 
 /// Returns the force of a robot at that distance, m: −1 up to `robot_near_m` and 0 from `robot_far_m` on, with a
 /// straight line between.
-pub(super) fn of_robot(section: &ObserveSection, distance_m: f32) -> f32 {
+pub(super) fn robot_force(section: &ObserveSection, distance_m: f32) -> f32 {
     let (near_m, far_m) = (section.robot_near_m, section.robot_far_m);
     -((far_m - distance_m) / (far_m - near_m)).clamp(0.0, 1.0)
 }
@@ -47,7 +47,7 @@ mod tests {
     #[test]
     fn forces_match_the_table() {
         let scenario = scenario("");
-        let section = ObserveSection::of(&scenario);
+        let section = ObserveSection::from_scenario(&scenario);
         let near = |found: f32, expected: f32| {
             assert!((found - expected).abs() < 1e-5, "{found} {expected}")
         };
@@ -62,7 +62,7 @@ mod tests {
             (3.0, 0.0),
             (9.0, 0.0),
         ] {
-            near(of_target(section, distance_m), force);
+            near(target_force(section, distance_m), force);
         }
         for (distance_m, force) in [
             (0.0, -1.0),
@@ -71,7 +71,7 @@ mod tests {
             (2.0, 0.0),
             (9.0, 0.0),
         ] {
-            near(of_robot(section, distance_m), force);
+            near(robot_force(section, distance_m), force);
         }
         let pulled = along(Vec2::new(-2.0, 0.0), |_| 0.5);
         assert_eq!(pulled, Vec2::new(-0.5, 0.0));

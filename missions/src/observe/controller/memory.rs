@@ -5,9 +5,9 @@ use glam::Vec2;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
-use crate::observe::bus::{SENSED_MOST, Sighting};
+use crate::observe::bus::{MAX_SENSED_TARGETS, Sighting};
 
-const MOST_TARGETS: usize = 2 * SENSED_MOST;
+const MOST_TARGETS: usize = 2 * MAX_SENSED_TARGETS;
 const MOST_TEAMMATES: usize = 12;
 /// The time after which an old sighting is removed.
 const TRACK_LIFETIME: SimTime = SimTime(10_000);
@@ -92,14 +92,14 @@ impl Memory {
         in_sight.map(|track| track.last)
     }
 
-    pub fn look_away(&mut self) {
+    pub fn clear_in_sight(&mut self) {
         self.tracks
             .iter_mut()
             .for_each(|track| track.in_sight = false);
     }
 
     /// Stores a sensed target. Returns whether it is new.
-    pub fn see(&mut self, sighting: Sighting, fastest_m_s: f32) -> bool {
+    pub fn add_reading(&mut self, sighting: Sighting, fastest_m_s: f32) -> bool {
         let is_new = self.place(sighting.target).is_err();
         if is_new && self.tracks.is_full() {
             // A sensed target replaces one out of sight. Targets in sight never fill the memory.
@@ -119,7 +119,7 @@ impl Memory {
         is_new
     }
 
-    pub fn hear(&mut self, sighting: Sighting, fastest_m_s: f32) {
+    pub fn add_message(&mut self, sighting: Sighting, fastest_m_s: f32) {
         match self.place(sighting.target) {
             Ok(index) => {
                 let track = &mut self.tracks[index];
@@ -135,7 +135,7 @@ impl Memory {
         }
     }
 
-    pub fn hear_of_teammate(&mut self, robot: RobotId, at: Vec2, now: SimTime) {
+    pub fn add_teammate(&mut self, robot: RobotId, at: Vec2, now: SimTime) {
         let place = self.teammates.binary_search_by_key(&robot, |known| known.0);
         match place {
             Ok(index) => self.teammates[index] = (robot, at, now),
@@ -147,7 +147,7 @@ impl Memory {
     }
 
     /// Removes old and distant entries, and each target that should be in sight at its predicted position but is not.
-    pub fn forget(&mut self, position: Vec2, reach: Reach, now: SimTime) {
+    pub fn remove_stale(&mut self, position: Vec2, reach: Ranges, now: SimTime) {
         let certain_m = reach.sight_m - CERTAIN_M;
         self.tracks.retain(|track| {
             let distance_m = track.at(now).distance(position);
@@ -168,7 +168,7 @@ impl Memory {
 
 /// The distances that count as near, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Reach {
+pub(super) struct Ranges {
     /// The distance up to which every target is sensed; below 0 without a working device.
     pub sight_m: f32,
     pub targets_m: f32,

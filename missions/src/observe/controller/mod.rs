@@ -10,14 +10,16 @@ mod walk;
 
 use glam::Vec2;
 use proto::team::BroadcastContent;
-use robot_agent::mission::{Heard, Perception, StepOutput, TypedMind, TypedMoment};
+use robot_agent::mission::{
+    Perception, ReceivedBroadcast, StepOutput, TypedController, TypedStepInput,
+};
 use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
-use super::bus::{SENSED_MOST, Sensed, Sighting, Told, Watch};
-use super::data::{Duty, ObserveSection, Policy, direction};
-use memory::{Memory, Reach};
+use super::bus::{MAX_SENSED_TARGETS, ObserveAction, SensorReading, SharedSightings, Sighting};
+use super::data::{ObserveSection, Policy, TaskKind, direction};
+use memory::{Memory, Ranges};
 use walk::Walk;
 
 #[derive(Clone, Debug)]
@@ -29,9 +31,9 @@ pub struct Observer {
 
 impl Observer {
     /// Stores the sensed targets. Returns whether one is new.
-    fn look(&mut self, moment: &TypedMoment<'_, Self>) -> bool {
-        self.memory.look_away();
-        let (Some(targets), Some(pose)) = (&moment.sensed.targets, moment.readings.pose) else {
+    fn look(&mut self, moment: &TypedStepInput<'_, Self>) -> bool {
+        self.memory.clear_in_sight();
+        let (Some(targets), Some(pose)) = (&moment.reading.targets, moment.readings.pose) else {
             return false;
         };
         let ahead = direction(pose.heading_rad);
@@ -43,26 +45,26 @@ impl Observer {
                 when: moment.now,
             };
             if self.is_possible(&sighting) {
-                is_new |= self.memory.see(sighting, self.section.fastest_m_s);
+                is_new |= self.memory.add_reading(sighting, self.section.fastest_m_s);
             }
         }
         is_new
     }
 
-    fn receive(&mut self, heard: &[Heard<'_, Self>], now: SimTime) {
+    fn receive(&mut self, heard: &[ReceivedBroadcast<'_, Self>], now: SimTime) {
         for broadcast in heard {
             if let BroadcastContent::Heartbeat(heartbeat) = &broadcast.broadcast.body
                 && let Some(position) = heartbeat.position.filter(|position| position.is_finite())
             {
                 let sender = broadcast.broadcast.sender;
-                self.memory.hear_of_teammate(sender, position, now);
+                self.memory.add_teammate(sender, position, now);
             }
             for sighting in broadcast.lore.iter().flatten() {
                 // A time in the future is invalid.
                 let when = sighting.when.min(now);
                 let sighting = Sighting { when, ..*sighting };
                 if self.is_possible(&sighting) {
-                    self.memory.hear(sighting, self.section.fastest_m_s);
+                    self.memory.add_message(sighting, self.section.fastest_m_s);
                 }
             }
         }
@@ -74,16 +76,16 @@ impl Observer {
     }
 
     /// Returns the distances within which memory is reliable.
-    fn reach(&self, moment: &TypedMoment<'_, Self>) -> Reach {
-        let sight_m = match &moment.sensed.targets {
+    fn reach(&self, moment: &TypedStepInput<'_, Self>) -> Ranges {
+        let sight_m = match &moment.reading.targets {
             None => -1.0,
             // Further targets may be out of the reading, at larger distances.
-            Some(targets) if targets.len() == SENSED_MOST => {
+            Some(targets) if targets.len() == MAX_SENSED_TARGETS => {
                 targets.last().map_or(0.0, |last| last.offset.length())
             }
             Some(_) => self.section.range_m,
         };
-        Reach {
+        Ranges {
             sight_m: sight_m.min(self.section.range_m),
             targets_m: self.section.predict_m,
             robots_m: self.section.robot_far_m,
@@ -96,26 +98,29 @@ impl Observer {
             let is_less = section.policy == Policy::ACmommt && track.is_shared(now);
             let weight = if is_less { section.shared_weight } else { 1.0 };
             let offset = track.at(now) - position;
-            weight * forces::along(offset, |distance_m| forces::of_target(section, distance_m))
+            weight
+                * forces::along(offset, |distance_m| {
+                    forces::target_force(section, distance_m)
+                })
         });
         let of_robots = self.memory.teammates().map(|teammate| {
             forces::along(teammate - position, |distance_m| {
-                forces::of_robot(section, distance_m)
+                forces::robot_force(section, distance_m)
             })
         });
         of_targets.sum::<Vec2>() + of_robots.sum::<Vec2>()
     }
 }
 
-impl TypedMind for Observer {
-    type Sensed = Sensed;
-    type Deed = Watch;
-    type Lore = Told;
+impl TypedController for Observer {
+    type SensorReading = SensorReading;
+    type Action = ObserveAction;
+    type SharedKnowledge = SharedSightings;
     type Bulletin = ();
 
     fn new(robot: RobotId, setup: &Setup) -> Self {
         Self {
-            section: ObserveSection::of(&setup.scenario).clone(),
+            section: ObserveSection::from_scenario(&setup.scenario).clone(),
             memory: Memory::default(),
             walk: Walk::new(robot, setup),
         }
@@ -123,60 +128,60 @@ impl TypedMind for Observer {
 
     fn perceive(
         &mut self,
-        moment: &TypedMoment<'_, Self>,
-        heard: &[Heard<'_, Self>],
+        moment: &TypedStepInput<'_, Self>,
+        heard: &[ReceivedBroadcast<'_, Self>],
         perception: &mut Perception,
     ) {
         let duties = self.section.policy.duties();
         self.receive(heard, moment.now);
         if self.look(moment) {
-            let observe = duties.iter().position(|duty| *duty == Duty::Observe);
+            let observe = duties.iter().position(|duty| *duty == TaskKind::Observe);
             let task = observe.map(|index| TaskId(index as u16));
             perception.progressed.extend(task);
         }
         if let Some(position) = moment.position {
             let reach = self.reach(moment);
-            self.memory.forget(position, reach, moment.now);
+            self.memory.remove_stale(position, reach, moment.now);
         }
         let is_near = self.memory.has_tracks();
         let can_go = moment.position.is_some();
         let policy = self.section.policy;
         let applicable =
             moment
-                .own
+                .behaviors
                 .iter()
                 .map(|behavior| match (policy, duties[behavior.task.index()]) {
                     (Policy::Fixed, _) => true,
                     (Policy::Random, _) => can_go,
-                    (_, Duty::Observe) => can_go && is_near,
-                    (_, Duty::Search) => can_go && !is_near,
+                    (_, TaskKind::Observe) => can_go && is_near,
+                    (_, TaskKind::Search) => can_go && !is_near,
                 });
         perception.applicable.extend(applicable);
     }
 
     fn act(
         &mut self,
-        moment: &TypedMoment<'_, Self>,
+        moment: &TypedStepInput<'_, Self>,
         active: Option<BehaviorId>,
         action: &mut StepOutput,
-    ) -> Option<Watch> {
+    ) -> Option<ObserveAction> {
         let task = moment.task_of(active);
         let duty = task.and_then(|task| self.section.policy.duties().get(task.index()));
         let (readings, now) = (moment.readings, moment.now);
         match (duty, moment.position) {
-            (Some(Duty::Search), Some(_)) => action.actuation = self.walk.wander(readings, now),
-            (Some(Duty::Observe), Some(position)) if self.section.policy != Policy::Fixed => {
+            (Some(TaskKind::Search), Some(_)) => action.actuation = self.walk.wander(readings, now),
+            (Some(TaskKind::Observe), Some(position)) if self.section.policy != Policy::Fixed => {
                 let force = self.force(position, now);
                 action.actuation = self.walk.follow(force, readings, now);
             }
             _ => {}
         }
-        moment.sensed.targets.is_some().then_some(Watch)
+        moment.reading.targets.is_some().then_some(ObserveAction)
     }
 
-    fn lore(&self) -> Told {
+    fn lore(&self) -> SharedSightings {
         // Memory may contain more targets than a heartbeat.
-        self.memory.in_sight().take(SENSED_MOST).collect()
+        self.memory.in_sight().take(MAX_SENSED_TARGETS).collect()
     }
 
     /// Returns 0, because no task requires travel first.

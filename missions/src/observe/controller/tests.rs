@@ -5,10 +5,10 @@ use proptest::prelude::*;
 use proto::mission::MAX_KNOWLEDGE_BYTES;
 use scenario::time::SimTime;
 
-use super::memory::{Memory, Reach};
+use super::memory::{Memory, Ranges};
 use super::*;
 
-const REACH: Reach = Reach {
+const REACH: Ranges = Ranges {
     sight_m: 2.6,
     targets_m: 3.0,
     robots_m: 2.0,
@@ -27,20 +27,20 @@ fn sighting(target: u16, x: f32, when_ms: u64) -> Sighting {
 #[test]
 fn a_target_out_of_sight_moves_straight_on() {
     let mut memory = Memory::default();
-    assert!(memory.see(sighting(3, 2.0, 0), FASTEST_M_S));
-    memory.look_away();
+    assert!(memory.add_reading(sighting(3, 2.0, 0), FASTEST_M_S));
+    memory.clear_in_sight();
     assert!(
-        !memory.see(sighting(3, 2.1, 1000), FASTEST_M_S),
+        !memory.add_reading(sighting(3, 2.1, 1000), FASTEST_M_S),
         "it is not new"
     );
     let at = |memory: &Memory, ms| memory.tracks().next().map(|track| track.at(SimTime(ms)).x);
     assert!((at(&memory, 6500).unwrap() - 2.65).abs() < 1e-4);
     // The target is predicted out of sight, but near.
-    memory.look_away();
-    memory.forget(Vec2::ZERO, REACH, SimTime(6500));
+    memory.clear_in_sight();
+    memory.remove_stale(Vec2::ZERO, REACH, SimTime(6500));
     assert!(memory.has_tracks());
     assert_eq!(memory.in_sight().count(), 0);
-    memory.forget(Vec2::ZERO, REACH, SimTime(10_500));
+    memory.remove_stale(Vec2::ZERO, REACH, SimTime(10_500));
     assert!(!memory.has_tracks(), "at 3.05 m");
 }
 
@@ -49,11 +49,11 @@ fn a_target_out_of_sight_moves_straight_on() {
 fn a_missing_target_is_removed() {
     for (sight_m, is_known) in [(2.6, false), (-1.0, true), (1.0, true)] {
         let mut memory = Memory::default();
-        memory.see(sighting(3, 1.0, 0), FASTEST_M_S);
-        memory.look_away();
-        memory.forget(Vec2::ZERO, Reach { sight_m, ..REACH }, SimTime(100));
+        memory.add_reading(sighting(3, 1.0, 0), FASTEST_M_S);
+        memory.clear_in_sight();
+        memory.remove_stale(Vec2::ZERO, Ranges { sight_m, ..REACH }, SimTime(100));
         assert_eq!(memory.has_tracks(), is_known, "{sight_m}");
-        memory.forget(Vec2::ZERO, Reach { sight_m, ..REACH }, SimTime(10_100));
+        memory.remove_stale(Vec2::ZERO, Ranges { sight_m, ..REACH }, SimTime(10_100));
         assert!(!memory.has_tracks(), "after ten seconds");
     }
 }
@@ -62,11 +62,11 @@ fn a_missing_target_is_removed() {
 #[test]
 fn a_target_that_a_teammate_sees_is_shared_for_a_while() {
     let mut memory = Memory::default();
-    memory.see(sighting(1, 2.0, 1000), FASTEST_M_S);
-    memory.hear(sighting(1, 2.0, 950), FASTEST_M_S);
-    memory.hear(sighting(2, 2.9, 950), FASTEST_M_S);
-    memory.hear(sighting(4, 3.1, 950), FASTEST_M_S);
-    memory.forget(Vec2::ZERO, REACH, SimTime(1000));
+    memory.add_reading(sighting(1, 2.0, 1000), FASTEST_M_S);
+    memory.add_message(sighting(1, 2.0, 950), FASTEST_M_S);
+    memory.add_message(sighting(2, 2.9, 950), FASTEST_M_S);
+    memory.add_message(sighting(4, 3.1, 950), FASTEST_M_S);
+    memory.remove_stale(Vec2::ZERO, REACH, SimTime(1000));
     let shared = |memory: &Memory, ms| -> Vec<bool> {
         memory
             .tracks()
@@ -76,11 +76,11 @@ fn a_target_that_a_teammate_sees_is_shared_for_a_while() {
     assert_eq!(shared(&memory, 1000), [true, true], "t4 is too far away");
     assert_eq!(shared(&memory, 3450), [true, true]);
     assert_eq!(shared(&memory, 3451), [false, false]);
-    memory.hear_of_teammate(RobotId(7), Vec2::X, SimTime(1000));
-    memory.hear_of_teammate(RobotId(8), 3.0 * Vec2::X, SimTime(1000));
-    memory.forget(Vec2::ZERO, REACH, SimTime(1000));
+    memory.add_teammate(RobotId(7), Vec2::X, SimTime(1000));
+    memory.add_teammate(RobotId(8), 3.0 * Vec2::X, SimTime(1000));
+    memory.remove_stale(Vec2::ZERO, REACH, SimTime(1000));
     assert_eq!(memory.teammates().collect::<Vec<_>>(), [Vec2::X]);
-    memory.forget(Vec2::ZERO, REACH, SimTime(3501));
+    memory.remove_stale(Vec2::ZERO, REACH, SimTime(3501));
     assert_eq!(memory.teammates().count(), 0, "no message since");
 }
 
@@ -114,20 +114,20 @@ proptest! {
         for (event, step) in sequence.into_iter().zip(0..) {
             let now = SimTime(100 * step);
             match event {
-                Event::See(target, x) if in_sight.len() < SENSED_MOST => {
-                    memory.see(sighting(target, x, now.0), FASTEST_M_S);
+                Event::See(target, x) if in_sight.len() < MAX_SENSED_TARGETS => {
+                    memory.add_reading(sighting(target, x, now.0), FASTEST_M_S);
                     in_sight.insert(target);
                 }
                 Event::See(..) => {}
-                Event::Hear(target, x) => memory.hear(sighting(target, x, now.0), FASTEST_M_S),
-                Event::HearOf(robot, x) => memory.hear_of_teammate(RobotId(robot), x * Vec2::X, now),
+                Event::Hear(target, x) => memory.add_message(sighting(target, x, now.0), FASTEST_M_S),
+                Event::HearOf(robot, x) => memory.add_teammate(RobotId(robot), x * Vec2::X, now),
                 Event::LookAway => {
-                    memory.look_away();
+                    memory.clear_in_sight();
                     in_sight.clear();
                 }
-                Event::Forget => memory.forget(Vec2::ZERO, REACH, now),
+                Event::Forget => memory.remove_stale(Vec2::ZERO, REACH, now),
             }
-            let shared: Told = memory.in_sight().collect();
+            let shared: SharedSightings = memory.in_sight().collect();
             let targets: Vec<u16> = shared.iter().map(|sighting| sighting.target).collect();
             prop_assert_eq!(&targets, &in_sight.iter().copied().collect::<Vec<_>>());
             let bytes = proto::codec::encode(&shared).unwrap();

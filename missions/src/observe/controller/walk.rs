@@ -36,9 +36,9 @@ impl Walk {
         let scenario = &setup.scenario;
         let mut rng = robot_stream(setup.seed, Purpose::Behavior, robot);
         Self {
-            chassis: Chassis::of(scenario, &scenario.robots[robot.index()]),
+            chassis: Chassis::new(scenario, &scenario.robots[robot.index()]),
             navigator: Navigator::default(),
-            area: Area::of(scenario).inset(scenario.body.radius_m + MARGIN_M),
+            area: Area::from_scenario(scenario).inset(scenario.body.radius_m + MARGIN_M),
             course: direction(TAU * rng.random::<f32>()),
             turns_at: SimTime::ZERO,
             rng,
@@ -47,7 +47,7 @@ impl Walk {
 
     /// Returns the actuation along a force. The speed grows with the force.
     pub fn follow(&mut self, mut force: Vec2, readings: &Readings, now: SimTime) -> Actuation {
-        let Some(around) = Surroundings::of(readings) else {
+        let Some(around) = Surroundings::from_readings(readings) else {
             return Actuation::default();
         };
         if let Some(inward) = self.area.inward(around.pose.position) {
@@ -66,7 +66,7 @@ impl Walk {
 
     /// Returns the actuation of a random walk: straight on, with a turn at random times.
     pub fn wander(&mut self, readings: &Readings, now: SimTime) -> Actuation {
-        let Some(around) = Surroundings::of(readings) else {
+        let Some(around) = Surroundings::from_readings(readings) else {
             return Actuation::default();
         };
         let inward = self.area.inward(around.pose.position);

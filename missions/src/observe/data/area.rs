@@ -24,9 +24,9 @@ pub fn direction(angle_rad: f32) -> Vec2 {
 
 impl Area {
     #[must_use]
-    pub fn of(scenario: &Scenario) -> Self {
+    pub fn from_scenario(scenario: &Scenario) -> Self {
         let size = Vec2::new(scenario.room.width_m, scenario.room.height_m);
-        match ObserveSection::of(scenario).region {
+        match ObserveSection::from_scenario(scenario).region {
             Region::Disc => Self::Disc {
                 center: size / 2.0,
                 radius_m: size.min_element() / 2.0,

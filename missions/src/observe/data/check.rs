@@ -6,7 +6,7 @@ use super::ObserveSection;
 
 /// Returns the first error of `[observe]`. Distances and speeds must be in order.
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
-    let section = ObserveSection::of(scenario);
+    let section = ObserveSection::from_scenario(scenario);
     let slowest = ("slowest_m_s", section.slowest_m_s);
     let fastest = ("fastest_m_s", section.fastest_m_s);
     let near = ("target_near_m", section.target_near_m);

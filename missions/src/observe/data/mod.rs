@@ -9,7 +9,7 @@ mod section;
 mod tests;
 
 pub use area::{Area, direction};
-pub use section::{Duty, ObserveSection, Policy, Region};
+pub use section::{ObserveSection, Policy, Region, TaskKind};
 
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
@@ -76,7 +76,10 @@ impl MissionData for Observe {
     }
 
     fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
-        let duties = ObserveSection::of(scenario).policy.duties().iter();
+        let duties = ObserveSection::from_scenario(scenario)
+            .policy
+            .duties()
+            .iter();
         one_behavior_each(duties.map(|duty| duty.name().to_owned()))
     }
 
@@ -92,10 +95,10 @@ impl MissionData for Observe {
         _: &Robot,
         behavior: &BehaviorSpec,
     ) -> DefaultAllianceParams {
-        let section = ObserveSection::of(scenario);
+        let section = ObserveSection::from_scenario(scenario);
         let fast_impatience = match section.policy.duties()[behavior.task.index()] {
-            Duty::Observe => 100.0,
-            Duty::Search => 20.0,
+            TaskKind::Observe => 100.0,
+            TaskKind::Search => 20.0,
         };
         DefaultAllianceParams {
             broadcast_rate_hz: 1.0,
@@ -109,7 +112,7 @@ impl MissionData for Observe {
     }
 
     fn work_unit_s(&self, scenario: &Scenario, _: &Body, _: f64, _: &BehaviorSpec) -> f64 {
-        ObserveSection::of(scenario).duration_s
+        ObserveSection::from_scenario(scenario).duration_s
     }
 
     fn is_long_running(&self, _: &BehaviorSpec) -> bool {

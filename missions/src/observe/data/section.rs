@@ -45,30 +45,30 @@ pub enum Policy {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Duty {
+pub enum TaskKind {
     Observe,
     Search,
 }
 
 impl ObserveSection {
     #[must_use]
-    pub fn of(scenario: &Scenario) -> &Self {
+    pub fn from_scenario(scenario: &Scenario) -> &Self {
         scenario.section()
     }
 }
 
 impl Policy {
     #[must_use]
-    pub fn duties(self) -> &'static [Duty] {
+    pub fn duties(self) -> &'static [TaskKind] {
         match self {
-            Self::Fixed => &[Duty::Observe],
-            Self::Random => &[Duty::Search],
-            Self::Local | Self::ACmommt => &[Duty::Observe, Duty::Search],
+            Self::Fixed => &[TaskKind::Observe],
+            Self::Random => &[TaskKind::Search],
+            Self::Local | Self::ACmommt => &[TaskKind::Observe, TaskKind::Search],
         }
     }
 }
 
-impl Duty {
+impl TaskKind {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

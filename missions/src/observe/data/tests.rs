@@ -92,20 +92,26 @@ fn the_family_is_valid_in_every_size_with_the_same_area_per_robot() {
             Scenario::parse("f.toml", &text, &vocabulary).unwrap(),
             scenario
         );
-        crate::observe::PARTS.world.start_poses(&scenario).unwrap();
-        let Area::Disc { radius_m, .. } = Area::of(&scenario) else {
+        crate::observe::MISSION
+            .world
+            .start_poses(&scenario)
+            .unwrap();
+        let Area::Disc { radius_m, .. } = Area::from_scenario(&scenario) else {
             panic!("a disc")
         };
         let per_robot = radius_m * radius_m / robots as f32;
         assert!((per_robot - 20.0).abs() < 0.1, "{per_robot}");
-        assert_eq!(usize::from(ObserveSection::of(&scenario).n), targets);
+        assert_eq!(
+            usize::from(ObserveSection::from_scenario(&scenario).n),
+            targets
+        );
         // All other keys have the defaults of an empty section.
         let stated = Scenario::parse("d.toml", "[observe]\n", &vocabulary).unwrap();
         let default = ObserveSection {
             n: targets as u16,
-            ..ObserveSection::of(&stated).clone()
+            ..ObserveSection::from_scenario(&stated).clone()
         };
-        assert_eq!(*ObserveSection::of(&scenario), default);
+        assert_eq!(*ObserveSection::from_scenario(&scenario), default);
         Setup::resolve(scenario, 1, None).unwrap();
     }
 }
@@ -171,10 +177,13 @@ fn robots_start_spread_over_the_region() {
         let text = format!("[observe]\n{more}\n{robots}");
         let vocabulary = Registry::built_in().vocabulary();
         let scenario = Scenario::parse("o.toml", &text, &vocabulary).unwrap();
-        let poses = crate::observe::PARTS.world.start_poses(&scenario).unwrap();
+        let poses = crate::observe::MISSION
+            .world
+            .start_poses(&scenario)
+            .unwrap();
         poses.iter().map(|pose| pose.position).collect()
     };
-    let area = Area::of(&scenario("")).inset(0.22);
+    let area = Area::from_scenario(&scenario("")).inset(0.22);
     let spread: Vec<Vec2> = area.spread(5).collect();
     assert_eq!(starts(""), spread);
     let Vec2 { x, y } = spread[0] - 0.2;

@@ -21,10 +21,10 @@ use serde::Serialize;
 use world_server::mission::{FigureValue, StepEvents, Target, TeamFigures, TypedMission, Validity};
 use world_server::world::Floor;
 
-use super::bus::{Seen, Sensed, Watch as Look};
-use super::data::{Area, Duty, ObserveSection, Policy};
+use super::bus::{ObserveAction as Look, SensedTarget, SensorReading};
+use super::data::{Area, ObserveSection, Policy, TaskKind};
 use targets::Targets;
-use watch::Watch;
+use watch::Observation;
 
 /// The displayed radius of a target, m, and its least share of the room's size.
 const SHOWN_M: f32 = 0.15;
@@ -35,7 +35,7 @@ pub struct Observe {
     #[serde(skip)]
     constants: Arc<Constants>,
     targets: Targets,
-    watch: Watch,
+    watch: Observation,
 }
 
 #[derive(Debug)]
@@ -47,35 +47,35 @@ struct Constants {
 }
 
 impl Observe {
-    fn in_sight(&self, robot: RobotId, floor: &Floor) -> Sensed {
+    fn in_sight(&self, robot: RobotId, floor: &Floor) -> SensorReading {
         let (position, ahead) = (floor.pose(robot).position, floor.ahead(robot));
         let nearest = self.targets.nearest(position).into_iter();
         let seen = nearest.map(|number| {
             let offset = self.targets.at(number) - position;
-            Seen {
+            SensedTarget {
                 target: number as u16,
                 offset: Vec2::new(ahead.dot(offset), ahead.perp_dot(offset)),
             }
         });
-        Sensed {
+        SensorReading {
             targets: Some(seen.collect()),
         }
     }
 }
 
 impl TypedMission for Observe {
-    type Reading = Sensed;
+    type Reading = SensorReading;
     type Action = Look;
 
     fn new(setup: &Setup, floor: &Floor) -> Self {
         let scenario = &setup.scenario;
-        let section = ObserveSection::of(scenario).clone();
+        let section = ObserveSection::from_scenario(scenario).clone();
         let targets = Targets::new(setup);
         Self {
-            watch: Watch::new(floor.robot_count(), targets.len()),
+            watch: Observation::new(floor.robot_count(), targets.len()),
             targets,
             constants: Arc::new(Constants {
-                area: Area::of(scenario),
+                area: Area::from_scenario(scenario),
                 step: SimTime(scenario.step_ms),
                 duration: SimTime::from_secs_f64(section.duration_s),
                 section,
@@ -84,7 +84,7 @@ impl TypedMission for Observe {
     }
 
     fn starts(scenario: &Scenario) -> Vec<Vec2> {
-        let area = Area::of(scenario).inset(1.1 * scenario.body.radius_m);
+        let area = Area::from_scenario(scenario).inset(1.1 * scenario.body.radius_m);
         let count = scenario.robots.len();
         // The places of larger teams are alternatives, if obstacles or bodies are in the way.
         [1, 2, 4]
@@ -105,17 +105,22 @@ impl TypedMission for Observe {
         self.watch.settle(&self.targets, floor, happened);
     }
 
-    fn sense(&self, robot: RobotId, floor: &Floor) -> (Sensed, Validity) {
+    fn sense(&self, robot: RobotId, floor: &Floor) -> (SensorReading, Validity) {
         (self.in_sight(robot, floor), Validity::ThisTick)
     }
 
-    fn copy_device(&self, device: &str, from: &Sensed, to: &mut Sensed) {
+    fn copy_device(&self, device: &str, from: &SensorReading, to: &mut SensorReading) {
         if device == "targets" {
             to.targets.clone_from(&from.targets);
         }
     }
 
-    fn mislead(&self, device: &str, sensed: &mut Sensed, error_m: &mut dyn FnMut() -> f32) {
+    fn add_error(
+        &self,
+        device: &str,
+        sensed: &mut SensorReading,
+        error_m: &mut dyn FnMut() -> f32,
+    ) {
         if device != "targets" {
             return;
         }
@@ -124,7 +129,7 @@ impl TypedMission for Observe {
                 seen.offset += Vec2::new(error_m(), error_m());
             }
             targets.sort_by(|a, b| {
-                let of = |seen: &Seen| seen.offset.length_squared();
+                let of = |seen: &SensedTarget| seen.offset.length_squared();
                 of(a).total_cmp(&of(b))
             });
         }
@@ -135,14 +140,14 @@ impl TypedMission for Observe {
     }
 
     /// Robots that follow targets have one task at a time: search far from targets, observe near them.
-    fn is_due(&self, task: TaskId, robot: RobotId, floor: &Floor) -> bool {
+    fn has_work(&self, task: TaskId, robot: RobotId, floor: &Floor) -> bool {
         let section = &self.constants.section;
         if matches!(section.policy, Policy::Fixed | Policy::Random) {
             return true;
         }
         let place = floor.pose(robot).position;
         let is_near = self.targets.any_within(place, section.predict_m);
-        is_near == (section.policy.duties()[task.index()] == Duty::Observe)
+        is_near == (section.policy.duties()[task.index()] == TaskKind::Observe)
     }
 
     fn row(&self, row: &mut Vec<FigureValue>) {
@@ -162,7 +167,7 @@ impl TypedMission for Observe {
     }
 
     /// Shows the region, the targets, and each robot's range with lines to its targets.
-    fn show(&self, floor: &Floor, view: &mut View) {
+    fn add_to_view(&self, floor: &Floor, view: &mut View) {
         let shown_m = SHOWN_M.max(SHOWN * floor.size().max_element());
         if let Area::Disc { center, radius_m } = self.constants.area {
             view.mark(Mark::disc(
@@ -182,7 +187,7 @@ impl TypedMission for Observe {
         for robot in &mut view.robots {
             if let AnySensed::Open(bytes) = &robot.readings.mission {
                 // An invalid reading only affects the display.
-                let sensed: Sensed = bytes.decode().unwrap_or_default();
+                let sensed: SensorReading = bytes.decode().unwrap_or_default();
                 let targets = sensed.targets.iter().flatten();
                 robot.sensed.extend(targets.map(|seen| seen.offset));
             }
@@ -207,7 +212,7 @@ impl TypedMission for Observe {
         }
     }
 
-    fn holds(&self, _: &Floor) -> Result<(), String> {
+    fn check_invariants(&self, _: &Floor) -> Result<(), String> {
         self.targets.holds()?;
         self.watch.holds()
     }

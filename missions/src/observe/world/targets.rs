@@ -13,7 +13,7 @@ use serde::{Serialize, Serializer};
 use world_server::world::Grid;
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
-use crate::observe::bus::SENSED_MOST;
+use crate::observe::bus::MAX_SENSED_TARGETS;
 use crate::observe::data::{Area, ObserveSection, direction};
 
 #[derive(Clone, Debug)]
@@ -61,8 +61,8 @@ impl Targets {
     /// Places the targets at random in the region, by the seed.
     pub fn new(setup: &Setup) -> Self {
         let scenario = &setup.scenario;
-        let section = ObserveSection::of(scenario);
-        let area = Area::of(scenario);
+        let section = ObserveSection::from_scenario(scenario);
+        let area = Area::from_scenario(scenario);
         let target = |number| {
             let mut rng = robot_stream(setup.seed, Purpose::Targets, RobotId(number));
             let at = area.place(Vec2::new(rng.random(), rng.random()));
@@ -135,12 +135,12 @@ impl Targets {
     }
 
     /// Returns the nearest targets in range of a place, sorted by distance and then by number.
-    pub fn nearest(&self, place: Vec2) -> ArrayVec<usize, SENSED_MOST> {
-        let mut nearest: ArrayVec<(f32, usize), SENSED_MOST> = ArrayVec::new();
+    pub fn nearest(&self, place: Vec2) -> ArrayVec<usize, MAX_SENSED_TARGETS> {
+        let mut nearest: ArrayVec<(f32, usize), MAX_SENSED_TARGETS> = ArrayVec::new();
         for (number, squared) in self.in_range(place) {
             let found = (squared, number);
             let before = nearest.partition_point(|known| *known < found);
-            if before == SENSED_MOST {
+            if before == MAX_SENSED_TARGETS {
                 continue;
             }
             if nearest.is_full() {

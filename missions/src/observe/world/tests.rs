@@ -11,7 +11,7 @@ use world_server::world::World;
 
 use super::targets::Targets;
 use super::*;
-use crate::observe::bus::SENSED_MOST;
+use crate::observe::bus::MAX_SENSED_TARGETS;
 use crate::observe::tests::scenario;
 
 fn setup(lines: &str, seed: u64) -> Setup {
@@ -50,7 +50,7 @@ proptest! {
         let lines = format!("n = 20\nregion = '{region}'\nturn_hz = {turn_hz}\nfastest_m_s = {fastest}\nslowest_m_s = 0.05\n");
         let mut setup = setup(&lines, seed);
         setup.scenario.step_ms = step_ms;
-        let area = Area::of(&setup.scenario).inset(-0.001);
+        let area = Area::from_scenario(&setup.scenario).inset(-0.001);
         let track = play(&setup, 300);
         let most_m = fastest as f32 * step_ms as f32 / 1000.0;
         for pair in track.windows(2) {
@@ -111,7 +111,7 @@ fn the_nearest_in_range_are_found() {
             let mut in_range: Vec<usize> = targets.in_range(place).map(|entry| entry.0).collect();
             in_range.sort_unstable();
             let mut expected: Vec<usize> = all.iter().map(|entry| entry.1).collect();
-            let nearest: Vec<usize> = expected.iter().copied().take(SENSED_MOST).collect();
+            let nearest: Vec<usize> = expected.iter().copied().take(MAX_SENSED_TARGETS).collect();
             assert_eq!(targets.nearest(place).as_slice(), nearest);
             expected.sort_unstable();
             assert_eq!(in_range, expected);
@@ -141,7 +141,7 @@ fn still(robots: [&str; 2]) -> World {
     let scenario =
         Scenario::parse("o.toml", &text, &vocabulary).unwrap_or_else(|error| panic!("{error}"));
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-    World::new(&setup, crate::observe::PARTS.world)
+    World::new(&setup, crate::observe::MISSION.world)
 }
 
 fn row(world: &World) -> Vec<FigureValue> {
@@ -185,9 +185,9 @@ fn only_a_robot_that_looks_observes() {
     let AnySensed::Open(bytes) = world.readings(RobotId(0)).mission else {
         panic!("nothing is sensed")
     };
-    let sensed: Sensed = bytes.decode().unwrap();
+    let sensed: SensorReading = bytes.decode().unwrap();
     let count = sensed.targets.unwrap().len();
-    assert_eq!(count, (found as usize).min(SENSED_MOST));
+    assert_eq!(count, (found as usize).min(MAX_SENSED_TARGETS));
 }
 
 /// By hand: a robot looks in the first 5 of 20 steps. Its targets are observed for a quarter of the time, and then
@@ -223,12 +223,12 @@ fn figures_match_their_definitions() {
 /// The reading has at most 160 bytes, for any target numbers.
 #[test]
 fn a_full_reading_fits_its_size() {
-    let seen = Seen {
+    let seen = SensedTarget {
         target: u16::MAX,
         offset: Vec2::splat(-2.345_678),
     };
-    let sensed = Sensed {
-        targets: Some([seen; SENSED_MOST].into()),
+    let sensed = SensorReading {
+        targets: Some([seen; MAX_SENSED_TARGETS].into()),
     };
     assert!(Bytes::<{ proto::mission::MAX_READING_BYTES }>::encode(&sensed).is_ok());
 }

@@ -10,7 +10,7 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 use super::targets::Targets;
 
 #[derive(Clone, Debug)]
-pub(super) struct Watch {
+pub(super) struct Observation {
     /// The robots that have looked in this step so far, by rank. All false between steps.
     looks: Vec<bool>,
     looked: Vec<bool>,
@@ -41,7 +41,7 @@ struct Times {
 }
 
 /// Serializes the state as a hash.
-impl Serialize for Watch {
+impl Serialize for Observation {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let fold = |hash, number: u32| xxh3_64_with_seed(&number.to_le_bytes(), hash);
         let seen_by = self.seen_by.iter();
@@ -52,7 +52,7 @@ impl Serialize for Watch {
     }
 }
 
-impl Watch {
+impl Observation {
     pub fn new(robots: usize, targets: usize) -> Self {
         Self {
             looks: vec![false; robots],

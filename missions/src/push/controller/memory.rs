@@ -3,8 +3,8 @@
 use proto::readings::Pose;
 use scenario::time::SimTime;
 
-use crate::push::bar::{End, lead_m};
-use crate::push::bus::{Lore, Stroke, TOLD_MOST, Told};
+use crate::push::bar::{BarEnd, lead_m};
+use crate::push::bus::{BarReport, MAX_REPORTED_BARS, SharedKnowledge, Stroke};
 use crate::push::data::PushSection;
 
 /// The largest motion of a bar at rest, m, and the time for which it must stay within.
@@ -17,8 +17,8 @@ const TURN_MS: u64 = 500;
 /// The knowledge about a bar. Messages may arrive in any order, twice or late, so the newest pose and the newest
 /// stroke count.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Known {
-    pub told: Told,
+pub(super) struct BarKnowledge {
+    pub told: BarReport,
     /// The lead of the left end at the known pose, m.
     lead_m: f32,
     /// True if both ends are over the line.
@@ -29,10 +29,10 @@ pub(super) struct Known {
     still: (f32, SimTime),
 }
 
-impl Known {
+impl BarKnowledge {
     pub fn new(bar: u16, pose: Pose) -> Self {
         Self {
-            told: Told {
+            told: BarReport {
                 bar,
                 pose,
                 seen: SimTime::ZERO,
@@ -45,29 +45,29 @@ impl Known {
         }
     }
 
-    pub fn put(&mut self, pose: Pose, section: &PushSection) {
+    pub fn set_pose(&mut self, pose: Pose, section: &PushSection) {
         self.told.pose = pose;
         self.lead_m = lead_m(&pose, section.length_m);
         let goal_m = section.bars[usize::from(self.told.bar)].goal_x_m;
         self.has_arrived = pose.position.x - self.lead_m.abs() / 2.0 >= goal_m;
     }
 
-    pub fn lead_of(&self, end: End) -> f32 {
+    pub fn lead_of(&self, end: BarEnd) -> f32 {
         end.sign() * self.lead_m
     }
 
-    pub fn learn(&mut self, told: &Told, section: &PushSection) {
+    pub fn merge(&mut self, told: &BarReport, section: &PushSection) {
         if told.seen > self.told.seen {
             self.told.seen = told.seen;
-            self.put(told.pose, section);
+            self.set_pose(told.pose, section);
         }
         if let Some(stroke) = told.last {
-            self.stroke(stroke);
+            self.add_stroke(stroke);
         }
     }
 
     /// Records a stroke. Of two strokes at one time, the one at the right end counts as the later one.
-    pub fn stroke(&mut self, stroke: Stroke) {
+    pub fn add_stroke(&mut self, stroke: Stroke) {
         let order = |stroke: &Stroke| (stroke.at, stroke.end);
         if self
             .told
@@ -81,22 +81,22 @@ impl Known {
 
     /// Records a reading of the bar. A bar at rest that has turned by a quarter of a stroke since the last stroke
     /// must have had another one. This detects strokes without messages.
-    pub fn see(&mut self, pose: Pose, now: SimTime, section: &PushSection) {
-        self.put(pose, section);
+    pub fn add_reading(&mut self, pose: Pose, now: SimTime, section: &PushSection) {
+        self.set_pose(pose, section);
         self.told.seen = now;
         if (self.lead_m - self.still.0).abs() > STILL_M {
             self.still = (self.lead_m, now);
         }
         let gained_m = self.lead_m - self.lead_then_m;
         if gained_m.abs() >= section.stroke_m / 4.0 && now.since(self.still.1) >= STILL {
-            let end = End::on_side(gained_m);
-            self.stroke(Stroke { end, at: now });
+            let end = BarEnd::on_side(gained_m);
+            self.add_stroke(Stroke { end, at: now });
         }
     }
 
     /// Returns whether the end should be pushed. It does not lead by half a stroke, and the last stroke was at the
     /// other end; or it lags by half a stroke, and the bar is at rest.
-    pub fn is_due(&self, end: End, now: SimTime, section: &PushSection) -> bool {
+    pub fn is_due(&self, end: BarEnd, now: SimTime, section: &PushSection) -> bool {
         let (lead_m, half_m) = (self.lead_of(end), section.stroke_m / 2.0);
         let is_next = self.told.last.is_none_or(|last| last.end != end);
         let lags = lead_m <= -half_m && now.since(self.still.1) >= STILL;
@@ -105,13 +105,13 @@ impl Known {
 }
 
 /// Returns the shared knowledge for a heartbeat. If there are more bars than fit, heartbeats contain them in turn.
-pub(super) fn lore(known: &[Known], now: SimTime) -> Lore {
-    let from = if known.len() > TOLD_MOST {
-        (now.0 / TURN_MS) as usize * TOLD_MOST % known.len()
+pub(super) fn shared_knowledge(known: &[BarKnowledge], now: SimTime) -> SharedKnowledge {
+    let from = if known.len() > MAX_REPORTED_BARS {
+        (now.0 / TURN_MS) as usize * MAX_REPORTED_BARS % known.len()
     } else {
         0
     };
     let all = known.iter().cycle().skip(from);
-    let selected = all.take(known.len().min(TOLD_MOST));
+    let selected = all.take(known.len().min(MAX_REPORTED_BARS));
     selected.map(|bar| bar.told).collect()
 }

@@ -16,16 +16,18 @@ use glam::Vec2;
 use proto::readings::Pose;
 use proto::team::BulletinKind;
 use robot_agent::allocator::OwnBehavior;
-use robot_agent::mission::{Heard, Perception, StepOutput, TypedMind, TypedMoment, bulletin};
+use robot_agent::mission::{
+    Perception, ReceivedBroadcast, StepOutput, TypedController, TypedStepInput, bulletin,
+};
 use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
-use super::bar::{self, End};
-use super::bus::{BarSeen, Deed, Lore, Sensed, Stroke, Told};
-use super::data::{PushSection, about};
-use memory::{Known, lore};
-use way::Way;
+use super::bar::{self, BarEnd};
+use super::bus::{BarReport, BarSeen, NoAction, SensorReading, SharedKnowledge, Stroke};
+use super::data::{PushSection, bar_and_end};
+use memory::{BarKnowledge, shared_knowledge};
+use way::Approach;
 
 /// The tolerance of a stroke's length, m. Without it rounding could prevent its completion.
 const ENOUGH_M: f32 = 0.002;
@@ -39,8 +41,8 @@ pub struct Pusher {
     section: Arc<PushSection>,
     room: Vec2,
     push_m_s: f32,
-    known: Vec<Known>,
-    way: Way,
+    known: Vec<BarKnowledge>,
+    way: Approach,
     /// The task in progress, and the x of its end at the start of the push, m.
     at: Option<(TaskId, Option<f32>)>,
     /// The index of a bar with news for an immediate broadcast.
@@ -55,17 +57,17 @@ impl Pusher {
             .ok()
     }
 
-    fn of_task(&self, task: TaskId) -> Option<(usize, End)> {
-        let (bar, end) = about(task);
+    fn of_task(&self, task: TaskId) -> Option<(usize, BarEnd)> {
+        let (bar, end) = bar_and_end(task);
         Some((self.place_of(bar as u16)?, end))
     }
 
-    fn end_x(&self, place: usize, end: End) -> f32 {
+    fn end_x(&self, place: usize, end: BarEnd) -> f32 {
         bar::end(&self.known[place].told.pose, end, self.section.length_m).x
     }
 
     /// Returns whether the content of a message is possible. A message may contain anything.
-    fn is_possible(&self, told: &Told) -> bool {
+    fn is_possible(&self, told: &BarReport) -> bool {
         let Pose {
             position,
             heading_rad,
@@ -74,7 +76,7 @@ impl Pusher {
         is_in_room && heading_rad.abs() <= std::f32::consts::FRAC_PI_2
     }
 
-    fn receive(&mut self, mut message: Told) {
+    fn receive(&mut self, mut message: BarReport) {
         let Some(place) = self
             .place_of(message.bar)
             .filter(|_| self.is_possible(&message))
@@ -86,7 +88,7 @@ impl Pusher {
         if let Some(last) = &mut message.last {
             last.at = last.at.min(self.now);
         }
-        self.known[place].learn(&message, &self.section);
+        self.known[place].merge(&message, &self.section);
     }
 
     /// Records a reading of the nearest bar. Returns its index in memory, if it belongs to the robot's tasks.
@@ -95,7 +97,7 @@ impl Pusher {
         let ahead = Vec2::new(libm::cosf(pose.heading_rad), libm::sinf(pose.heading_rad));
         let near_end = pose.position + ahead.rotate(seen.near_end);
         let there = bar::with_end(near_end, seen.end, seen.lead_m, self.section.length_m);
-        self.known[place].see(there, self.now, &self.section);
+        self.known[place].add_reading(there, self.now, &self.section);
         Some(place)
     }
 
@@ -115,7 +117,7 @@ impl Pusher {
             if pose.position.x > start.goal_x_m {
                 pose.position.x = start.x_m;
             }
-            known.put(pose, &section);
+            known.set_pose(pose, &section);
         }
     }
 
@@ -134,7 +136,7 @@ impl Pusher {
         let leads = known.lead_of(end) >= section.stroke_m / 2.0 - ENOUGH_M;
         if leads || moved_m >= section.stroke_m - ENOUGH_M || known.has_arrived {
             let stroke = Stroke { end, at: self.now };
-            self.known[place].stroke(stroke);
+            self.known[place].add_stroke(stroke);
             perception.progressed.push(task);
             self.news = Some(place);
             self.at = None;
@@ -142,7 +144,7 @@ impl Pusher {
     }
 
     /// Returns whether a task needs work. A stroke in progress is always completed.
-    fn is_due(&self, task: TaskId, place: usize, end: End) -> bool {
+    fn is_due(&self, task: TaskId, place: usize, end: BarEnd) -> bool {
         let known = &self.known[place];
         match self.at {
             Some((at, Some(_))) if at == task => !known.has_arrived,
@@ -157,30 +159,30 @@ impl Pusher {
     }
 }
 
-impl TypedMind for Pusher {
-    type Sensed = Sensed;
-    type Deed = Deed;
-    type Lore = Lore;
-    type Bulletin = Told;
+impl TypedController for Pusher {
+    type SensorReading = SensorReading;
+    type Action = NoAction;
+    type SharedKnowledge = SharedKnowledge;
+    type Bulletin = BarReport;
 
     fn new(robot: RobotId, setup: &Setup) -> Self {
         let scenario = &setup.scenario;
         let section = Arc::new(PushSection::of(scenario).clone());
-        let behaviors = OwnBehavior::all_of(robot, setup);
+        let behaviors = OwnBehavior::of_robot(robot, setup);
         let mut bars: Vec<usize> = behaviors
             .iter()
-            .map(|behavior| about(behavior.task).0)
+            .map(|behavior| bar_and_end(behavior.task).0)
             .collect();
         bars.sort_unstable();
         bars.dedup();
         let known = bars
             .iter()
-            .map(|&bar| Known::new(bar as u16, section.bars[bar].pose()));
+            .map(|&bar| BarKnowledge::new(bar as u16, section.bars[bar].pose()));
         Self {
             room: Vec2::new(scenario.room.width_m, scenario.room.height_m),
             push_m_s: scenario.body_of(&scenario.robots[robot.index()]).push_m_s,
             known: known.collect(),
-            way: Way::new(robot, setup),
+            way: Approach::new(robot, setup),
             at: None,
             news: None,
             now: SimTime::ZERO,
@@ -190,8 +192,8 @@ impl TypedMind for Pusher {
 
     fn perceive(
         &mut self,
-        moment: &TypedMoment<'_, Self>,
-        heard: &[Heard<'_, Self>],
+        moment: &TypedStepInput<'_, Self>,
+        heard: &[ReceivedBroadcast<'_, Self>],
         perception: &mut Perception,
     ) {
         self.now = moment.now;
@@ -199,7 +201,7 @@ impl TypedMind for Pusher {
             let messages = broadcast.lore.iter().flatten().chain(&broadcast.bulletin);
             messages.for_each(|message| self.receive(*message));
         }
-        let seen = match (&moment.sensed.bar, &moment.readings.pose) {
+        let seen = match (&moment.reading.bar, &moment.readings.pose) {
             (Some(Some(seen)), Some(pose)) => self.see(seen, pose),
             (Some(None), Some(pose)) => {
                 self.miss(pose.position);
@@ -208,8 +210,8 @@ impl TypedMind for Pusher {
             _ => None,
         };
         self.note_stroke(seen, perception);
-        let is_able = moment.position.is_some() && moment.sensed.bar.is_some();
-        let applicable = moment.own.iter().map(|behavior| {
+        let is_able = moment.position.is_some() && moment.reading.bar.is_some();
+        let applicable = moment.behaviors.iter().map(|behavior| {
             let due = self.of_task(behavior.task);
             is_able && due.is_some_and(|(place, end)| self.is_due(behavior.task, place, end))
         });
@@ -217,7 +219,7 @@ impl TypedMind for Pusher {
     }
 
     /// Returns the time of the last stroke at the other end, which starts the round of this end.
-    fn round(&self, moment: &TypedMoment<'_, Self>, task: TaskId) -> SimTime {
+    fn round(&self, moment: &TypedStepInput<'_, Self>, task: TaskId) -> SimTime {
         let last = self.of_task(task).and_then(|(place, end)| {
             let last = self.known[place].told.last;
             last.filter(|last| last.end != end)
@@ -227,10 +229,10 @@ impl TypedMind for Pusher {
 
     fn act(
         &mut self,
-        moment: &TypedMoment<'_, Self>,
+        moment: &TypedStepInput<'_, Self>,
         active: Option<BehaviorId>,
         action: &mut StepOutput,
-    ) -> Option<Deed> {
+    ) -> Option<NoAction> {
         if let Some(place) = self.news.take() {
             let news = &self.known[place].told;
             action
@@ -245,7 +247,7 @@ impl TypedMind for Pusher {
         let (task, begun) = self.at?;
         let ((place, end), pose) = self.of_task(task).zip(moment.readings.pose)?;
         let bar = self.known[place].told.pose;
-        let (position, touch) = (pose.position, moment.sensed.touch);
+        let (position, touch) = (pose.position, moment.reading.touch);
         action.actuation = if self
             .way
             .is_in_place(&bar, end, &self.section, position, touch)
@@ -261,8 +263,8 @@ impl TypedMind for Pusher {
         None
     }
 
-    fn lore(&self) -> Lore {
-        lore(&self.known, self.now)
+    fn lore(&self) -> SharedKnowledge {
+        shared_knowledge(&self.known, self.now)
     }
 
     /// Returns the travel time in a straight line at top speed, and the time of a stroke.

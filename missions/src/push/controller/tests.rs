@@ -4,11 +4,11 @@ use proptest::prelude::*;
 use proto::readings::Pose;
 use scenario::{Scenario, Setup};
 
-use super::memory::{Known, lore};
+use super::memory::{BarKnowledge, shared_knowledge};
 use super::*;
 use crate::Registry;
 use crate::push::bar::with_end;
-use crate::push::bus::{Stroke, TOLD_MOST};
+use crate::push::bus::{MAX_REPORTED_BARS, Stroke};
 
 fn section() -> PushSection {
     let text = "[push]\n[[push.bars]]\nx_m = 2\ny_m = 4\ngoal_x_m = 9\n";
@@ -18,19 +18,19 @@ fn section() -> PushSection {
 
 /// The bar with its right end at (3, 2.8) and that lead of its left end.
 fn leading(lead_m: f32) -> Pose {
-    with_end(Vec2::new(3.0, 2.8), End::Right, lead_m, 2.4)
+    with_end(Vec2::new(3.0, 2.8), BarEnd::Right, lead_m, 2.4)
 }
 
-fn known() -> Known {
-    Known::new(0, leading(0.0))
+fn known() -> BarKnowledge {
+    BarKnowledge::new(0, leading(0.0))
 }
 
-fn stroke(end: End, at: SimTime) -> Stroke {
+fn stroke(end: BarEnd, at: SimTime) -> Stroke {
     Stroke { end, at }
 }
 
-fn due(known: &Known, now: SimTime) -> [bool; 2] {
-    End::BOTH.map(|end| known.is_due(end, now, &section()))
+fn due(known: &BarKnowledge, now: SimTime) -> [bool; 2] {
+    BarEnd::BOTH.map(|end| known.is_due(end, now, &section()))
 }
 
 #[test]
@@ -38,23 +38,23 @@ fn the_ends_are_due_in_turns() {
     let now = SimTime(10_000);
     let mut bar = known();
     assert_eq!(due(&bar, now), [true, true], "at first both");
-    bar.stroke(stroke(End::Left, SimTime(5_000)));
+    bar.add_stroke(stroke(BarEnd::Left, SimTime(5_000)));
     assert_eq!(due(&bar, now), [false, true]);
     // At equal times the right end counts as the later one.
-    bar.stroke(stroke(End::Right, SimTime(5_000)));
+    bar.add_stroke(stroke(BarEnd::Right, SimTime(5_000)));
     assert_eq!(due(&bar, now), [true, false]);
-    bar.stroke(stroke(End::Left, SimTime(5_000)));
+    bar.add_stroke(stroke(BarEnd::Left, SimTime(5_000)));
     assert_eq!(due(&bar, now), [true, false]);
     // An older message.
-    bar.stroke(stroke(End::Left, SimTime(4_000)));
+    bar.add_stroke(stroke(BarEnd::Left, SimTime(4_000)));
     assert_eq!(due(&bar, now), [true, false]);
 }
 
 #[test]
 fn a_leading_end_is_not_due_and_a_lagging_end_at_rest_is_due() {
     let mut bar = known();
-    bar.stroke(stroke(End::Right, SimTime(1_000)));
-    bar.see(leading(0.21), SimTime(2_000), &section());
+    bar.add_stroke(stroke(BarEnd::Right, SimTime(1_000)));
+    bar.add_reading(leading(0.21), SimTime(2_000), &section());
     // A teammate may still push.
     assert_eq!(due(&bar, SimTime(2_500)), [false, false]);
     assert_eq!(due(&bar, SimTime(3_000)), [false, true]);
@@ -64,15 +64,15 @@ fn a_leading_end_is_not_due_and_a_lagging_end_at_rest_is_due() {
 #[test]
 fn a_stroke_without_a_message_is_detected() {
     let mut bar = known();
-    bar.stroke(stroke(End::Left, SimTime(1_000)));
+    bar.add_stroke(stroke(BarEnd::Left, SimTime(1_000)));
     for (step, lead_m) in (0..10).map(|step| (step, -0.02 * step as f32)) {
-        bar.see(leading(lead_m), SimTime(1_050 + 50 * step), &section());
+        bar.add_reading(leading(lead_m), SimTime(1_050 + 50 * step), &section());
     }
     assert!(!due(&bar, SimTime(1_550))[0], "the bar still moves");
     for step in 0..30 {
-        bar.see(leading(-0.18), SimTime(1_550 + 50 * step), &section());
+        bar.add_reading(leading(-0.18), SimTime(1_550 + 50 * step), &section());
     }
-    assert_eq!(bar.told.last.map(|last| last.end), Some(End::Right));
+    assert_eq!(bar.told.last.map(|last| last.end), Some(BarEnd::Right));
     assert!(due(&bar, SimTime(3_000))[0]);
 }
 
@@ -83,7 +83,7 @@ fn a_bar_over_the_line_has_no_due_end() {
         position: Vec2::new(9.1, 4.0),
         heading_rad: 0.0,
     };
-    bar.see(over, SimTime(1_000), &section());
+    bar.add_reading(over, SimTime(1_000), &section());
     assert_eq!(due(&bar, SimTime(9_000)), [false, false]);
 }
 
@@ -92,22 +92,22 @@ proptest! {
     #[test]
     fn messages_may_arrive_in_any_order(messages in prop::collection::vec((0..50_u64, -0.5..0.5_f32, any::<bool>()), 1..12), seed in any::<u64>()) {
         let section = section();
-        let message_of = |&(at, lead_m, left): &(u64, f32, bool)| Told {
+        let message_of = |&(at, lead_m, left): &(u64, f32, bool)| BarReport {
             bar: 0,
             pose: leading(lead_m),
             seen: SimTime(1 + 2 * at),
-            last: Some(Stroke { end: if left { End::Left } else { End::Right }, at: SimTime(at) }),
+            last: Some(Stroke { end: if left { BarEnd::Left } else { BarEnd::Right }, at: SimTime(at) }),
         };
         // Equal times have equal content: all robots see the same bar.
         let mut messages = messages;
         messages.sort_by_key(|message| message.0);
         messages.dedup_by_key(|message| message.0);
         let mut in_order = known();
-        messages.iter().for_each(|message| in_order.learn(&message_of(message), &section));
+        messages.iter().for_each(|message| in_order.merge(&message_of(message), &section));
         let mut mixed = known();
         let turn = (seed % messages.len() as u64) as usize;
         for message in messages[turn..].iter().chain(&messages).chain(&messages[..turn]) {
-            mixed.learn(&message_of(message), &section);
+            mixed.merge(&message_of(message), &section);
         }
         prop_assert_eq!(mixed.told, in_order.told);
     }
@@ -116,21 +116,23 @@ proptest! {
 /// A heartbeat has a bounded size, and successive heartbeats contain all bars.
 #[test]
 fn heartbeats_contain_many_bars_in_turn() {
-    let many: Vec<Known> = (0..30).map(|bar| Known::new(bar, leading(0.0))).collect();
+    let many: Vec<BarKnowledge> = (0..30)
+        .map(|bar| BarKnowledge::new(bar, leading(0.0)))
+        .collect();
     let mut shared = std::collections::BTreeSet::new();
     for now in 0..40 {
-        let lore = lore(&many, SimTime(500 * now));
-        assert!(lore.len() <= TOLD_MOST);
+        let lore = shared_knowledge(&many, SimTime(500 * now));
+        assert!(lore.len() <= MAX_REPORTED_BARS);
         shared.extend(lore.iter().map(|shared| shared.bar));
     }
     assert_eq!(shared.len(), 30);
-    let largest = Told {
+    let largest = BarReport {
         bar: u16::MAX,
         pose: leading(0.1),
         seen: SimTime(u64::MAX),
-        last: Some(stroke(End::Left, SimTime(u64::MAX))),
+        last: Some(stroke(BarEnd::Left, SimTime(u64::MAX))),
     };
-    let lore: Lore = std::iter::repeat_n(largest, TOLD_MOST).collect();
+    let lore: SharedKnowledge = std::iter::repeat_n(largest, MAX_REPORTED_BARS).collect();
     let bytes = proto::codec::encode(&lore).unwrap();
     assert!(
         bytes.len() <= proto::mission::MAX_KNOWLEDGE_BYTES,
@@ -147,7 +149,7 @@ fn impossible_messages_are_ignored() {
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     let mut pusher = Pusher::new(RobotId(0), &setup);
     pusher.now = SimTime(1_000);
-    let good = Told {
+    let good = BarReport {
         bar: 0,
         pose: leading(0.1),
         seen: SimTime(900),
@@ -158,24 +160,24 @@ fn impossible_messages_are_ignored() {
         heading_rad,
     };
     for bad in [
-        Told { bar: 7, ..good },
-        Told {
+        BarReport { bar: 7, ..good },
+        BarReport {
             pose: pose(Vec2::splat(f32::NAN), 0.0),
             ..good
         },
-        Told {
+        BarReport {
             pose: pose(Vec2::splat(f32::INFINITY), 0.0),
             ..good
         },
-        Told {
+        BarReport {
             pose: pose(Vec2::new(-4.0, 2.0), 0.0),
             ..good
         },
-        Told {
+        BarReport {
             pose: pose(Vec2::new(4.0, 2.0), f32::NAN),
             ..good
         },
-        Told {
+        BarReport {
             pose: pose(Vec2::new(4.0, 2.0), 3.0),
             ..good
         },
@@ -184,7 +186,7 @@ fn impossible_messages_are_ignored() {
         assert_eq!(pusher.known[0].told.seen, SimTime::ZERO, "{bad:?}");
     }
     // A time in the future is limited to now; otherwise it would count for ever.
-    pusher.receive(Told {
+    pusher.receive(BarReport {
         seen: SimTime(u64::MAX),
         ..good
     });

@@ -9,8 +9,8 @@ use scenario::Setup;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
-use crate::push::bar::{End, point_at, seen_from};
-use crate::push::data::{PushSection, SPOTS};
+use crate::push::bar::{BarEnd, from_bar_frame, to_bar_frame};
+use crate::push::data::{PUSH_PLACES, PushSection};
 
 /// The distance behind a bar at which a robot drives along it, m.
 const BEHIND_M: f32 = 0.45;
@@ -30,13 +30,13 @@ const INSIDE_M: f32 = 0.02;
 const PATIENCE_S: f32 = 6.0;
 
 /// Returns whether a place in the bar's frame is beside the outer third at that end.
-fn is_within_third(seen: &Vec2, end: End, section: &PushSection) -> bool {
+fn is_within_third(seen: &Vec2, end: BarEnd, section: &PushSection) -> bool {
     let third = section.length_m / 6.0 + INSIDE_M..=section.length_m / 2.0 - INSIDE_M;
     third.contains(&(end.sign() * seen.y))
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct Way {
+pub(super) struct Approach {
     driver: Driver,
     chassis: Chassis,
     /// The place of the robot at the left end and at the right one. It changes if the way to it is blocked.
@@ -51,12 +51,12 @@ pub(super) struct Way {
     gets_away: bool,
 }
 
-impl Way {
+impl Approach {
     pub fn new(robot: RobotId, setup: &Setup) -> Self {
         let scenario = &setup.scenario;
         Self {
-            driver: Driver::of(robot, setup),
-            chassis: Chassis::of(scenario, &scenario.robots[robot.index()]),
+            driver: Driver::new(robot, setup),
+            chassis: Chassis::new(scenario, &scenario.robots[robot.index()]),
             spots: [0; 2],
             until: None,
             is_lined_up: false,
@@ -77,21 +77,21 @@ impl Way {
         self.chassis.radius_m + section.half_width_m
     }
 
-    pub fn place_in_room(&self, bar: &Pose, end: End, section: &PushSection) -> Vec2 {
-        let spot = SPOTS[self.spots[usize::from(end == End::Right)]];
+    pub fn place_in_room(&self, bar: &Pose, end: BarEnd, section: &PushSection) -> Vec2 {
+        let spot = PUSH_PLACES[self.spots[usize::from(end == BarEnd::Right)]];
         let along_m = end.sign() * (0.5 - spot) * section.length_m;
-        point_at(bar, Vec2::new(-self.hull_m(section), along_m))
+        from_bar_frame(bar, Vec2::new(-self.hull_m(section), along_m))
     }
 
     pub fn is_in_place(
         &self,
         bar: &Pose,
-        end: End,
+        end: BarEnd,
         section: &PushSection,
         position: Vec2,
         touch: Option<bool>,
     ) -> bool {
-        let seen = seen_from(bar, position);
+        let seen = to_bar_frame(bar, position);
         let touches = touch.unwrap_or(seen.x >= -self.hull_m(section) - TOUCH_M);
         touches && seen.x < 0.0 && is_within_third(&seen, end, section)
     }
@@ -110,14 +110,14 @@ impl Way {
     pub fn go(
         &mut self,
         bar: &Pose,
-        end: End,
+        end: BarEnd,
         section: &PushSection,
         pose: &Pose,
         readings: &Readings,
         now: SimTime,
     ) -> Actuation {
         let place = self.place_in_room(bar, end, section);
-        let seen = seen_from(bar, pose.position);
+        let seen = to_bar_frame(bar, pose.position);
         let hull_m = self.hull_m(section);
         let aside_m = (place.y - pose.position.y).abs();
         let staging = place - Vec2::new(BEHIND_M, 0.0);
@@ -164,7 +164,7 @@ impl Way {
     fn check_time(
         &mut self,
         bar: &Pose,
-        end: End,
+        end: BarEnd,
         section: &PushSection,
         pose: &Pose,
         now: SimTime,
@@ -183,9 +183,9 @@ impl Way {
         self.until = Some(now + SimTime::from_secs_f64(f64::from(2.0 * way_s + PATIENCE_S)));
     }
 
-    fn take_another_place(&mut self, end: End) {
-        let spot = &mut self.spots[usize::from(end == End::Right)];
-        *spot = (*spot + 1) % SPOTS.len();
+    fn take_another_place(&mut self, end: BarEnd) {
+        let spot = &mut self.spots[usize::from(end == BarEnd::Right)];
+        *spot = (*spot + 1) % PUSH_PLACES.len();
         self.until = None;
         self.is_lined_up = false;
     }

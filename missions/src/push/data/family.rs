@@ -8,9 +8,9 @@
 use scenario::mission::section::MissionSection;
 use scenario::{Radio, Robot, Room, Scenario, Start};
 
-use super::{BarSection, PUSH, PushSection, SPOTS};
-use crate::districts::{Districts, nearest_both_ways, range_to_hear};
-use crate::push::bar::End;
+use super::{BarSection, PUSH, PUSH_PLACES, PushSection};
+use crate::districts::{Districts, nearest_both_ways, range_for_neighbors};
+use crate::push::bar::BarEnd;
 
 const LANE_M: (f32, f32) = (12.0, 6.0);
 const ROBOTS: usize = 4;
@@ -39,11 +39,11 @@ pub fn family(robots: usize, bars: usize) -> Scenario {
         height_m: LANE_M.1 * lanes.rows as f32,
     };
     let corner = |lane: usize| {
-        let (column, row) = lanes.place(lane);
+        let (column, row) = lanes.column_and_row(lane);
         (column as f32 * LANE_M.0, (row as f32 + 0.5) * LANE_M.1)
     };
     let bars: Vec<BarSection> = lanes
-        .deal(bars)
+        .distribute(bars)
         .map(|(lane, _)| {
             let (x_m, y_m) = corner(lane);
             BarSection {
@@ -61,13 +61,17 @@ pub fn family(robots: usize, bars: usize) -> Scenario {
         sight_m: 1.5,
         bars,
     };
-    let between_m = (1.0 - 2.0 * SPOTS[0]) * section.length_m;
+    let between_m = (1.0 - 2.0 * PUSH_PLACES[0]) * section.length_m;
     let mut team: Vec<Robot> = lanes
-        .deal(robots)
+        .distribute(robots)
         .enumerate()
         .map(|(index, (lane, share))| {
             let (x_m, y_m) = corner(lane);
-            let height = if share.of > 1 { share.height(0.0) } else { 0.5 };
+            let height = if share.count > 1 {
+                share.height(0.0)
+            } else {
+                0.5
+            };
             Robot {
                 name: format!("r{}", index + 1),
                 start: Some(Start {
@@ -94,7 +98,7 @@ pub fn family(robots: usize, bars: usize) -> Scenario {
         room,
         radio: Radio {
             range_m: (robots > ROBOTS_IN_RANGE)
-                .then(|| range_to_hear(ROBOTS_IN_RANGE, robots, room.width_m, room.height_m)),
+                .then(|| range_for_neighbors(ROBOTS_IN_RANGE, robots, room.width_m, room.height_m)),
         },
         robots: team,
         mission: MissionSection::new(PUSH, section),
@@ -113,7 +117,7 @@ fn assign(team: &mut [Robot], section: &PushSection) {
     for (robot, bars_of_robot) in team.iter_mut().zip(nearest) {
         let ends = bars_of_robot
             .iter()
-            .flat_map(|bar| End::BOTH.map(|end| (*bar, end)));
+            .flat_map(|bar| BarEnd::BOTH.map(|end| (*bar, end)));
         let tasks = ends.map(|(bar, end)| format!("push({})", section.name_of(bar, Some(end))));
         robot.tasks = tasks.collect();
     }

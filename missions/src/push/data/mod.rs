@@ -16,13 +16,13 @@ use scenario::ids::TaskId;
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::prelude::*;
 
-use crate::push::bar::{End, end};
+use crate::push::bar::{BarEnd, end};
 
 pub const MAX_BARS: usize = 10_000;
 
 /// The places of a robot that pushes, as distances from the end of the bar, in lengths of it. The places after the
 /// first are for a blocked first place.
-pub const SPOTS: [f32; 3] = [0.075, 0.28, 0.18];
+pub const PUSH_PLACES: [f32; 3] = [0.075, 0.28, 0.18];
 
 pub const PUSH: Mission = Mission::new(
     "push",
@@ -34,8 +34,8 @@ pub const PUSH: Mission = Mission::new(
 struct Push;
 
 #[must_use]
-pub fn about(task: TaskId) -> (usize, End) {
-    (task.index() / 2, End::BOTH[task.index() % 2])
+pub fn bar_and_end(task: TaskId) -> (usize, BarEnd) {
+    (task.index() / 2, BarEnd::BOTH[task.index() % 2])
 }
 
 impl MissionData for Push {
@@ -88,7 +88,7 @@ impl MissionData for Push {
         // The catalog may be requested before the number of bars is checked.
         let bars = 0..section.bars.len().min(MAX_BARS);
         one_behavior_each(bars.flat_map(|bar| {
-            End::BOTH.map(|end| format!("push({})", section.name_of(bar, Some(end))))
+            BarEnd::BOTH.map(|end| format!("push({})", section.name_of(bar, Some(end))))
         }))
     }
 
@@ -100,7 +100,7 @@ impl MissionData for Push {
         behavior: &BehaviorSpec,
     ) -> DefaultAllianceParams {
         let section = PushSection::of(scenario);
-        let (bar, which) = about(behavior.task);
+        let (bar, which) = bar_and_end(behavior.task);
         let pose = section.bars[bar].pose();
         let is_own = robot.start.is_some_and(|start| {
             let start = Vec2::new(start.x_m, start.y_m);

@@ -6,7 +6,7 @@ use scenario::Scenario;
 use serde::{Deserialize, Serialize};
 use world_server::world::Bar;
 
-use crate::push::bar::{End, end};
+use crate::push::bar::{BarEnd, end};
 
 /// The parameters of a scenario's bars. The module `parameters` describes each key.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,7 +47,7 @@ impl PushSection {
 
     #[must_use]
     pub fn outline(&self, pose: &Pose) -> Bar {
-        let [from, to] = End::BOTH.map(|which| end(pose, which, self.length_m));
+        let [from, to] = BarEnd::BOTH.map(|which| end(pose, which, self.length_m));
         Bar {
             from,
             to,
@@ -57,7 +57,7 @@ impl PushSection {
 
     /// Returns the name of a bar or of one of its ends.
     #[must_use]
-    pub fn name_of(&self, bar: usize, end: Option<End>) -> String {
+    pub fn name_of(&self, bar: usize, end: Option<BarEnd>) -> String {
         match (self.bars.len(), end) {
             (1, None) => "bar".to_owned(),
             (1, Some(end)) => end.name().to_owned(),

@@ -6,41 +6,41 @@ use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use world_server::mission::TeamFigures;
 
-use crate::push::bar::End;
-use crate::push::bus::Sensed;
+use crate::push::bar::BarEnd;
+use crate::push::bus::SensorReading;
 
 #[derive(Clone, Debug)]
-pub(super) struct Log {
+pub(super) struct Statistics {
     /// The least motion that counts as a stroke, m.
     least_m: f32,
     makespan: Option<SimTime>,
-    robots: Vec<Worker>,
+    robots: Vec<RobotStatistics>,
 }
 
 #[derive(Clone, Debug, Default)]
-struct Worker {
+struct RobotStatistics {
     strokes: [u64; 2],
     changes: u64,
-    last: Option<(usize, End)>,
+    last: Option<(usize, BarEnd)>,
     pushed_m: f64,
 }
 
-impl Log {
+impl Statistics {
     pub fn new(robots: usize, stroke_m: f32) -> Self {
         Self {
             least_m: stroke_m / 4.0,
             makespan: None,
-            robots: vec![Worker::default(); robots],
+            robots: vec![RobotStatistics::default(); robots],
         }
     }
 
-    pub fn pushed(&mut self, robot: RobotId, bar: usize, end: End, moved_m: f32) {
+    pub fn pushed(&mut self, robot: RobotId, bar: usize, end: BarEnd, moved_m: f32) {
         let worker = &mut self.robots[robot.index()];
         worker.pushed_m += f64::from(moved_m);
         if moved_m < self.least_m {
             return;
         }
-        worker.strokes[usize::from(end == End::Right)] += 1;
+        worker.strokes[usize::from(end == BarEnd::Right)] += 1;
         let is_other = worker.last.is_some_and(|last| last != (bar, end));
         worker.changes += u64::from(is_other);
         worker.last = Some((bar, end));
@@ -78,7 +78,7 @@ pub(super) fn show_sensed(view: &mut View) {
             continue;
         };
         // An invalid reading only affects the display.
-        let sensed: Sensed = bytes.decode().unwrap_or_default();
+        let sensed: SensorReading = bytes.decode().unwrap_or_default();
         robot
             .sensed
             .extend(sensed.bar.flatten().map(|bar| bar.near_end));

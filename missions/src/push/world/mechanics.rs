@@ -7,7 +7,7 @@
 use glam::Vec2;
 use proto::readings::Pose;
 
-use crate::push::bar::{End, point_at, seen_from};
+use crate::push::bar::{BarEnd, from_bar_frame, to_bar_frame};
 
 /// The cosine of 30°, the largest angle between a body's heading and the bar's normal without slip.
 const GRIPS: f32 = 0.866;
@@ -15,7 +15,7 @@ const GRIPS: f32 = 0.866;
 /// The contact of a body that drives against a bar from behind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Contact {
-    pub end: End,
+    pub end: BarEnd,
     /// The distance of the contact from the middle, positive to the left, m.
     pub along_m: f32,
     /// The motion of the contact point per meter of the body's way.
@@ -52,7 +52,7 @@ pub(super) fn contact(
     center: Vec2,
     ahead: Vec2,
 ) -> Option<Result<Contact, Slip>> {
-    let seen = seen_from(pose, center);
+    let seen = to_bar_frame(pose, center);
     let share = ahead.dot(crate::push::bar::axes(pose).0);
     if seen.x >= 0.0 || seen.y.abs() > length_m / 2.0 || share <= 0.0 {
         return None;
@@ -63,7 +63,7 @@ pub(super) fn contact(
         Err(Slip::Middle)
     } else {
         Ok(Contact {
-            end: End::on_side(seen.y),
+            end: BarEnd::on_side(seen.y),
             along_m: seen.y,
             share,
         })
@@ -71,7 +71,7 @@ pub(super) fn contact(
 }
 
 /// Returns the position on the axis of the point about which a rod turns, m. It is on the other side of the middle.
-pub(super) fn turns_about(along_m: f32, length_m: f32) -> f32 {
+pub(super) fn pivot_of(along_m: f32, length_m: f32) -> f32 {
     let away_m = along_m.abs();
     let half_m = length_m / 2.0;
     let beyond_m = (away_m * away_m + half_m * half_m).sqrt() - away_m;
@@ -79,14 +79,14 @@ pub(super) fn turns_about(along_m: f32, length_m: f32) -> f32 {
 }
 
 /// Returns the bar after the contact point has moved forward by `way_m`, for a turn about a point of its axis.
-pub(super) fn turned(pose: &Pose, contact: &Contact, pivot_m: f32, way_m: f32) -> Pose {
+pub(super) fn turned_by(pose: &Pose, contact: &Contact, pivot_m: f32, way_m: f32) -> Pose {
     let by_rad = -way_m / (contact.along_m - pivot_m);
-    let pivot = point_at(pose, Vec2::new(0.0, pivot_m));
+    let pivot = from_bar_frame(pose, Vec2::new(0.0, pivot_m));
     let mut turned = Pose {
         heading_rad: pose.heading_rad + by_rad,
         ..*pose
     };
-    let moved = point_at(&turned, Vec2::new(0.0, pivot_m));
+    let moved = from_bar_frame(&turned, Vec2::new(0.0, pivot_m));
     turned.position += pivot - moved;
     turned
 }

@@ -30,17 +30,17 @@ use world_server::mission::{FigureValue, StepEvents, TeamFigures, TypedMission, 
 use world_server::world::{Bar, ChangeError, Floor, Push, SKIN_M};
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::bar::{End, end, lead_m, seen_from};
-use super::bus::{BarSeen, Deed, Sensed};
+use super::bar::{BarEnd, end, lead_m, to_bar_frame};
+use super::bus::{BarSeen, NoAction, SensorReading};
 use super::data::{self, PushSection, STUCK_S};
-use log::Log;
-use mechanics::{Contact, Slip, contact, turned, turns_about};
+use log::Statistics;
+use mechanics::{Contact, Slip, contact, pivot_of, turned_by};
 
 /// The distance at which a body touches a bar, m. Bodies stop a [`SKIN_M`] short of it.
 const TOUCH_M: f32 = 3.0 * SKIN_M;
 
 #[derive(Clone, Serialize)]
-pub struct Pushed {
+pub struct PushWorld {
     #[serde(skip)]
     section: Arc<PushSection>,
     #[serde(skip)]
@@ -50,7 +50,7 @@ pub struct Pushed {
     /// The hash of bars and robots, which stands for their entire state.
     hash: u64,
     #[serde(skip)]
-    log: Log,
+    log: Statistics,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,11 +74,11 @@ struct Pushing {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct CurrentPush {
     bar: usize,
-    end: End,
+    end: BarEnd,
     moved_m: f32,
 }
 
-impl Pushed {
+impl PushWorld {
     fn hash(&self) -> u64 {
         let mut sum = 0_u64;
         for (index, bar) in self.bars.iter().enumerate() {
@@ -104,7 +104,7 @@ impl Pushed {
             bytes[..4].copy_from_slice(&(rank as u32).to_le_bytes());
             bytes[4] = u8::from(robot.slips);
             if let Some(CurrentPush { bar, end, moved_m }) = robot.push {
-                bytes[5] = 1 + u8::from(end == End::Right);
+                bytes[5] = 1 + u8::from(end == BarEnd::Right);
                 bytes[6..10].copy_from_slice(&(bar as u32).to_le_bytes());
                 bytes[10..14].copy_from_slice(&moved_m.to_le_bytes());
             }
@@ -124,12 +124,12 @@ impl Pushed {
         let pose = self.bars[push.bar].pose;
         let section = Arc::clone(&self.section);
         let length_m = section.length_m;
-        let mut pivot_m = turns_about(contact.along_m, length_m);
+        let mut pivot_m = pivot_of(contact.along_m, length_m);
         let hull_m = floor.body().radius_m + section.half_width_m;
         let mut holder = None;
         let reach_m = length_m / 2.0 + hull_m + TOUCH_M;
         for (robot, center) in floor.bodies_near(pose.position, reach_m) {
-            let seen = seen_from(&pose, center);
+            let seen = to_bar_frame(&pose, center);
             let touches = seen.x < 0.0 && -seen.x <= hull_m + TOUCH_M;
             let is_beyond = (seen.y - pivot_m) * pivot_m > 0.0 && seen.y.abs() <= length_m / 2.0;
             if robot != push.robot && touches && is_beyond {
@@ -140,11 +140,11 @@ impl Pushed {
         let way_m = push.remaining_m * contact.share;
         let contact = *contact;
         move |share| {
-            let mut to = turned(&pose, &contact, pivot_m, way_m * share);
+            let mut to = turned_by(&pose, &contact, pivot_m, way_m * share);
             if let Some((center, apart_m)) = holder {
                 // The bar rolls on the body that holds it.
                 let (ahead, _) = super::bar::axes(&to);
-                to.position += ahead * (seen_from(&to, center).x - apart_m);
+                to.position += ahead * (to_bar_frame(&to, center).x - apart_m);
             }
             let lead = |pose: &Pose| lead_m(pose, length_m).abs();
             let is_askew = lead(&to) > section.skew_m && lead(&to) > lead(&pose);
@@ -176,7 +176,9 @@ impl Pushed {
         bar.pose = to;
         floor.move_bar(push.bar, section.outline(&to), section.sight_m);
         let goal_m = section.bars[push.bar].goal_x_m;
-        let is_over = End::BOTH.iter().all(|which| end_x(&to, *which) >= goal_m);
+        let is_over = BarEnd::BOTH
+            .iter()
+            .all(|which| end_x(&to, *which) >= goal_m);
         if is_over && !bar.has_arrived {
             bar.has_arrived = true;
             self.log.arrived(floor.now());
@@ -223,7 +225,7 @@ impl Pushed {
         let in_sight = ways.filter(|(way_m, _)| *way_m <= section.sight_m);
         let (_, bar) = in_sight.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))?;
         let pose = &self.bars[bar].pose;
-        let which = End::on_side(seen_from(pose, position).y);
+        let which = BarEnd::on_side(to_bar_frame(pose, position).y);
         let offset = end(pose, which, section.length_m) - position;
         let ahead = floor.ahead(robot);
         Some(BarSeen {
@@ -238,7 +240,7 @@ impl Pushed {
     fn means(&self) -> [f64; 3] {
         let mut sums = [0.0; 3];
         for (bar, start) in self.bars.iter().zip(&self.section.bars) {
-            let ends = End::BOTH.map(|which| end(&bar.pose, which, self.section.length_m).x);
+            let ends = BarEnd::BOTH.map(|which| end(&bar.pose, which, self.section.length_m).x);
             for (sum, x_m) in sums.iter_mut().zip(ends) {
                 *sum += f64::from(x_m) - f64::from(start.x_m);
             }
@@ -254,9 +256,9 @@ impl Pushed {
     }
 }
 
-impl TypedMission for Pushed {
-    type Reading = Sensed;
-    type Action = Deed;
+impl TypedMission for PushWorld {
+    type Reading = SensorReading;
+    type Action = NoAction;
 
     fn new(setup: &Setup, floor: &Floor) -> Self {
         let section = Arc::new(PushSection::of(&setup.scenario).clone());
@@ -269,7 +271,7 @@ impl TypedMission for Pushed {
             bars: bars.collect(),
             robots: vec![Pushing::default(); floor.robot_count()],
             hash: 0,
-            log: Log::new(floor.robot_count(), section.stroke_m),
+            log: Statistics::new(floor.robot_count(), section.stroke_m),
             section,
         };
         new.hash = new.hash();
@@ -282,11 +284,11 @@ impl TypedMission for Pushed {
         bars.map(|bar| section.outline(&bar.pose())).collect()
     }
 
-    fn act(&mut self, _: RobotId, deed: Deed, _: &mut Floor, _: &mut StepEvents) {
+    fn act(&mut self, _: RobotId, deed: NoAction, _: &mut Floor, _: &mut StepEvents) {
         match deed {}
     }
 
-    fn give_way(&mut self, push: &Push, floor: &mut Floor, happened: &mut StepEvents) -> f32 {
+    fn handle_push(&mut self, push: &Push, floor: &mut Floor, happened: &mut StepEvents) -> f32 {
         let pose = self.bars[push.bar].pose;
         let (center, ahead) = (floor.pose(push.robot).position, floor.ahead(push.robot));
         let Some(contact) = contact(&pose, self.section.length_m, center, ahead) else {
@@ -317,11 +319,11 @@ impl TypedMission for Pushed {
         self.hash = self.hash();
     }
 
-    fn sense(&self, robot: RobotId, floor: &Floor) -> (Sensed, Validity) {
+    fn sense(&self, robot: RobotId, floor: &Floor) -> (SensorReading, Validity) {
         let position = floor.pose(robot).position;
         let hull_m = floor.body().radius_m + TOUCH_M;
         let mut near = floor.bars_near(position, hull_m);
-        let sensed = Sensed {
+        let sensed = SensorReading {
             bar: Some(self.in_sight(robot, floor)),
             touch: Some(near.any(|(_, bar)| bar.distance_to_point(position) <= hull_m)),
         };
@@ -350,7 +352,7 @@ impl TypedMission for Pushed {
         Some(Ok(format!("{name} for {stuck_s} s")))
     }
 
-    fn copy_device(&self, device: &str, from: &Sensed, to: &mut Sensed) {
+    fn copy_device(&self, device: &str, from: &SensorReading, to: &mut SensorReading) {
         match device {
             "bar" => to.bar = from.bar,
             "touch" => to.touch = from.touch,
@@ -358,7 +360,12 @@ impl TypedMission for Pushed {
         }
     }
 
-    fn mislead(&self, device: &str, sensed: &mut Sensed, error_m: &mut dyn FnMut() -> f32) {
+    fn add_error(
+        &self,
+        device: &str,
+        sensed: &mut SensorReading,
+        error_m: &mut dyn FnMut() -> f32,
+    ) {
         if device == "bar"
             && let Some(Some(bar)) = &mut sensed.bar
         {
@@ -373,8 +380,8 @@ impl TypedMission for Pushed {
     }
 
     /// An end is due unless it leads by half a stroke.
-    fn is_due(&self, task: TaskId, _: RobotId, _: &Floor) -> bool {
-        let (bar, which) = data::about(task);
+    fn has_work(&self, task: TaskId, _: RobotId, _: &Floor) -> bool {
+        let (bar, which) = data::bar_and_end(task);
         let bar = &self.bars[bar];
         let lead_m = which.sign() * lead_m(&bar.pose, self.section.length_m);
         !bar.has_arrived && lead_m < self.section.stroke_m / 2.0
@@ -391,10 +398,10 @@ impl TypedMission for Pushed {
         self.log.write_figures(figures);
     }
 
-    fn show(&self, _: &Floor, view: &mut View) {
+    fn add_to_view(&self, _: &Floor, view: &mut View) {
         let section = &self.section;
         for (index, (bar, start)) in self.bars.iter().zip(&section.bars).enumerate() {
-            let ends = End::BOTH.map(|which| end(&bar.pose, which, section.length_m).x);
+            let ends = BarEnd::BOTH.map(|which| end(&bar.pose, which, section.length_m).x);
             let way_m = ends[0].min(ends[1]) - start.x_m;
             let share = (way_m / (start.goal_x_m - start.x_m)).clamp(0.0, 1.0);
             let name = section.name_of(index, None);
@@ -428,7 +435,7 @@ impl TypedMission for Pushed {
         log::show_sensed(view);
     }
 
-    fn holds(&self, floor: &Floor) -> Result<(), String> {
+    fn check_invariants(&self, floor: &Floor) -> Result<(), String> {
         /// The tolerance for rounding of a length, m.
         const ROUNDING_M: f32 = 1e-4;
         let section = &self.section;

@@ -26,7 +26,7 @@ fn setup(starts: &[(f32, f32, f32)], more: &str) -> Setup {
 }
 
 fn world(starts: &[(f32, f32, f32)]) -> World {
-    World::new(&setup(starts, ""), super::super::PARTS.world)
+    World::new(&setup(starts, ""), super::super::MISSION.world)
 }
 
 /// Drives those robots straight ahead for `steps` steps and returns the events. The others stand still.
@@ -68,17 +68,17 @@ fn by_least_work(along_m: f64, length_m: f64) -> f64 {
 #[test]
 fn a_rod_turns_about_the_point_of_least_work() {
     for along_m in [0.4, 0.6, 0.9, 1.1, 1.2_f32] {
-        let found = turns_about(along_m, 2.4);
+        let found = pivot_of(along_m, 2.4);
         let expected = by_least_work(along_m.into(), 2.4);
         assert!(
             (f64::from(found) - expected).abs() < 0.005,
             "{along_m}: {found} {expected}"
         );
-        assert_eq!(turns_about(-along_m, 2.4), -found);
+        assert_eq!(pivot_of(-along_m, 2.4), -found);
     }
     // Published result: a push at the end turns the rod about the point L/√2 from there, and the other end moves back
     // by √2 - 1.
-    let from_end_m = 1.2 - turns_about(1.2, 2.4);
+    let from_end_m = 1.2 - pivot_of(1.2, 2.4);
     assert!((from_end_m - 2.4 / std::f32::consts::SQRT_2).abs() < 1e-5);
     let back = (2.4 - from_end_m) / from_end_m;
     assert!((back - (std::f32::consts::SQRT_2 - 1.0)).abs() < 1e-5);
@@ -177,7 +177,10 @@ fn bodies_and_obstacles_stop_a_bar() {
     // The way to the body is 0.02 m, and a little more at the end.
     assert!(blocked.bars()[0].from.x < 3.03, "{:?}", blocked.bars()[0]);
     let wall = "[[obstacles]]\nx_m = 3.15\ny_m = 5.0\nwidth_m = 0.2\nheight_m = 0.3\n";
-    let mut walled = World::new(&setup(&[(2.6, 5.5, 0.0)], wall), super::super::PARTS.world);
+    let mut walled = World::new(
+        &setup(&[(2.6, 5.5, 0.0)], wall),
+        super::super::MISSION.world,
+    );
     drive(&mut walled, &[0], 100);
     let bar = walled.bars()[0];
     assert!(bar.from.x > 3.03 && bar.from.x < 3.11, "{bar:?}");
@@ -192,7 +195,7 @@ fn a_bar_over_the_line_arrives_once_and_completes_the_mission() {
     let mut setup = setup(&[(2.6, 5.5, 0.0), (2.6, 3.5, 0.0)], "");
     let section = setup.scenario.mission.values_mut::<PushSection>().unwrap();
     section.bars[0].goal_x_m = 3.2;
-    let mut world = World::new(&setup, super::super::PARTS.world);
+    let mut world = World::new(&setup, super::super::MISSION.world);
     let events = drive(&mut world, &[0, 1], 200);
     assert_eq!(
         events.iter().filter(|(kind, _)| kind == "arrived").count(),
@@ -206,14 +209,14 @@ fn a_bar_over_the_line_arrives_once_and_completes_the_mission() {
 #[test]
 fn a_robot_senses_the_nearer_end_and_the_touch() {
     let mut world = world(&[(2.0, 5.5, 90.0), (0.5, 0.5, 0.0)]);
-    let sensed = |world: &World, robot: u16| -> Sensed {
+    let sensed = |world: &World, robot: u16| -> SensorReading {
         match world.readings(RobotId(robot)).mission {
             proto::mission::SensorReading::Open(bytes) => bytes.decode().unwrap(),
             _ => panic!("something is sensed"),
         }
     };
     let seen = sensed(&world, 0).bar.unwrap().unwrap();
-    assert_eq!((seen.bar, seen.end, seen.lead_m), (0, End::Left, 0.0));
+    assert_eq!((seen.bar, seen.end, seen.lead_m), (0, BarEnd::Left, 0.0));
     // The end is 1 m to the right and 0.2 m ahead.
     assert!(
         seen.near_end.distance(Vec2::new(0.2, -1.0)) < 1e-5,
@@ -267,7 +270,7 @@ proptest! {
         let mut setup = setup(&apart, "");
         setup.scenario.step_ms = step_ms;
         prop_assume!(!apart.is_empty());
-        let mut world = World::new(&setup, super::super::PARTS.world);
+        let mut world = World::new(&setup, super::super::MISSION.world);
         for (turn_rad_s, steered) in turns {
             let robots = 0..apart.len();
             let commands: Vec<_> = robots.map(|robot| {

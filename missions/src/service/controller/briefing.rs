@@ -5,34 +5,34 @@ use scenario::Setup;
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
-use crate::service::bus::Fact;
-use crate::service::data::{KnownTo, ServiceSection, TasksAre};
+use crate::service::bus::PointFact;
+use crate::service::data::{KnowledgeSource, ServiceSection, TaskGranularity};
 
 #[derive(Debug)]
 pub(super) struct Briefing {
-    pub tasks: TasksAre,
-    pub known: KnownTo,
+    pub tasks: TaskGranularity,
+    pub known: KnowledgeSource,
     pub reach_m: f32,
     pub sight_m: f32,
     pub step_s: f32,
-    pub kinds: Vec<KindBrief>,
+    pub kinds: Vec<KindParameters>,
     /// The upper right corner of the room, m. The lower left is (0, 0).
     pub room: Vec2,
     most_points: usize,
 }
 
 #[derive(Debug)]
-pub(super) struct KindBrief {
+pub(super) struct KindParameters {
     pub name: String,
     pub kept: bool,
     pub period: Option<SimTime>,
 }
 
 impl Briefing {
-    pub fn of(setup: &Setup) -> Self {
+    pub fn from_setup(setup: &Setup) -> Self {
         let scenario = &setup.scenario;
         let section = ServiceSection::of(scenario);
-        let kinds = section.kinds.iter().map(|kind| KindBrief {
+        let kinds = section.kinds.iter().map(|kind| KindParameters {
             name: kind.name.clone(),
             kept: kind.kept,
             period: kind.period_s.map(SimTime::from_secs_f64),
@@ -45,7 +45,7 @@ impl Briefing {
             step_s: scenario.step_ms as f32 / 1000.0,
             kinds: kinds.collect(),
             room: Vec2::new(scenario.room.width_m, scenario.room.height_m),
-            most_points: section.most_points(),
+            most_points: section.max_points(),
         }
     }
 
@@ -58,17 +58,17 @@ impl Briefing {
     }
 
     /// Checks whether a received fact is plausible. A faulty teammate may send any values.
-    pub fn is_possible(&self, fact: &Fact) -> bool {
+    pub fn is_plausible(&self, fact: &PointFact) -> bool {
         usize::from(fact.point) < self.most_points
             && usize::from(fact.kind) < self.kinds.len()
             && fact.at.is_finite()
             && (0.0..1e7).contains(&fact.left_s)
     }
 
-    pub fn task(&self, fact: &Fact) -> TaskId {
+    pub fn task(&self, fact: &PointFact) -> TaskId {
         match self.tasks {
-            TasksAre::Points => TaskId(fact.point),
-            TasksAre::Kinds => TaskId(fact.kind.into()),
+            TaskGranularity::Points => TaskId(fact.point),
+            TaskGranularity::Kinds => TaskId(fact.kind.into()),
         }
     }
 }

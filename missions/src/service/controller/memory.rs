@@ -8,25 +8,25 @@ use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
 use super::briefing::Briefing;
-use crate::service::bus::{Fact, Known, TOLD_MOST, Told};
-use crate::service::data::KnownTo;
+use crate::service::bus::{MAX_SHARED, ObservedFact, PointFact, SharedKnowledge};
+use crate::service::data::KnowledgeSource;
 
 /// The number of recently changed points in each heartbeat. A board, if any, announces the rest.
-const NEWS: usize = 4;
+const MAX_RECENT: usize = 4;
 
 /// The known points. Facts may arrive late, repeatedly and in any order. The fact of the later round holds, then the
 /// later observation. Kept work never increases within a round.
 #[derive(Clone, Debug)]
 pub(super) struct Memory {
-    points: BTreeMap<u16, Known>,
+    points: BTreeMap<u16, ObservedFact>,
     /// The most recently changed points, the newest last.
-    news: ArrayVec<u16, NEWS>,
+    news: ArrayVec<u16, MAX_RECENT>,
     /// The robot's tasks in ascending order, with the number of known open points that it can serve.
     open: Vec<(TaskId, u32)>,
     skills: Vec<f32>,
 }
 
-pub(super) fn is_open(fact: &Fact) -> bool {
+pub(super) fn is_open(fact: &PointFact) -> bool {
     fact.left_s > 0.0
 }
 
@@ -41,15 +41,15 @@ impl Memory {
         }
     }
 
-    pub fn skill(&self, fact: &Fact) -> f32 {
+    pub fn skill(&self, fact: &PointFact) -> f32 {
         self.skills[usize::from(fact.kind)]
     }
 
-    pub fn fact(&self, point: u16) -> Option<&Fact> {
+    pub fn fact(&self, point: u16) -> Option<&PointFact> {
         Some(&self.points.get(&point)?.fact)
     }
 
-    pub fn facts_from(&self, point: u16) -> impl Iterator<Item = &Fact> {
+    pub fn facts_from(&self, point: u16) -> impl Iterator<Item = &PointFact> {
         self.points.range(point..).map(|(_, known)| &known.fact)
     }
 
@@ -58,16 +58,16 @@ impl Memory {
         self.open.iter().map(|(_, open)| *open > 0)
     }
 
-    pub fn learn(&mut self, briefing: &Briefing, mut new: Known) {
+    pub fn merge(&mut self, briefing: &Briefing, mut new: ObservedFact) {
         let number = new.fact.point;
         let task = briefing.task(&new.fact);
         let index = self.open.binary_search_by_key(&task, |(task, _)| *task);
-        if index.is_err() && briefing.known == KnownTo::All {
+        if index.is_err() && briefing.known == KnowledgeSource::All {
             // With a board, the robots concerned receive the fact from the board.
             return;
         }
         let old = self.points.get(&number).copied();
-        if let Some(Known { fact, sensed }) = old {
+        if let Some(ObservedFact { fact, sensed }) = old {
             let age = |round: u16, sensed: SimTime| (round, sensed);
             if age(new.fact.round, new.sensed) <= age(fact.round, sensed) {
                 return;
@@ -82,7 +82,7 @@ impl Memory {
         let was_open = old.is_some_and(|old| is_open(&old.fact));
         let is_open = is_open(&new.fact);
         if old.is_none_or(|old| old.fact != new.fact) {
-            self.is_news(number);
+            self.mark_changed(number);
         }
         if was_open == is_open || self.skill(&new.fact) <= 0.0 {
             return;
@@ -104,7 +104,7 @@ impl Memory {
     }
 
     /// Marks a point as recently changed, for the next heartbeats.
-    pub fn is_news(&mut self, point: u16) {
+    pub fn mark_changed(&mut self, point: u16) {
         if let Some(old) = self.news.iter().position(|news| *news == point) {
             self.news.remove(old);
         }
@@ -115,14 +115,14 @@ impl Memory {
     }
 
     /// Returns the content of a heartbeat: recent changes and, without a board, a rotating part of the other points.
-    pub fn tell(&self, briefing: &Briefing, now: SimTime) -> Told {
+    pub fn shared_knowledge(&self, briefing: &Briefing, now: SimTime) -> SharedKnowledge {
         let news = self.news.iter().rev();
-        let mut content: Told = news
+        let mut content: SharedKnowledge = news
             .filter_map(|point| self.points.get(point))
             .copied()
             .collect();
-        if briefing.known == KnownTo::Sight && !self.points.is_empty() {
-            let most = TOLD_MOST - NEWS;
+        if briefing.known == KnowledgeSource::Sight && !self.points.is_empty() {
+            let most = MAX_SHARED - MAX_RECENT;
             // The window advances by its own size each second.
             let from = (now.0 / 1000) as usize * most % self.points.len();
             let rest = self
@@ -137,13 +137,13 @@ impl Memory {
     }
 
     /// Returns the nearest open point of a kind that the robot can serve.
-    pub fn nearest(&self, kind: usize, to: Vec2) -> Option<&Fact> {
+    pub fn nearest(&self, kind: usize, to: Vec2) -> Option<&PointFact> {
         let facts = self.facts_from(0);
         let of_kind = facts.filter(|fact| {
             usize::from(fact.kind) == kind && is_open(fact) && self.skill(fact) > 0.0
         });
         of_kind.min_by(|a, b| {
-            let distance = |fact: &Fact| fact.at.distance_squared(to);
+            let distance = |fact: &PointFact| fact.at.distance_squared(to);
             distance(a).total_cmp(&distance(b))
         })
     }

@@ -17,15 +17,15 @@ use proto::readings::{Actuation, Readings};
 use robot_agent::allocator::OwnBehavior;
 use robot_agent::body::{Driver, Surroundings};
 use robot_agent::mission::{
-    AgentMission, Heard, MissionMind, Perception, SharedMission, StepOutput, Typed, TypedMind,
-    TypedMoment,
+    AgentMission, ControllerAdapter, MissionController, Perception, ReceivedBroadcast,
+    SharedMission, StepOutput, TypedController, TypedStepInput,
 };
 use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
-use super::bus::{Deed, Fact, Known, Sensed, Told};
-use super::data::{self, KnownTo, SERVICE, TasksAre};
+use super::bus::{Action, ObservedFact, PointFact, SensorReading, SharedKnowledge};
+use super::data::{self, KnowledgeSource, SERVICE, TaskGranularity};
 use briefing::Briefing;
 use memory::{Memory, is_open};
 use progress::Progress;
@@ -39,18 +39,18 @@ const CERTAIN_M: f32 = 0.3;
 /// drive around something.
 const ROOM_M: f32 = 0.15;
 
-pub const MIND: MissionMind = MissionMind {
+pub const MIND: MissionController = MissionController {
     data: SERVICE,
-    shared: |setup| Arc::new(Team(Arc::new(Briefing::of(setup)))),
+    shared: |setup| Arc::new(Team(Arc::new(Briefing::from_setup(setup)))),
 };
 
 #[derive(Debug)]
 struct Team(Arc<Briefing>);
 
 impl SharedMission for Team {
-    fn mind(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
+    fn create_controller(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
         let mind = ServiceMind::new(robot, setup, &self.0);
-        Box::new(Typed::new(mind, robot, setup))
+        Box::new(ControllerAdapter::new(mind, robot, setup))
     }
 
     /// Estimates the cost of each task from the robot's start: the straight way and all work, for a kind its cheapest
@@ -77,8 +77,8 @@ impl SharedMission for Team {
                 let task = catalog.sets[id.index()].task.index();
                 let able = |point: &&data::PointSpec| skills[point.kind] > 0.0;
                 row[task] = match self.0.tasks {
-                    TasksAre::Points => points.get(task).filter(able).map(cost_ms),
-                    TasksAre::Kinds => {
+                    TaskGranularity::Points => points.get(task).filter(able).map(cost_ms),
+                    TaskGranularity::Kinds => {
                         let of_kind = points.iter().filter(|point| point.kind == task);
                         of_kind.filter(able).map(cost_ms).min()
                     }
@@ -107,11 +107,11 @@ struct ServiceMind {
 
 impl ServiceMind {
     fn new(robot: RobotId, setup: &Setup, briefing: &Arc<Briefing>) -> Self {
-        let behaviors = OwnBehavior::all_of(robot, setup);
+        let behaviors = OwnBehavior::of_robot(robot, setup);
         let skills = briefing.skills(robot, setup);
         Self {
             memory: Memory::new(behaviors.iter().map(|behavior| behavior.task), skills),
-            driver: Driver::of(robot, setup),
+            driver: Driver::new(robot, setup),
             wander: Wander::new(setup.seed, robot),
             progress: None,
             working: None,
@@ -122,18 +122,19 @@ impl ServiceMind {
         }
     }
 
-    fn learn(&mut self, fact: Fact, sensed: SimTime) {
-        if self.briefing.is_possible(&fact) {
-            self.memory.learn(&self.briefing, Known { fact, sensed });
+    fn learn(&mut self, fact: PointFact, sensed: SimTime) {
+        if self.briefing.is_plausible(&fact) {
+            self.memory
+                .merge(&self.briefing, ObservedFact { fact, sensed });
         }
     }
 
     /// Records the points that the robot reads on the board or sees.
-    fn look(&mut self, moment: &TypedMoment<'_, Self>) {
-        let Some(points) = &moment.sensed.points else {
+    fn look(&mut self, moment: &TypedStepInput<'_, Self>) {
+        let Some(points) = &moment.reading.points else {
             return;
         };
-        if self.briefing.known == KnownTo::All {
+        if self.briefing.known == KnowledgeSource::All {
             points.iter().for_each(|fact| self.learn(*fact, moment.now));
             return;
         }
@@ -144,24 +145,24 @@ impl ServiceMind {
         for fact in points {
             let at = pose.position + ahead.rotate(fact.at);
             let at = at.clamp(Vec2::ZERO, self.briefing.room);
-            self.learn(Fact { at, ..*fact }, moment.now);
+            self.learn(PointFact { at, ..*fact }, moment.now);
         }
         self.miss(points, pose.position, moment.now);
     }
 
     /// Marks known points as over that should be visible but are not.
-    fn miss(&mut self, seen: &[Fact], position: Vec2, now: SimTime) {
+    fn miss(&mut self, seen: &[PointFact], position: Vec2, now: SimTime) {
         let reach_m = match seen.last() {
-            Some(last) if seen.len() == super::bus::SENSED_MOST => last.at.length(),
+            Some(last) if seen.len() == super::bus::MAX_SENSED => last.at.length(),
             _ => self.briefing.sight_m,
         };
-        let mut missing: Vec<Fact> = Vec::new();
+        let mut missing: Vec<PointFact> = Vec::new();
         let mut looked_for = 0;
         for fact in self.memory.facts_from(self.looked_for).take(LOOKED_FOR) {
             looked_for = fact.point + 1;
             let is_near = position.distance(fact.at) < reach_m - CERTAIN_M;
             if is_open(fact) && is_near && !seen.iter().any(|seen| seen.point == fact.point) {
-                missing.push(Fact {
+                missing.push(PointFact {
                     left_s: 0.0,
                     ..*fact
                 });
@@ -175,16 +176,16 @@ impl ServiceMind {
 
     /// Updates the progress of the current work. A quarter of a point is progress; if tasks are kinds, a whole point
     /// is.
-    fn note_work(&mut self, moment: &TypedMoment<'_, Self>, perception: &mut Perception) {
-        let effect = moment.sensed.effect;
+    fn note_work(&mut self, moment: &TypedStepInput<'_, Self>, perception: &mut Perception) {
+        let effect = moment.reading.effect;
         if let (Some(progress), None) = (&self.progress, effect)
             && self.working == Some(progress.point)
-            && progress.is_at_its_end()
+            && progress.next_step_completes()
             && let Some(&fact) = self.memory.fact(progress.point)
         {
             // No more work can be taken off.
             self.learn(
-                Fact {
+                PointFact {
                     left_s: 0.0,
                     ..fact
                 },
@@ -205,8 +206,8 @@ impl ServiceMind {
         let quarters = progress.work(self.memory.skill(&fact) * self.briefing.step_s);
         let is_over = !is_open(&fact);
         let has_progressed = match self.briefing.tasks {
-            TasksAre::Points => quarters || is_over,
-            TasksAre::Kinds => is_over,
+            TaskGranularity::Points => quarters || is_over,
+            TaskGranularity::Kinds => is_over,
         };
         if has_progressed {
             perception.progressed.push(self.briefing.task(&fact));
@@ -214,17 +215,17 @@ impl ServiceMind {
         if !is_over && self.briefing.kinds[usize::from(fact.kind)].kept {
             self.memory.work_left(fact.point, progress.left_s());
             if quarters {
-                self.memory.is_news(fact.point);
+                self.memory.mark_changed(fact.point);
             }
         }
         self.progress = (!is_over).then_some(progress);
     }
 
-    fn target(&mut self, task: TaskId, position: Vec2) -> Option<Fact> {
-        let open = |fact: &&Fact| is_open(fact);
+    fn target(&mut self, task: TaskId, position: Vec2) -> Option<PointFact> {
+        let open = |fact: &&PointFact| is_open(fact);
         match self.briefing.tasks {
-            TasksAre::Points => self.memory.fact(task.0).filter(open).copied(),
-            TasksAre::Kinds => {
+            TaskGranularity::Points => self.memory.fact(task.0).filter(open).copied(),
+            TaskGranularity::Kinds => {
                 let chosen = self.target.and_then(|target| self.memory.fact(target));
                 let chosen = chosen
                     .filter(open)
@@ -242,9 +243,10 @@ impl ServiceMind {
     /// something comes near: a teammate may need its place, and may be detected by sensors only.
     fn idle(&mut self, position: Vec2, readings: &Readings, now: SimTime) -> Actuation {
         let near_m = self.briefing.sight_m.min(1.0);
-        let goes = self.briefing.known == KnownTo::Sight
-            || self.wander.is_on_its_way(position, near_m, now)
-            || Surroundings::of(readings).is_some_and(|around| around.nearest_m() < ROOM_M);
+        let goes = self.briefing.known == KnowledgeSource::Sight
+            || self.wander.is_driving(position, near_m, now)
+            || Surroundings::from_readings(readings)
+                .is_some_and(|around| around.nearest_m() < ROOM_M);
         if !goes {
             return Actuation::default();
         }
@@ -253,7 +255,7 @@ impl ServiceMind {
     }
 
     /// Estimates the cost of a point: straight way at top speed and all work left, s. `None` without the skill.
-    fn cost_s(&self, from: Vec2, fact: &Fact) -> Option<f64> {
+    fn cost_s(&self, from: Vec2, fact: &PointFact) -> Option<f64> {
         let skill = self.memory.skill(fact);
         let way_m = (from.distance(fact.at) - self.briefing.reach_m).max(0.0);
         let drive_s = self.driver.seconds(Vec2::ZERO, Vec2::new(way_m, 0.0));
@@ -261,28 +263,28 @@ impl ServiceMind {
     }
 
     /// Returns the point that represents a task, for a robot at the given place.
-    fn point_of(&self, task: TaskId, from: Vec2) -> Option<&Fact> {
+    fn point_of(&self, task: TaskId, from: Vec2) -> Option<&PointFact> {
         match self.briefing.tasks {
-            TasksAre::Points => self.memory.fact(task.0),
-            TasksAre::Kinds => self.memory.nearest(task.index(), from),
+            TaskGranularity::Points => self.memory.fact(task.0),
+            TaskGranularity::Kinds => self.memory.nearest(task.index(), from),
         }
     }
 }
 
-impl TypedMind for ServiceMind {
-    type Sensed = Sensed;
-    type Deed = Deed;
-    type Lore = Told;
+impl TypedController for ServiceMind {
+    type SensorReading = SensorReading;
+    type Action = Action;
+    type SharedKnowledge = SharedKnowledge;
     type Bulletin = ();
 
     fn new(robot: RobotId, setup: &Setup) -> Self {
-        Self::new(robot, setup, &Arc::new(Briefing::of(setup)))
+        Self::new(robot, setup, &Arc::new(Briefing::from_setup(setup)))
     }
 
     fn perceive(
         &mut self,
-        moment: &TypedMoment<'_, Self>,
-        received: &[Heard<'_, Self>],
+        moment: &TypedStepInput<'_, Self>,
+        received: &[ReceivedBroadcast<'_, Self>],
         perception: &mut Perception,
     ) {
         self.now = moment.now;
@@ -300,7 +302,7 @@ impl TypedMind for ServiceMind {
         perception.applicable.extend(applicable);
     }
 
-    fn round(&self, moment: &TypedMoment<'_, Self>, task: TaskId) -> SimTime {
+    fn round(&self, moment: &TypedStepInput<'_, Self>, task: TaskId) -> SimTime {
         let from = moment.position;
         let fact = from.and_then(|from| self.point_of(task, from));
         fact.map_or(SimTime::ZERO, |fact| self.came_back(fact))
@@ -311,15 +313,15 @@ impl TypedMind for ServiceMind {
     /// reach.
     fn act(
         &mut self,
-        moment: &TypedMoment<'_, Self>,
+        moment: &TypedStepInput<'_, Self>,
         active: Option<BehaviorId>,
         action: &mut StepOutput,
-    ) -> Option<Deed> {
+    ) -> Option<Action> {
         let target = moment.task_of(active).zip(moment.position);
         let target = target.and_then(|(task, position)| self.target(task, position));
-        let mut deed = Deed {
+        let mut deed = Action {
             work: None,
-            read: moment.sensed.told,
+            read: moment.reading.told,
         };
         if let (Some(fact), Some(position)) = (target, moment.position) {
             self.wander.end();
@@ -327,7 +329,7 @@ impl TypedMind for ServiceMind {
             if position.distance(fact.at) <= near_m + CERTAIN_M {
                 deed.work = Some(fact.point);
             }
-            if moment.sensed.effect != Some(fact.point) {
+            if moment.reading.effect != Some(fact.point) {
                 let (readings, now) = (moment.readings, moment.now);
                 action.actuation = self.driver.drive_to(fact.at, near_m / 2.0, readings, now);
             }
@@ -335,11 +337,11 @@ impl TypedMind for ServiceMind {
             action.actuation = self.idle(position, moment.readings, moment.now);
         }
         self.working = deed.work;
-        (deed != Deed::default()).then_some(deed)
+        (deed != Action::default()).then_some(deed)
     }
 
-    fn lore(&self) -> Told {
-        self.memory.tell(&self.briefing, self.now)
+    fn lore(&self) -> SharedKnowledge {
+        self.memory.shared_knowledge(&self.briefing, self.now)
     }
 
     fn seconds(&self, from: Option<Vec2>, after: &[TaskId], task: TaskId) -> Option<f64> {
@@ -353,10 +355,10 @@ impl TypedMind for ServiceMind {
 
 impl ServiceMind {
     /// Returns the earliest start of a point's current round if each point is a task. All robots compute the same time.
-    fn came_back(&self, fact: &Fact) -> SimTime {
+    fn came_back(&self, fact: &PointFact) -> SimTime {
         let period = self.briefing.kinds[usize::from(fact.kind)].period;
         match (self.briefing.tasks, period) {
-            (TasksAre::Points, Some(period)) => SimTime(period.0 * u64::from(fact.round)),
+            (TaskGranularity::Points, Some(period)) => SimTime(period.0 * u64::from(fact.round)),
             _ => SimTime::ZERO,
         }
     }

@@ -1,6 +1,6 @@
 //! The robot's own estimate of its progress on a point.
 
-use crate::service::bus::{Fact, LEAST_LEFT_S};
+use crate::service::bus::{LEAST_LEFT_S, PointFact};
 
 #[derive(Clone, Debug)]
 pub(super) struct Progress {
@@ -19,7 +19,7 @@ pub(super) struct Progress {
 const ROUNDING_STEPS: u32 = 2;
 
 impl Progress {
-    pub fn new(fact: &Fact) -> Self {
+    pub fn new(fact: &PointFact) -> Self {
         Self {
             point: fact.point,
             round: fact.round,
@@ -46,7 +46,7 @@ impl Progress {
 
     /// Checks whether another step would complete the point. A robot that keeps working long after that is slower than
     /// it estimates, so the estimate no longer counts.
-    pub fn is_at_its_end(&self) -> bool {
+    pub fn next_step_completes(&self) -> bool {
         self.step_s > 0.0 && self.left_s <= self.step_s && self.beyond <= ROUNDING_STEPS
     }
 

@@ -11,7 +11,7 @@ use super::briefing::Briefing;
 use super::memory::Memory;
 use super::progress::Progress;
 use crate::Registry;
-use crate::service::bus::{Fact, Known, TOLD_MOST, Told};
+use crate::service::bus::{MAX_SHARED, ObservedFact, PointFact, SharedKnowledge};
 
 /// Creates a briefing with two kinds of work in a room of 12 × 9 m: garbage is kept, dust is not.
 fn briefing(section: &str) -> Briefing {
@@ -23,15 +23,15 @@ fn briefing(section: &str) -> Briefing {
     );
     let scenario = Scenario::parse("s.toml", &text, &Registry::built_in().vocabulary())
         .unwrap_or_else(|error| panic!("{error}"));
-    Briefing::of(&Setup::resolve(scenario, 1, None).unwrap().setup)
+    Briefing::from_setup(&Setup::resolve(scenario, 1, None).unwrap().setup)
 }
 
 fn memory() -> Memory {
     Memory::new((0..40).map(TaskId), vec![1.0, 0.5])
 }
 
-fn fact(point: u16, round: u16, left_s: f32) -> Fact {
-    Fact {
+fn fact(point: u16, round: u16, left_s: f32) -> PointFact {
+    PointFact {
         point,
         kind: (point % 2) as u8,
         round,
@@ -40,15 +40,15 @@ fn fact(point: u16, round: u16, left_s: f32) -> Fact {
     }
 }
 
-fn known(fact: Fact, sensed_s: f64) -> Known {
-    Known {
+fn known(fact: PointFact, sensed_s: f64) -> ObservedFact {
+    ObservedFact {
         fact,
         sensed: SimTime::from_secs_f64(sensed_s),
     }
 }
 
 /// Draws the history of a point: rounds increase, and the work left decreases within a round.
-fn history() -> impl Strategy<Value = Vec<Known>> {
+fn history() -> impl Strategy<Value = Vec<ObservedFact>> {
     proptest::collection::vec((0..2_u16, proptest::bool::ANY, 0.0..30.0_f32), 1..20).prop_map(
         |steps| {
             let (mut round, mut left_s) = (0, 60.0_f32);
@@ -77,12 +77,12 @@ proptest! {
         let briefing = briefing("");
         let mut memory = memory();
         for index in order {
-            memory.learn(&briefing, facts[index % facts.len()]);
+            memory.merge(&briefing, facts[index % facts.len()]);
         }
         let newest = facts[facts.len() - 1];
-        memory.learn(&briefing, newest);
+        memory.merge(&briefing, newest);
         for late in &facts {
-            memory.learn(&briefing, *late);
+            memory.merge(&briefing, *late);
         }
         prop_assert_eq!(memory.fact(4), Some(&newest.fact));
         let applicable: Vec<bool> = memory.applicable().collect();
@@ -96,12 +96,12 @@ proptest! {
         let briefing = briefing("known = 'sight'");
         let mut memory = memory();
         for point in &points {
-            memory.learn(&briefing, known(fact(*point, u16::MAX, f32::MAX), 1e6));
+            memory.merge(&briefing, known(fact(*point, u16::MAX, f32::MAX), 1e6));
         }
         let mut sent = std::collections::BTreeSet::new();
         for second in 0..60 {
-            let heartbeat: Told = memory.tell(&briefing, SimTime(1000 * second));
-            prop_assert!(heartbeat.len() <= TOLD_MOST);
+            let heartbeat: SharedKnowledge = memory.shared_knowledge(&briefing, SimTime(1000 * second));
+            prop_assert!(heartbeat.len() <= MAX_SHARED);
             let bytes = proto::codec::encode(&heartbeat).unwrap();
             prop_assert!(bytes.len() <= MAX_KNOWLEDGE_BYTES, "{} bytes", bytes.len());
             sent.extend(heartbeat.iter().map(|known| known.fact.point));
@@ -115,33 +115,33 @@ proptest! {
 fn implausible_facts_are_rejected() {
     let briefing = briefing("");
     let sound = fact(39, 0, 1.0);
-    assert!(briefing.is_possible(&sound));
+    assert!(briefing.is_plausible(&sound));
     let wrong = [
-        Fact { point: 40, ..sound },
-        Fact { kind: 2, ..sound },
-        Fact {
+        PointFact { point: 40, ..sound },
+        PointFact { kind: 2, ..sound },
+        PointFact {
             at: Vec2::NAN,
             ..sound
         },
-        Fact {
+        PointFact {
             at: Vec2::INFINITY,
             ..sound
         },
-        Fact {
+        PointFact {
             left_s: f32::NAN,
             ..sound
         },
-        Fact {
+        PointFact {
             left_s: -1.0,
             ..sound
         },
-        Fact {
+        PointFact {
             left_s: f32::INFINITY,
             ..sound
         },
     ];
     for fact in wrong {
-        assert!(!briefing.is_possible(&fact), "{fact:?}");
+        assert!(!briefing.is_plausible(&fact), "{fact:?}");
     }
 }
 
@@ -150,9 +150,9 @@ fn the_nearest_open_point_that_the_robot_can_serve_is_selected() {
     let briefing = briefing("tasks = 'kinds'");
     let mut memory = Memory::new([TaskId(0), TaskId(1)].into_iter(), vec![1.0, 0.0]);
     for point in [2, 4, 8] {
-        memory.learn(&briefing, known(fact(point, 0, 5.0), 1.0));
+        memory.merge(&briefing, known(fact(point, 0, 5.0), 1.0));
     }
-    memory.learn(&briefing, known(fact(3, 0, 5.0), 1.0));
+    memory.merge(&briefing, known(fact(3, 0, 5.0), 1.0));
     let nearest = |memory: &Memory, kind, x| {
         memory
             .nearest(kind, Vec2::new(x, 3.0))
@@ -165,9 +165,9 @@ fn the_nearest_open_point_that_the_robot_can_serve_is_selected() {
         "the robot has no skill for dust"
     );
     assert_eq!(memory.applicable().collect::<Vec<_>>(), [true, false]);
-    memory.learn(&briefing, known(fact(4, 0, 0.0), 2.0));
+    memory.merge(&briefing, known(fact(4, 0, 0.0), 2.0));
     assert_eq!(nearest(&memory, 0, 5.0), Some(2), "p4 is done");
-    memory.learn(&briefing, known(fact(4, 1, 5.0), 3.0));
+    memory.merge(&briefing, known(fact(4, 1, 5.0), 3.0));
     assert_eq!(nearest(&memory, 0, 5.0), Some(4), "p4 has come back");
 }
 
@@ -177,16 +177,16 @@ fn each_quarter_is_progress() {
     let mut progress = Progress::new(&fact(0, 0, 8.0));
     let quarters: Vec<u32> = (1..=16).filter(|_| progress.work(0.5)).collect();
     assert_eq!(quarters, [4, 8, 12, 16]);
-    assert!(progress.is_at_its_end());
+    assert!(progress.next_step_completes());
     assert!(progress.left_s() > 0.0, "an open point has work left");
 
     let mut progress = Progress::new(&fact(0, 0, 8.0));
     (1..=14).for_each(|_| {
         progress.work(0.5);
     });
-    assert!(!progress.is_at_its_end());
+    assert!(!progress.next_step_completes());
     progress.work(0.5);
-    assert!(progress.is_at_its_end(), "another step would end it");
+    assert!(progress.next_step_completes(), "another step would end it");
 }
 
 /// A robot that works beyond its estimate is slower than it estimates, and must not conclude that the point is done.
@@ -196,7 +196,7 @@ fn a_robot_slower_than_estimated_does_not_conclude_that_a_point_is_done() {
     for _ in 0..18 {
         progress.work(0.5);
     }
-    assert!(progress.is_at_its_end(), "two steps may be rounding");
+    assert!(progress.next_step_completes(), "two steps may be rounding");
     progress.work(0.5);
-    assert!(!progress.is_at_its_end());
+    assert!(!progress.next_step_completes());
 }

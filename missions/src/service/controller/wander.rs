@@ -27,7 +27,7 @@ impl Wander {
     }
 
     /// Checks whether the robot is still driving to its last random place.
-    pub fn is_on_its_way(&self, position: Vec2, near_m: f32, now: SimTime) -> bool {
+    pub fn is_driving(&self, position: Vec2, near_m: f32, now: SimTime) -> bool {
         now < self.until && position.distance(self.to) > near_m
     }
 
@@ -37,7 +37,7 @@ impl Wander {
 
     /// Returns the current destination. Draws a new place in the room, m, if the last one was reached or given up.
     pub fn next(&mut self, position: Vec2, near_m: f32, room: Vec2, now: SimTime) -> Vec2 {
-        if !self.is_on_its_way(position, near_m, now) {
+        if !self.is_driving(position, near_m, now) {
             self.to = room * Vec2::new(self.rng.random(), self.rng.random());
             self.until = now + PATIENCE;
         }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use scenario::{Catalog, KeyPath, Problem, Scenario, name_remedy};
 
-use super::{Between, MAX_POINTS, ServiceSection};
+use super::{Interval, MAX_POINTS, ServiceSection};
 
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     let section = ServiceSection::of(scenario);
@@ -33,7 +33,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
             return Err(Problem::at(at, what, name_remedy(kind, known)));
         }
     }
-    let count = section.kind_of_each().count();
+    let count = section.kinds_of_points().count();
     let all = count + usize::from(section.spare);
     if all == 0 {
         let what = "there are no points";
@@ -50,7 +50,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     covered(scenario)
 }
 
-fn in_order(between: &Between, at: KeyPath) -> Result<(), Problem> {
+fn in_order(between: &Interval, at: KeyPath) -> Result<(), Problem> {
     if between.min <= between.max {
         return Ok(());
     }

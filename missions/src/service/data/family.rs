@@ -8,8 +8,8 @@
 use scenario::mission::section::MissionSection;
 use scenario::{Radio, Robot, Room, Scenario, Start};
 
-use super::{Between, Kind, KnownTo, Point, SERVICE, ServiceSection, TasksAre};
-use crate::districts::{Districts, nearest_both_ways, range_to_hear};
+use super::{Interval, Kind, KnowledgeSource, Point, SERVICE, ServiceSection, TaskGranularity};
+use crate::districts::{Districts, nearest_both_ways, range_for_neighbors};
 
 const ROBOTS: usize = 3;
 const POINTS: usize = 2;
@@ -33,11 +33,11 @@ pub(super) fn family(robots: usize, points: usize) -> Scenario {
         height_m: one.height_m * districts.rows as f32,
     };
     let corner = |district: usize| {
-        let (column, row) = districts.place(district);
+        let (column, row) = districts.column_and_row(district);
         (column as f32 * one.width_m, row as f32 * one.height_m)
     };
     let points: Vec<Point> = districts
-        .deal(points)
+        .distribute(points)
         .map(|(district, share)| {
             let (x_m, y_m) = corner(district);
             Point {
@@ -50,11 +50,11 @@ pub(super) fn family(robots: usize, points: usize) -> Scenario {
         })
         .collect();
     let mut team: Vec<Robot> = districts
-        .deal(robots)
+        .distribute(robots)
         .enumerate()
         .map(|(index, (district, share))| {
             let (x_m, y_m) = corner(district);
-            let above_middle = (share.height(0.5) - 0.5) * share.of as f32 * STARTS_APART_M;
+            let above_middle = (share.height(0.5) - 0.5) * share.count as f32 * STARTS_APART_M;
             Robot {
                 name: format!("r{}", index + 1),
                 start: Some(Start {
@@ -81,7 +81,7 @@ pub(super) fn family(robots: usize, points: usize) -> Scenario {
         room,
         radio: Radio {
             range_m: (robots > NEIGHBORS)
-                .then(|| range_to_hear(NEIGHBORS, robots, room.width_m, room.height_m)),
+                .then(|| range_for_neighbors(NEIGHBORS, robots, room.width_m, room.height_m)),
         },
         robots: team,
         mission: MissionSection::new(SERVICE, section(points)),
@@ -93,8 +93,8 @@ const KIND: &str = "work";
 
 fn section(points: Vec<Point>) -> ServiceSection {
     ServiceSection {
-        tasks: TasksAre::Points,
-        known: KnownTo::All,
+        tasks: TaskGranularity::Points,
+        known: KnowledgeSource::All,
         reach_m: 0.3,
         sight_m: 3.0,
         spare: 0,
@@ -102,7 +102,7 @@ fn section(points: Vec<Point>) -> ServiceSection {
         uncovered: false,
         kinds: vec![Kind {
             name: KIND.to_owned(),
-            work_s: Between {
+            work_s: Interval {
                 min: 6.0,
                 max: 60.0,
             },

@@ -12,7 +12,9 @@ mod tests;
 
 pub use faults::POINT;
 pub use points::{PointSpec, points};
-pub use section::{Batch, Between, Kind, KnownTo, Point, ServiceSection, TasksAre};
+pub use section::{
+    Interval, Kind, KnowledgeSource, Point, RandomPoints, ServiceSection, TaskGranularity,
+};
 
 use scenario::fault::FaultSpec;
 use scenario::ids::TaskId;
@@ -100,14 +102,14 @@ impl MissionData for Service {
         let section = ServiceSection::of(scenario);
         let skill = |kind: usize| Some(section.kinds.get(kind)?.name.clone());
         let (tasks, kinds): (Vec<String>, Vec<usize>) = match section.tasks {
-            TasksAre::Points => {
+            TaskGranularity::Points => {
                 // A point that a fault adds may be of any kind.
                 let spare = std::iter::repeat_n(usize::MAX, section.spare.into());
-                let kinds: Vec<usize> = section.kind_of_each().chain(spare).collect();
+                let kinds: Vec<usize> = section.kinds_of_points().chain(spare).collect();
                 let tasks = (0..kinds.len()).map(|point| format!("serve(p{point})"));
                 (tasks.collect(), kinds)
             }
-            TasksAre::Kinds => {
+            TaskGranularity::Kinds => {
                 let kinds = section.kinds.iter();
                 let tasks = kinds.map(|kind| format!("serve({})", kind.name));
                 (tasks.collect(), (0..section.kinds.len()).collect())
@@ -128,7 +130,7 @@ impl MissionData for Service {
     fn max_robots(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> u32 {
         let section = ServiceSection::of(scenario);
         match (section.tasks, section.kinds.get(behavior.kind as usize)) {
-            (TasksAre::Points, Some(kind)) => kind.workers,
+            (TaskGranularity::Points, Some(kind)) => kind.workers,
             _ => 1,
         }
     }
@@ -181,7 +183,7 @@ impl MissionData for Service {
     }
 
     fn random_section(&self) -> Option<DrawSection> {
-        Some(random::draw)
+        Some(random::draw_section)
     }
 
     fn faults(&self) -> &'static [FaultSpec] {

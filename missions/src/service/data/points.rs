@@ -7,7 +7,7 @@ use scenario::Scenario;
 use scenario::rng::{Purpose, stream};
 use scenario::time::SimTime;
 
-use super::{Between, Kind, ServiceSection};
+use super::{Interval, Kind, ServiceSection};
 
 /// The distance beyond its radius that a robot at a drawn point keeps from the walls, m.
 const MARGIN_M: f32 = 0.05;
@@ -48,7 +48,7 @@ impl PointSpec {
     }
 }
 
-impl Between {
+impl Interval {
     fn draw(&self, rng: &mut ChaCha8Rng) -> f64 {
         self.min + (self.max - self.min) * rng.random::<f64>()
     }
@@ -60,7 +60,7 @@ impl Between {
 pub fn points(scenario: &Scenario, seed: u64) -> Vec<PointSpec> {
     let section = ServiceSection::of(scenario);
     let mut rng = stream(seed, Purpose::Mission);
-    let mut kinds = section.kind_of_each();
+    let mut kinds = section.kinds_of_points();
     let mut points = Vec::new();
     for (point, kind) in section.points.iter().zip(&mut kinds) {
         let at = Vec2::new(point.x_m, point.y_m);

@@ -9,7 +9,9 @@ use scenario::Scenario;
 use scenario::mission::section::MissionSection;
 
 use super::check::{covered, has_room};
-use super::{Batch, Between, Kind, KnownTo, Point, SERVICE, ServiceSection, TasksAre};
+use super::{
+    Interval, Kind, KnowledgeSource, Point, RandomPoints, SERVICE, ServiceSection, TaskGranularity,
+};
 
 /// The latest arrival time, s.
 const LAST_S: f64 = 240.0;
@@ -17,7 +19,7 @@ const SOME: f64 = 0.25;
 const LACKED: f64 = 0.3;
 
 /// Writes a random section and random skills into a scenario.
-pub(super) fn draw(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
+pub(super) fn draw_section(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
     let mut dice = Dice(rng);
     let count = dice.0.random_range(1..=4);
     let reach_m = match dice.0.random_range(0..8) {
@@ -35,7 +37,7 @@ pub(super) fn draw(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
         work_s: dice.maybe(1.0..20.0),
     });
     let points = points.collect();
-    let random = (0..dice.0.random_range(1..=3)).map(|_| Batch {
+    let random = (0..dice.0.random_range(1..=3)).map(|_| RandomPoints {
         n: dice.0.random_range(1..=12),
         kind: dice.0.random_bool(0.5).then(|| dice.name_of(&kinds)),
         at_s: dice.maybe(0.0..LAST_S).unwrap_or(0.0),
@@ -43,8 +45,8 @@ pub(super) fn draw(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
     });
     let random = random.collect();
     let mut section = ServiceSection {
-        tasks: dice.either(TasksAre::Points, TasksAre::Kinds),
-        known: dice.either(KnownTo::All, KnownTo::Sight),
+        tasks: dice.either(TaskGranularity::Points, TaskGranularity::Kinds),
+        known: dice.either(KnowledgeSource::All, KnowledgeSource::Sight),
         reach_m,
         sight_m: dice.between(1.0..6.0) as f32,
         spare: dice.0.random_range(0..6),
@@ -60,7 +62,7 @@ pub(super) fn draw(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
         kind.workers = (1..=kind.workers).rev().find(fits).unwrap_or(1);
     }
     // A kind without points may have no task.
-    let sure: Vec<usize> = section.kind_of_each().collect();
+    let sure: Vec<usize> = section.kinds_of_points().collect();
     for robot in &mut scenario.robots {
         robot.skills = Some(dice.skills(&section.kinds, &sure));
     }
@@ -76,13 +78,13 @@ impl Dice<'_> {
         let min = self.between(1.0..10.0);
         Kind {
             name: format!("k{number}"),
-            work_s: Between {
+            work_s: Interval {
                 min,
                 max: min + self.maybe(0.0..20.0).unwrap_or(0.0),
             },
             workers: self.0.random_range(1..=3),
             kept: self.0.random_bool(0.5),
-            deadline_s: self.maybe(20.0..120.0).map(|min| Between {
+            deadline_s: self.maybe(20.0..120.0).map(|min| Interval {
                 min,
                 max: min + 60.0,
             }),

@@ -8,9 +8,9 @@ use super::MAX_POINTS;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ServiceSection {
-    pub tasks: TasksAre,
+    pub tasks: TaskGranularity,
     /// The source of the robots' knowledge about points.
-    pub known: KnownTo,
+    pub known: KnowledgeSource,
     pub reach_m: f32,
     pub sight_m: f32,
     pub spare: u16,
@@ -21,12 +21,12 @@ pub struct ServiceSection {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<Point>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub random: Vec<Batch>,
+    pub random: Vec<RandomPoints>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum TasksAre {
+pub enum TaskGranularity {
     /// One point per task: `serve(p7)`.
     Points,
     /// All points of a kind, the nearest first: `serve(garbage)`.
@@ -35,7 +35,7 @@ pub enum TasksAre {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum KnownTo {
+pub enum KnowledgeSource {
     /// A board, which announces to each robot all points of its tasks.
     All,
     /// The robot's own sight and messages of teammates.
@@ -46,13 +46,13 @@ pub enum KnownTo {
 #[serde(deny_unknown_fields)]
 pub struct Kind {
     pub name: String,
-    pub work_s: Between,
+    pub work_s: Interval,
     #[serde(default = "one")]
     pub workers: u32,
     #[serde(default = "yes")]
     pub kept: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub deadline_s: Option<Between>,
+    pub deadline_s: Option<Interval>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub period_s: Option<f64>,
 }
@@ -68,7 +68,7 @@ fn yes() -> bool {
 /// A range from which values are drawn uniformly.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Between {
+pub struct Interval {
     pub min: f64,
     pub max: f64,
 }
@@ -88,7 +88,7 @@ pub struct Point {
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Batch {
+pub struct RandomPoints {
     pub n: u16,
     /// The name of their kind. By default the kinds take turns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -113,7 +113,7 @@ impl ServiceSection {
     }
 
     /// Returns the kind of each point, by number. It does not depend on the seed.
-    pub fn kind_of_each(&self) -> impl Iterator<Item = usize> + '_ {
+    pub fn kinds_of_points(&self) -> impl Iterator<Item = usize> + '_ {
         // The check of the scenario guarantees that the names exist.
         let named = |name: &str| self.kind_named(name).unwrap_or_default();
         let placed = self.points.iter().map(move |point| named(&point.kind));
@@ -127,10 +127,10 @@ impl ServiceSection {
     }
 
     #[must_use]
-    pub fn most_points(&self) -> usize {
+    pub fn max_points(&self) -> usize {
         match self.tasks {
-            TasksAre::Points => self.kind_of_each().count() + usize::from(self.spare),
-            TasksAre::Kinds => MAX_POINTS,
+            TaskGranularity::Points => self.kinds_of_points().count() + usize::from(self.spare),
+            TaskGranularity::Kinds => MAX_POINTS,
         }
     }
 }

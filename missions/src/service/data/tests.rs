@@ -176,7 +176,7 @@ proptest! {
         prop_assert_eq!((placed.at, placed.work_s), (glam::Vec2::new(3.0, 4.0), 7.0));
         prop_assert_eq!(placed.arrives, SimTime::from_secs_f64(5.0));
         let kinds: Vec<usize> = drawn.iter().map(|point| point.kind).collect();
-        prop_assert_eq!(&kinds, &ServiceSection::of(&scenario).kind_of_each().collect::<Vec<_>>());
+        prop_assert_eq!(&kinds, &ServiceSection::of(&scenario).kinds_of_points().collect::<Vec<_>>());
         for point in &drawn[1..] {
             let work = [6.0..=10.0, 20.0..=30.0];
             prop_assert!(work[point.kind].contains(&point.work_s));

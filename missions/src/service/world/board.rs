@@ -9,14 +9,14 @@ use serde::{Serialize, Serializer};
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::points::Points;
-use crate::service::bus::{Fact, SENSED_MOST};
-use crate::service::data::TasksAre;
+use crate::service::bus::{MAX_SENSED, PointFact};
+use crate::service::data::TaskGranularity;
 
 /// The maximum number of lines that are examined per robot and step. A robot reads a longer board in several steps.
 const LINES: usize = 64;
 
 #[derive(Debug)]
-pub(super) enum Reader {
+pub(super) enum BoardFilter {
     All,
     /// Points with these numbers, in ascending order.
     Points(Vec<u16>),
@@ -24,17 +24,17 @@ pub(super) enum Reader {
     Kinds(Vec<u16>),
 }
 
-impl Reader {
+impl BoardFilter {
     /// Creates the filter for a robot with these tasks, in ascending order.
-    pub fn new(tasks: TasksAre, own: Vec<u16>, all: usize) -> Self {
+    pub fn new(tasks: TaskGranularity, own: Vec<u16>, all: usize) -> Self {
         match tasks {
             _ if own.len() == all => Self::All,
-            TasksAre::Points => Self::Points(own),
-            TasksAre::Kinds => Self::Kinds(own),
+            TaskGranularity::Points => Self::Points(own),
+            TaskGranularity::Kinds => Self::Kinds(own),
         }
     }
 
-    fn concerns(&self, fact: &Fact) -> bool {
+    fn concerns(&self, fact: &PointFact) -> bool {
         match self {
             Self::All => true,
             Self::Points(points) => points.binary_search(&fact.point).is_ok(),
@@ -63,8 +63,8 @@ fn hash(line: u32, point: u16) -> u64 {
     xxh3_64(&(u64::from(line) << 16 | u64::from(point)).to_le_bytes())
 }
 
-pub(super) struct News {
-    pub facts: ArrayVec<Fact, SENSED_MOST>,
+pub(super) struct NewFacts {
+    pub facts: ArrayVec<PointFact, MAX_SENSED>,
     /// The last line that these facts cover.
     pub upto: u32,
 }
@@ -85,11 +85,11 @@ impl Board {
     }
 
     /// Returns the facts after the last line that the robot has read.
-    pub fn news(&self, reader: &Reader, points: &Points, read: u32) -> News {
+    pub fn new_facts(&self, reader: &BoardFilter, points: &Points, read: u32) -> NewFacts {
         let mut facts = ArrayVec::new();
         let mut upto = read;
         if read >= self.latest {
-            return News { facts, upto };
+            return NewFacts { facts, upto };
         }
         for (line, point) in self.lines.range(read + 1..).take(LINES) {
             let fact = points.fact(*point);
@@ -98,6 +98,6 @@ impl Board {
             }
             upto = *line;
         }
-        News { facts, upto }
+        NewFacts { facts, upto }
     }
 }

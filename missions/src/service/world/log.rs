@@ -7,7 +7,7 @@ use scenario::time::SimTime;
 use world_server::mission::{StepEvents, TeamFigures};
 
 use super::points::{Change, Points};
-use crate::service::bus::Sensed;
+use crate::service::bus::SensorReading;
 
 /// The record of a run. It does not affect later steps.
 #[derive(Clone, Debug)]
@@ -70,7 +70,7 @@ impl Log {
     }
 
     /// Records the time from a point's arrival to the first work on it.
-    pub fn waited(&mut self, wait: SimTime) {
+    pub fn record_wait(&mut self, wait: SimTime) {
         self.waits_ms.0 += wait.0;
         self.waits_ms.1 += 1;
     }
@@ -80,7 +80,7 @@ impl Log {
     }
 
     /// Records a step of work on a point that already had enough workers.
-    pub fn waste_step(&mut self, robot: RobotId) {
+    pub fn surplus_step(&mut self, robot: RobotId) {
         self.robots[robot.index()].wasted_steps += 1;
     }
 
@@ -124,7 +124,7 @@ pub(super) fn show_sensed(view: &mut View) {
             continue;
         };
         // An undecodable reading shows no points.
-        let sensed: Sensed = bytes.decode().unwrap_or_default();
+        let sensed: SensorReading = bytes.decode().unwrap_or_default();
         let points = sensed.points.iter().flatten();
         robot.sensed.extend(points.map(|fact| fact.at));
     }

@@ -25,9 +25,9 @@ use serde::Serialize;
 use world_server::mission::{FigureValue, StepEvents, TeamFigures, TypedMission, Validity};
 use world_server::world::{ChangeError, Floor};
 
-use super::bus::{Deed, Fact, SENSED_MOST, Sensed};
-use super::data::{self, KnownTo, PointSpec, ServiceSection, TasksAre};
-use board::{Board, Reader};
+use super::bus::{Action, MAX_SENSED, PointFact, SensorReading};
+use super::data::{self, KnowledgeSource, PointSpec, ServiceSection, TaskGranularity};
+use board::{Board, BoardFilter};
 use log::Log;
 use points::{Change, Points};
 
@@ -51,7 +51,7 @@ struct Constants {
     seed: u64,
     step_s: f64,
     skills: Vec<Vec<f64>>,
-    readers: Vec<Reader>,
+    readers: Vec<BoardFilter>,
 }
 
 #[derive(Clone, Debug, Default, Serialize)]
@@ -85,7 +85,7 @@ impl Constants {
         let readers = scenario.robots.iter().map(|robot| {
             let tasks = catalog.behaviors_of(robot);
             let tasks = tasks.map(|id| catalog.sets[id.index()].task.0);
-            Reader::new(section.tasks, tasks.collect(), catalog.tasks.len())
+            BoardFilter::new(section.tasks, tasks.collect(), catalog.tasks.len())
         });
         Self {
             skills: skills.collect(),
@@ -109,12 +109,12 @@ impl Service {
     /// Announces a change of a point: on the board, or by invalidating the readings of robots in sight.
     fn announce(&mut self, point: u16, floor: &Floor) {
         match self.constants.section.known {
-            KnownTo::All => {
+            KnowledgeSource::All => {
                 self.board.write(point);
                 let robots = (0..floor.robot_count() as u16).map(RobotId);
                 robots.for_each(|robot| floor.invalidate_readings(robot));
             }
-            KnownTo::Sight => {
+            KnowledgeSource::Sight => {
                 floor.invalidate_readings_near(
                     self.points.at(point),
                     self.constants.section.sight_m,
@@ -140,7 +140,7 @@ impl Service {
         if *workers <= spec.workers {
             self.log.work_step(robot);
         } else {
-            self.log.waste_step(robot);
+            self.log.surplus_step(robot);
             if spec.kept {
                 return;
             }
@@ -153,13 +153,13 @@ impl Service {
         }
         if self.points.is_untouched(point) {
             let (_, arrived) = self.points.work_and_arrival(point);
-            self.log.waited(floor.now().since(arrived));
+            self.log.record_wait(floor.now().since(arrived));
         }
         let quarters = self.points.quarters_left(point);
         let skill = skill * floor.apply_skill(robot, &spec.name);
         let work_s = skill * constants.step_s;
         let is_done = if spec.kept {
-            self.points.take_off(point, work_s)
+            self.points.reduce_work(point, work_s)
         } else {
             let round = self.points.round(point);
             if is_new || worker.attempt.0 != round {
@@ -175,14 +175,14 @@ impl Service {
                 .add(&self.points, point, change, Some(robot), now, happened);
             self.announce(point, floor);
         } else if self.points.quarters_left(point) != quarters
-            && constants.section.known == KnownTo::Sight
+            && constants.section.known == KnowledgeSource::Sight
         {
             floor.invalidate_readings_near(self.points.at(point), constants.section.sight_m);
         }
     }
 
     /// Returns the visible points in the robot's own frame, nearest first.
-    fn in_sight(&self, robot: RobotId, floor: &Floor) -> ArrayVec<Fact, SENSED_MOST> {
+    fn in_sight(&self, robot: RobotId, floor: &Floor) -> ArrayVec<PointFact, MAX_SENSED> {
         let (position, ahead) = (floor.pose(robot).position, floor.ahead(robot));
         let near = self
             .points
@@ -191,7 +191,7 @@ impl Service {
             .map(|point| {
                 let offset = self.points.at(point) - position;
                 let at = Vec2::new(ahead.dot(offset), ahead.perp_dot(offset));
-                Fact {
+                PointFact {
                     at,
                     ..self.points.fact(point)
                 }
@@ -201,8 +201,8 @@ impl Service {
 }
 
 impl TypedMission for Service {
-    type Reading = Sensed;
-    type Action = Deed;
+    type Reading = SensorReading;
+    type Action = Action;
 
     fn new(setup: &Setup, floor: &Floor) -> Self {
         let constants = Arc::new(Constants::new(setup));
@@ -227,7 +227,7 @@ impl TypedMission for Service {
         }
     }
 
-    fn act(&mut self, robot: RobotId, deed: Deed, floor: &mut Floor, happened: &mut StepEvents) {
+    fn act(&mut self, robot: RobotId, deed: Action, floor: &mut Floor, happened: &mut StepEvents) {
         let reader = &mut self.robots[robot.index()];
         if let Some(read) = deed.read.filter(|read| *read > reader.read) {
             reader.read = read.min(self.board.latest());
@@ -269,17 +269,17 @@ impl TypedMission for Service {
         }
     }
 
-    fn sense(&self, robot: RobotId, floor: &Floor) -> (Sensed, Validity) {
+    fn sense(&self, robot: RobotId, floor: &Floor) -> (SensorReading, Validity) {
         let state = &self.robots[robot.index()];
         let (points, told) = match self.constants.section.known {
-            KnownTo::All => {
+            KnowledgeSource::All => {
                 let reader = &self.constants.readers[robot.index()];
-                let news = self.board.news(reader, &self.points, state.read);
+                let news = self.board.new_facts(reader, &self.points, state.read);
                 (news.facts, (news.upto > state.read).then_some(news.upto))
             }
-            KnownTo::Sight => (self.in_sight(robot, floor), None),
+            KnowledgeSource::Sight => (self.in_sight(robot, floor), None),
         };
-        let sensed = Sensed {
+        let sensed = SensorReading {
             points: Some(points),
             told,
             effect: state.worked,
@@ -288,7 +288,7 @@ impl TypedMission for Service {
     }
 
     /// Resets the board position: the next incarnation of the robot has read nothing.
-    fn lose(&mut self, robot: RobotId, floor: &mut Floor, _: &mut StepEvents) {
+    fn release_load(&mut self, robot: RobotId, floor: &mut Floor, _: &mut StepEvents) {
         self.robots[robot.index()].read = 0;
         floor.invalidate_readings(robot);
     }
@@ -307,12 +307,12 @@ impl TypedMission for Service {
         if kind >= section.kinds.len() {
             return refused(format!("there are {} kinds of work", section.kinds.len()));
         }
-        if self.points.len() >= section.most_points() {
+        if self.points.len() >= section.max_points() {
             return refused(match section.tasks {
-                TasksAre::Points => {
+                TaskGranularity::Points => {
                     "no task is left for it: service.spare is how many there are".to_owned()
                 }
-                TasksAre::Kinds => format!("there are {} points", self.points.len()),
+                TaskGranularity::Kinds => format!("there are {} points", self.points.len()),
             });
         }
         let near = Vec2::new(number("x_m") as f32, number("y_m") as f32);
@@ -331,7 +331,7 @@ impl TypedMission for Service {
         Some(Ok(format!("p{point} {} {}", at.x, at.y)))
     }
 
-    fn copy_device(&self, device: &str, from: &Sensed, to: &mut Sensed) {
+    fn copy_device(&self, device: &str, from: &SensorReading, to: &mut SensorReading) {
         match device {
             "points" => {
                 to.points.clone_from(&from.points);
@@ -343,8 +343,13 @@ impl TypedMission for Service {
     }
 
     /// Adds errors to visible points. The board contains no measurements.
-    fn mislead(&self, device: &str, sensed: &mut Sensed, error_m: &mut dyn FnMut() -> f32) {
-        if device != "points" || self.constants.section.known == KnownTo::All {
+    fn add_error(
+        &self,
+        device: &str,
+        sensed: &mut SensorReading,
+        error_m: &mut dyn FnMut() -> f32,
+    ) {
+        if device != "points" || self.constants.section.known == KnowledgeSource::All {
             return;
         }
         if let Some(points) = &mut sensed.points {
@@ -360,10 +365,10 @@ impl TypedMission for Service {
         self.points.is_over().then_some(Outcome::Complete)
     }
 
-    fn is_due(&self, task: TaskId, _: RobotId, _: &Floor) -> bool {
+    fn has_work(&self, task: TaskId, _: RobotId, _: &Floor) -> bool {
         match self.constants.section.tasks {
-            TasksAre::Points => self.points.open_kind(task.0).is_some(),
-            TasksAre::Kinds => self.points.open_of_kind(task.index()) > 0,
+            TaskGranularity::Points => self.points.open_kind(task.0).is_some(),
+            TaskGranularity::Kinds => self.points.open_of_kind(task.index()) > 0,
         }
     }
 
@@ -376,15 +381,15 @@ impl TypedMission for Service {
         self.log.write_figures(figures);
     }
 
-    fn show(&self, floor: &Floor, view: &mut View) {
+    fn add_to_view(&self, floor: &Floor, view: &mut View) {
         let section = &self.constants.section;
         self.points.show(section, floor.now(), view);
-        if section.known == KnownTo::Sight {
+        if section.known == KnowledgeSource::Sight {
             log::show_sensed(view);
         }
     }
 
-    fn holds(&self, _: &Floor) -> Result<(), String> {
+    fn check_invariants(&self, _: &Floor) -> Result<(), String> {
         self.points.holds()?;
         match self.workers_on.iter().position(|workers| *workers != 0) {
             None => Ok(()),

@@ -11,7 +11,7 @@ use world_server::mission::{FigureValue, TeamFigures};
 use world_server::world::Grid;
 use xxhash_rust::xxh3::xxh3_64;
 
-use crate::service::bus::{Fact, LEAST_LEFT_S, SENSED_MOST};
+use crate::service::bus::{LEAST_LEFT_S, MAX_SENSED, PointFact};
 use crate::service::data::{PointSpec, ServiceSection};
 
 /// The radius of a displayed point, m. It is larger than a robot, so that the point stays visible.
@@ -62,7 +62,7 @@ pub(super) struct Points {
     open_of_kind: Vec<u32>,
     kept: Vec<bool>,
     /// The times of the next change of each point that time causes.
-    agenda: BTreeSet<(SimTime, u16)>,
+    scheduled_changes: BTreeSet<(SimTime, u16)>,
     counts: Counts,
     /// The time from which no point arrives or comes back.
     until: SimTime,
@@ -146,7 +146,7 @@ impl Points {
             points: Vec::with_capacity(specs.len()),
             open_of_kind: vec![0; section.kinds.len()],
             kept: section.kinds.iter().map(|kind| kind.kept).collect(),
-            agenda: BTreeSet::new(),
+            scheduled_changes: BTreeSet::new(),
             counts: Counts::default(),
             until: until.unwrap_or(SimTime(u64::MAX)),
             hash: 0,
@@ -162,7 +162,7 @@ impl Points {
         let number = self.points.len() as u16;
         let point = Point::new(spec);
         self.hash ^= point.hash(number);
-        self.agenda
+        self.scheduled_changes
             .extend(point.next(self.until).map(|next| (next, number)));
         self.points.push(point);
         number
@@ -207,7 +207,7 @@ impl Points {
     }
 
     /// Returns the fact that robots can sense about a point. Kept work is reported in quarters.
-    pub fn fact(&self, point: u16) -> Fact {
+    pub fn fact(&self, point: u16) -> PointFact {
         let state = &self.points[usize::from(point)];
         let quarters = if self.kept[state.spec.kind] {
             state.quarters_left() as f64
@@ -218,7 +218,7 @@ impl Points {
             Phase::Open => ((quarters / 4.0 * state.spec.work_s) as f32).max(LEAST_LEFT_S),
             _ => 0.0,
         };
-        Fact {
+        PointFact {
             point,
             kind: state.spec.kind as u8,
             round: state.round,
@@ -251,15 +251,15 @@ impl Points {
         let has = point.next(self.until);
         if had != has {
             if let Some(had) = had {
-                self.agenda.remove(&(had, number));
+                self.scheduled_changes.remove(&(had, number));
             }
-            self.agenda.extend(has.map(|has| (has, number)));
+            self.scheduled_changes.extend(has.map(|has| (has, number)));
         }
     }
 
     /// Applies the next change that is due by `now`, and returns it.
     pub fn next_change(&mut self, now: SimTime) -> Option<(u16, Change)> {
-        let (at, number) = *self.agenda.first()?;
+        let (at, number) = *self.scheduled_changes.first()?;
         if at > now {
             return None;
         }
@@ -288,7 +288,7 @@ impl Points {
     }
 
     /// Takes work off an open point, s at skill 1. Returns whether none is left.
-    pub fn take_off(&mut self, number: u16, work_s: f64) -> bool {
+    pub fn reduce_work(&mut self, number: u16, work_s: f64) -> bool {
         self.change(number, |point| {
             point.left_s = (point.left_s - work_s).max(0.0);
         });
@@ -314,15 +314,15 @@ impl Points {
     }
 
     /// Returns the open points within sight of a place, nearest first, by number at equal distance.
-    pub fn open_near(&self, place: Vec2, sight_m: f32) -> ArrayVec<u16, SENSED_MOST> {
-        let mut nearest: ArrayVec<(f32, u16), SENSED_MOST> = ArrayVec::new();
+    pub fn open_near(&self, place: Vec2, sight_m: f32) -> ArrayVec<u16, MAX_SENSED> {
+        let mut nearest: ArrayVec<(f32, u16), MAX_SENSED> = ArrayVec::new();
         for (point, at) in self.open.near(place, sight_m) {
             let found = (at.distance_squared(place), point as u16);
             if found.0 > sight_m * sight_m {
                 continue;
             }
             let before = nearest.partition_point(|known| *known < found);
-            if before == SENSED_MOST {
+            if before == MAX_SENSED {
                 continue;
             }
             if nearest.is_full() {
@@ -335,7 +335,7 @@ impl Points {
 
     /// Checks whether no point is open now or later.
     pub fn is_over(&self) -> bool {
-        self.counts.open == 0 && self.agenda.is_empty()
+        self.counts.open == 0 && self.scheduled_changes.is_empty()
     }
 
     pub fn write_row(&self, row: &mut Vec<FigureValue>) {
@@ -387,7 +387,7 @@ impl Points {
                 ));
             }
             let next = point.next(self.until);
-            let is_there = next.is_none_or(|next| self.agenda.contains(&(next, number)));
+            let is_there = next.is_none_or(|next| self.scheduled_changes.contains(&(next, number)));
             if !is_there {
                 return Err(format!("the next change of p{number} is not scheduled"));
             }

@@ -10,7 +10,7 @@ use scenario::{Scenario, Setup};
 use world_server::mission::FigureValue;
 use world_server::world::{Impairment, World};
 
-use super::super::bus::{Deed, Sensed};
+use super::super::bus::{Action, SensorReading};
 use super::super::data::POINT;
 use crate::Registry;
 
@@ -37,7 +37,7 @@ fn world_of(text: &str) -> World {
     let scenario = Scenario::parse("s.toml", text, &Registry::built_in().vocabulary())
         .unwrap_or_else(|error| panic!("{error}"));
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-    World::new(&setup, crate::service::PARTS.world)
+    World::new(&setup, crate::service::MISSION.world)
 }
 
 fn kind(name: &str, work_s: f64, more: &str) -> String {
@@ -51,13 +51,13 @@ fn point(kind: &str, arrival_s: f64) -> String {
 }
 
 fn works(point: u16) -> Option<Actuation> {
-    does(Deed {
+    does(Action {
         work: Some(point),
         read: None,
     })
 }
 
-fn does(action: Deed) -> Option<Actuation> {
+fn does(action: Action) -> Option<Actuation> {
     Some(Actuation {
         deed: AnyDeed::Open(Bytes::encode(&action).unwrap()),
         ..Actuation::default()
@@ -98,7 +98,7 @@ fn row(world: &World) -> Vec<FigureValue> {
     row
 }
 
-fn sensed(world: &World, robot: RobotId) -> Sensed {
+fn sensed(world: &World, robot: RobotId) -> SensorReading {
     match world.readings(robot).mission {
         AnySensed::Open(bytes) => bytes.decode().unwrap(),
         other => panic!("{other:?}"),
@@ -335,7 +335,7 @@ fn the_board_is_read_in_parts_and_repeated() {
     let points: String = (0..10).map(|_| point("garbage", 0.0)).collect();
     let mut world = world(&(kind("garbage", 4.0, "") + &points));
     step(&mut world, [None, None]);
-    let numbers = |sensed: &Sensed| -> Vec<u16> {
+    let numbers = |sensed: &SensorReading| -> Vec<u16> {
         let points = sensed.points.iter().flatten();
         points.map(|fact| fact.point).collect()
     };
@@ -346,7 +346,7 @@ fn the_board_is_read_in_parts_and_repeated() {
     step(&mut world, [None, None]);
     assert_eq!(sensed(&world, GOLD), first);
     let reads = |line| {
-        does(Deed {
+        does(Action {
             work: None,
             read: line,
         })
@@ -456,20 +456,20 @@ fn sight_is_limited_and_relative() {
 /// The largest reading fits in a message.
 #[test]
 fn the_largest_reading_fits() {
-    let fact = super::super::bus::Fact {
+    let fact = super::super::bus::PointFact {
         point: u16::MAX,
         kind: u8::MAX,
         round: u16::MAX,
         at: glam::Vec2::MAX,
         left_s: f32::MAX,
     };
-    let largest = Sensed {
-        points: Some([fact; super::super::bus::SENSED_MOST].into()),
+    let largest = SensorReading {
+        points: Some([fact; super::super::bus::MAX_SENSED].into()),
         told: Some(u32::MAX),
         effect: Some(u16::MAX),
     };
     Bytes::<{ proto::mission::MAX_READING_BYTES }>::encode(&largest).unwrap();
-    let most = Deed {
+    let most = Action {
         work: Some(u16::MAX),
         read: Some(u32::MAX),
     };

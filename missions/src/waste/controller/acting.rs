@@ -12,10 +12,10 @@ use scenario::time::SimTime;
 
 use super::briefing::{Briefing, OwnBehavior};
 use super::extremes::Extremes;
-use super::find::{Methodical, Search};
-use super::report::{Errand, Ways, errand};
-use super::spill::{SpillView, SpillWork, Work};
-use super::{Pending, WasteMission, places};
+use super::find::{Methodical, SearchStep};
+use super::report::{BlockedWays, ReportStep, errand};
+use super::spill::{SpillStep, SpillView, SpillWork};
+use super::{Pending, WasteController, places};
 use robot_agent::body::goal::length;
 use robot_agent::body::{Drive, Goal, Navigator, Status, Surroundings, Teammate};
 use robot_agent::mission::StepOutput;
@@ -23,10 +23,10 @@ use robot_agent::mission::StepOutput;
 /// The distance that an idle robot keeps from a working teammate, m.
 const ROOM_M: f32 = 0.2;
 
-impl WasteMission {
+impl WasteController {
     /// Executes the active behavior set on the perceived readings and writes the commands to `action`.
     #[inline]
-    pub(super) fn carry_out(
+    pub(super) fn act(
         &mut self,
         now: SimTime,
         active: Option<BehaviorId>,
@@ -82,7 +82,7 @@ impl WasteMission {
             detail: format!("at {:.2} {:.2}", at.x, at.y),
         });
         if readings.mission.items().zone == Some(Zone::None) {
-            self.memory.see_loose(at, true, now);
+            self.memory.observe_loose(at, true, now);
         }
     }
 
@@ -109,16 +109,16 @@ impl WasteMission {
         now: SimTime,
         set: BehaviorId,
         task: TaskId,
-        search: Search,
+        search: SearchStep,
         readings: &Readings,
         action: &mut StepOutput,
     ) {
         let progress = match search {
-            Search::Go { goal, progress } => {
+            SearchStep::Go { goal, progress } => {
                 self.go(now, goal, readings, action);
                 progress
             }
-            Search::Finished { progress } => {
+            SearchStep::Finished { progress } => {
                 self.methodical = Methodical::default();
                 if let Some(border) = self.extremes.border() {
                     self.extremes = Extremes::default();
@@ -169,23 +169,23 @@ impl WasteMission {
             .work
             .get_or_insert_with(|| SpillWork::new(spill, &self.briefing, &places));
         match work.step(&self.briefing, &view, &mut self.memory) {
-            Work::Go(goal) => self.go(now, goal, readings, action),
-            Work::Grip(gripper) => {
+            SpillStep::Go(goal) => self.go(now, goal, readings, action),
+            SpillStep::Grip(gripper) => {
                 action.actuation.deed = gripper.into();
                 match gripper {
                     Gripper::Pick => self.load_of = Some(set),
                     _ => self.pending = Some(Pending::Delivery(task)),
                 }
             }
-            Work::Empty => {
-                self.memory.see_spill(spill, true, now);
+            SpillStep::Empty => {
+                self.memory.observe_spill(spill, true, now);
                 action.notes.push(Note {
                     kind: notes::SPILL_EMPTY,
                     detail: self.briefing.catalog.task_name(task).to_owned(),
                 });
             }
-            Work::OutOfReach => self.memory.set_aside(spill, now),
-            Work::Wrong => self.withdraw(now, action),
+            SpillStep::OutOfReach => self.memory.set_aside(spill, now),
+            SpillStep::Wrong => self.withdraw(now, action),
         }
     }
 
@@ -208,14 +208,14 @@ impl WasteMission {
             readings.mission.items().at_site,
             self.briefing.chassis.radius_m,
         ) {
-            Errand::Go(goal) => {
+            ReportStep::Go(goal) => {
                 self.go(now, goal, readings, action);
                 if self.status == Status::Blocked {
                     self.ways_to_site.close(now);
                 }
             }
-            Errand::Report => {
-                self.ways_to_site = Ways::default();
+            ReportStep::Report => {
+                self.ways_to_site = BlockedWays::default();
                 let report = ItemsAction {
                     report: true,
                     ..ItemsAction::default()
@@ -223,7 +223,7 @@ impl WasteMission {
                 action.actuation.deed = report.into();
                 self.pending = Some(Pending::Report(task));
             }
-            Errand::Wrong => self.withdraw(now, action),
+            ReportStep::Wrong => self.withdraw(now, action),
         }
     }
 
@@ -277,6 +277,6 @@ fn drive(
     readings: &Readings,
     now: SimTime,
 ) -> Option<Drive> {
-    let around = Surroundings::of(readings)?;
+    let around = Surroundings::from_readings(readings)?;
     Some(navigator.drive(&briefing.chassis, goal, &around, right_of_way, now))
 }

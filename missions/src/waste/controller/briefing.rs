@@ -64,7 +64,7 @@ impl Briefing {
         };
         let own_behaviors = setup.catalog.behaviors_of(config).map(|id| {
             let spec = &setup.catalog.sets[id.index()];
-            let (task, kind) = (spec.task, BehaviorKind::of(spec));
+            let (task, kind) = (spec.task, BehaviorKind::from_spec(spec));
             OwnBehavior { id, task, kind }
         });
         let own_behaviors: SmallVec<[OwnBehavior; 6]> = own_behaviors.collect();
@@ -85,7 +85,7 @@ impl Briefing {
             own_behaviors,
             own_spills,
             border: waste.border_known.then_some(border),
-            chassis: Chassis::of(scenario, config),
+            chassis: Chassis::new(scenario, config),
             reach_m: scenario.body.radius_m + scenario.body.reach_m,
             sight_m: scenario.body.radius_m + scenario.sensors.item_range_m,
             silence: longest(|set| set.ceased_after_s),

@@ -12,8 +12,8 @@ use scenario::time::SimTime;
 use scenario::{Catalog, Robot, Scenario};
 
 use super::briefing::OwnBehavior;
-use super::map::Places;
-use super::{WasteMission, places};
+use super::map::KnownPlaces;
+use super::{WasteController, places};
 use robot_agent::allocator::{Choice, RouteCost};
 use robot_agent::body::goal::length;
 
@@ -31,9 +31,9 @@ fn reward(kind: BehaviorKind) -> f64 {
     }
 }
 
-impl WasteMission {
+impl WasteController {
     /// Writes a choice per own behavior. `applicable` comes from the perception of this step.
-    pub(super) fn offer(
+    pub(super) fn write_choices(
         &self,
         now: SimTime,
         readings: &Readings,
@@ -78,7 +78,7 @@ impl WasteMission {
         behavior: &OwnBehavior,
         position: Option<Vec2>,
         is_laden: bool,
-        places: Option<&Places<'_>>,
+        places: Option<&KnownPlaces<'_>>,
     ) -> Option<f64> {
         match behavior.kind {
             BehaviorKind::FindLocationsMethodical => Some(METHODICAL_S),
@@ -107,7 +107,7 @@ impl WasteMission {
     }
 
     /// Returns the place of a robot after a unit of the task.
-    fn after(&self, task: TaskId, places: &Places<'_>) -> Option<Vec2> {
+    fn after(&self, task: TaskId, places: &KnownPlaces<'_>) -> Option<Vec2> {
         let mut behaviors = self.briefing.own_behaviors.iter();
         match behaviors.find(|behavior| behavior.task == task)?.kind {
             BehaviorKind::MoveSpill(spill) => Some(places.nearest_deposit(places.spill(spill))),
@@ -117,7 +117,7 @@ impl WasteMission {
     }
 }
 
-impl RouteCost for WasteMission {
+impl RouteCost for WasteController {
     fn seconds(&self, after: &[TaskId], task: TaskId) -> Option<f64> {
         let mut behaviors = self.briefing.own_behaviors.iter();
         let behavior = behaviors.find(|behavior| behavior.task == task)?;
@@ -177,7 +177,7 @@ pub(super) fn planned_cost_ms(scenario: &Scenario, catalog: &Catalog) -> Vec<Vec
         let mut row = vec![None; catalog.tasks.len()];
         for id in catalog.behaviors_of(robot) {
             let spec = &catalog.sets[id.index()];
-            let cost_ms = (1000.0 * cost_s(robot, BehaviorKind::of(spec))) as i64;
+            let cost_ms = (1000.0 * cost_s(robot, BehaviorKind::from_spec(spec))) as i64;
             let cell: &mut Option<i64> = &mut row[spec.task.index()];
             *cell = Some(cell.map_or(cost_ms, |other| other.min(cost_ms)));
         }

@@ -32,7 +32,7 @@ fn is_before(wall: Compass, readings: &Readings) -> bool {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Search {
+pub(super) enum SearchStep {
     /// The next goal. `progress` is true if this step had an effect.
     Go {
         goal: Goal,
@@ -50,7 +50,7 @@ pub(super) struct Methodical {
 }
 
 impl Methodical {
-    pub fn step(&mut self, readings: &Readings) -> Search {
+    pub fn step(&mut self, readings: &Readings) -> SearchStep {
         let mut progress = false;
         if let Some(&wall) = Compass::CLOCKWISE.get(self.visited)
             && is_before(wall, readings)
@@ -60,11 +60,11 @@ impl Methodical {
             self.visited += 1;
         }
         match Compass::CLOCKWISE.get(self.visited) {
-            Some(&wall) => Search::Go {
+            Some(&wall) => SearchStep::Go {
                 goal: Goal::Direction(self.along(wall, readings)),
                 progress,
             },
-            None => Search::Finished { progress },
+            None => SearchStep::Finished { progress },
         }
     }
 
@@ -118,7 +118,7 @@ impl Wander {
         extremes: &Extremes,
         step: SimTime,
         status: Status,
-    ) -> Search {
+    ) -> SearchStep {
         let direction = Compass::CLOCKWISE[self.leg];
         self.spent = self.spent + step;
         if status == Status::Blocked {
@@ -134,10 +134,10 @@ impl Wander {
         {
             self.next_leg(extremes);
             if extremes.border().is_some() {
-                return Search::Finished { progress };
+                return SearchStep::Finished { progress };
             }
         }
-        Search::Go {
+        SearchStep::Go {
             goal: Goal::Direction(Compass::CLOCKWISE[self.leg].vector()),
             progress,
         }
@@ -186,8 +186,8 @@ mod tests {
         }
     }
 
-    fn heads(search: Search, direction: Compass) -> bool {
-        matches!(search, Search::Go { goal: Goal::Direction(way), .. } if way.dot(direction.vector()) > 0.99)
+    fn heads(search: SearchStep, direction: Compass) -> bool {
+        matches!(search, SearchStep::Go { goal: Goal::Direction(way), .. } if way.dot(direction.vector()) > 0.99)
     }
 
     #[test]
@@ -197,9 +197,9 @@ mod tests {
             assert!(heads(methodical.step(&facing(wall, None)), wall));
             assert!(heads(methodical.step(&facing(wall, Some(0.4))), wall));
             let at_wall = methodical.step(&facing(wall, Some(0.1)));
-            let (Search::Go { progress, .. } | Search::Finished { progress }) = at_wall;
+            let (SearchStep::Go { progress, .. } | SearchStep::Finished { progress }) = at_wall;
             assert_eq!(progress, index > 0);
-            assert_eq!(matches!(at_wall, Search::Finished { .. }), index == 3);
+            assert_eq!(matches!(at_wall, SearchStep::Finished { .. }), index == 3);
         }
     }
 
@@ -217,7 +217,7 @@ mod tests {
         let mut heading = |side_m| {
             let mut readings = facing(Compass::North, None);
             readings.side_border = Some(side_m);
-            let Search::Go {
+            let SearchStep::Go {
                 goal: Goal::Direction(way),
                 ..
             } = methodical.step(&readings)
@@ -292,7 +292,7 @@ mod tests {
             });
             extremes.join(&readings, 0.2);
             let search = wander.step(&readings, &extremes, STEP, Status::Going);
-            progress += u32::from(matches!(search, Search::Go { progress: true, .. }));
+            progress += u32::from(matches!(search, SearchStep::Go { progress: true, .. }));
         }
         // The extreme moves 0.0625 m per step, so every second step counts.
         assert_eq!(progress, 19);

@@ -31,9 +31,9 @@ impl Map {
     }
 
     /// Returns the places for a border. `realms` is the cache of the calling robot.
-    pub(super) fn places<'a>(&'a self, border: &Locations, realms: &'a Realms) -> Places<'a> {
+    pub(super) fn places<'a>(&'a self, border: &Locations, realms: &'a Realms) -> KnownPlaces<'a> {
         realms.keep_for(*border);
-        Places {
+        KnownPlaces {
             map: self,
             realms,
             min: border.min,
@@ -74,7 +74,7 @@ impl Realms {
 
 /// The places of everything for a known border, m.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Places<'a> {
+pub(super) struct KnownPlaces<'a> {
     map: &'a Map,
     realms: &'a Realms,
     min: Vec2,
@@ -82,7 +82,7 @@ pub(super) struct Places<'a> {
     size: Vec2,
 }
 
-impl Places<'_> {
+impl KnownPlaces<'_> {
     pub fn border(&self) -> Locations {
         Locations {
             min: self.min,

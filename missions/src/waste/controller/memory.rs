@@ -103,51 +103,51 @@ impl Memory {
         Some(withdrawal)
     }
 
-    pub fn see_spill(&mut self, spill: u16, empty: bool, now: SimTime) {
+    pub fn observe_spill(&mut self, spill: u16, empty: bool, now: SimTime) {
         let fact = self.observed(empty, now);
         self.join_empty(spill, |_| fact);
     }
 
-    fn own_spill(&self, spill: u16) -> Option<usize> {
+    fn index_of_spill(&self, spill: u16) -> Option<usize> {
         self.spills.iter().position(|known| known.number == spill)
     }
 
     /// Sets a spill aside for a while after the robot found no way to it.
     pub fn set_aside(&mut self, spill: u16, now: SimTime) {
-        if let Some(index) = self.own_spill(spill) {
+        if let Some(index) = self.index_of_spill(spill) {
             self.spills[index].out_of_reach = Some(now);
             self.spills[index].closed = 0;
         }
     }
 
     /// Counts an item or view that the robot could not reach or pick up.
-    pub fn close(&mut self, spill: u16) {
-        if let Some(index) = self.own_spill(spill) {
+    pub fn count_failure(&mut self, spill: u16) {
+        if let Some(index) = self.index_of_spill(spill) {
             self.spills[index].closed += 1;
         }
     }
 
     /// Resets the count of failures, because the robot holds an item of the spill.
-    pub fn reopen(&mut self, spill: u16) {
-        if let Some(index) = self.own_spill(spill) {
+    pub fn reset_failures(&mut self, spill: u16) {
+        if let Some(index) = self.index_of_spill(spill) {
             self.spills[index].closed = 0;
         }
     }
 
     /// Returns the number of failures since the robot last held an item, over all of its active periods.
-    pub fn closed(&self, spill: u16) -> u32 {
-        self.own_spill(spill)
+    pub fn failures(&self, spill: u16) -> u32 {
+        self.index_of_spill(spill)
             .map_or(0, |index| self.spills[index].closed)
     }
 
     pub fn is_set_aside(&self, spill: u16, now: SimTime) -> bool {
-        let index = self.own_spill(spill);
+        let index = self.index_of_spill(spill);
         let since = index.and_then(|index| self.spills[index].out_of_reach);
         since.is_some_and(|since| now.since(since) < SET_ASIDE)
     }
 
     /// Records an observation of a place outside the spills by the robot itself.
-    pub fn see_loose(&mut self, at: Vec2, present: bool, now: SimTime) {
+    pub fn observe_loose(&mut self, at: Vec2, present: bool, now: SimTime) {
         let fact = self.observed(LooseItem { at, present }, now);
         self.join_loose(fact);
     }
@@ -163,7 +163,7 @@ impl Memory {
     }
 
     /// Checks whether the spill counts as empty.
-    pub fn believes_empty(&self, spill: u16, now: SimTime) -> bool {
+    pub fn counts_as_empty(&self, spill: u16, now: SimTime) -> bool {
         let mut known = self.knowledge.empty.iter();
         known.any(|(known, fact)| {
             *known == spill && fact.value && now.since(fact.seen) < EMPTY_EXPIRES
@@ -173,20 +173,20 @@ impl Memory {
     /// Starts the search of a spill's area if the spill's state has not changed and no waste is known elsewhere.
     /// Returns whether the search started.
     pub fn begin_sweep(&mut self, spill: u16, now: SimTime) -> bool {
-        let begins = self.is_all_done() && !self.believes_empty(spill, now);
-        if let Some(index) = self.own_spill(spill).filter(|_| begins) {
+        let begins = self.is_all_done() && !self.counts_as_empty(spill, now);
+        if let Some(index) = self.index_of_spill(spill).filter(|_| begins) {
             self.spills[index].sweep = Some(Sweep::default());
         }
         begins
     }
 
     pub fn sweep(&mut self, spill: u16) -> Option<&mut Sweep> {
-        let index = self.own_spill(spill)?;
+        let index = self.index_of_spill(spill)?;
         self.spills[index].sweep.as_mut()
     }
 
     pub fn end_sweep(&mut self, spill: u16) {
-        if let Some(index) = self.own_spill(spill) {
+        if let Some(index) = self.index_of_spill(spill) {
             self.spills[index].sweep = None;
         }
     }
@@ -215,14 +215,14 @@ impl Memory {
 
     /// Merges the knowledge of a teammate. Returns whether it contained new locations. Loose waste is accepted only at
     /// known places and at places of `concern` to this robot.
-    pub fn hear(
+    pub fn merge(
         &mut self,
         received: &ItemsKnowledge,
         now: SimTime,
         concern: impl Fn(Vec2) -> bool,
     ) -> bool {
         for &withdrawal in &received.withdrawn {
-            self.hear_withdrawal(withdrawal);
+            self.merge_withdrawal(withdrawal);
         }
         for &(spill, received) in &received.empty {
             if received.seen <= now {
@@ -240,11 +240,11 @@ impl Memory {
         }
         received
             .locations
-            .is_some_and(|fact| self.hear_locations(fact, now))
+            .is_some_and(|fact| self.merge_locations(fact, now))
     }
 
     /// Merges locations found by a robot. Returns whether they replaced the current ones.
-    pub fn hear_locations(&mut self, fact: Fact<Locations>, now: SimTime) -> bool {
+    pub fn merge_locations(&mut self, fact: Fact<Locations>, now: SimTime) -> bool {
         let mine_is_better = self.knowledge.locations.is_some_and(|mine| {
             mine.seen_by == self.robot || self.confirmed || mine.seen >= fact.seen
         });
@@ -267,7 +267,7 @@ impl Memory {
     }
 
     /// Merges a withdrawal. Returns whether it withdraws this robot's own locations.
-    pub fn hear_withdrawal(&mut self, withdrawal: Withdrawal) -> bool {
+    pub fn merge_withdrawal(&mut self, withdrawal: Withdrawal) -> bool {
         let known = self
             .knowledge
             .withdrawn
@@ -311,7 +311,7 @@ impl Memory {
 
     /// Updates the fact about an own spill with the result of `join`.
     fn join_empty(&mut self, spill: u16, join: impl Fn(Option<Fact<bool>>) -> Fact<bool>) {
-        if self.own_spill(spill).is_none() {
+        if self.index_of_spill(spill).is_none() {
             return;
         }
         let empty = &mut self.knowledge.empty;
@@ -423,55 +423,55 @@ mod tests {
     #[test]
     fn the_newer_of_two_facts_wins() {
         let mut memory = memory();
-        memory.see_spill(0, false, at(10));
-        memory.hear(&received_empty(true, at(9)), at(11), |_| true);
-        assert!(!memory.believes_empty(0, at(11)));
-        memory.hear(&received_empty(true, at(11)), at(11), |_| true);
-        assert!(memory.believes_empty(0, at(11)));
-        assert!(!memory.believes_empty(1, at(11)));
+        memory.observe_spill(0, false, at(10));
+        memory.merge(&received_empty(true, at(9)), at(11), |_| true);
+        assert!(!memory.counts_as_empty(0, at(11)));
+        memory.merge(&received_empty(true, at(11)), at(11), |_| true);
+        assert!(memory.counts_as_empty(0, at(11)));
+        assert!(!memory.counts_as_empty(1, at(11)));
     }
 
     #[test]
     fn an_own_observation_wins_at_equal_time() {
         let mut memory = memory();
-        memory.see_spill(0, false, at(10));
-        memory.hear(&received_empty(true, at(10)), at(11), |_| true);
-        assert!(!memory.believes_empty(0, at(11)));
+        memory.observe_spill(0, false, at(10));
+        memory.merge(&received_empty(true, at(10)), at(11), |_| true);
+        assert!(!memory.counts_as_empty(0, at(11)));
     }
 
     #[test]
     fn facts_from_the_future_are_ignored() {
         let mut memory = memory();
-        memory.hear(&received_empty(true, at(12)), at(11), |_| true);
-        assert!(!memory.believes_empty(0, at(12)));
-        assert!(!memory.hear_locations(found_by(OTHER, 12.0, at(12)), at(11)));
-        memory.hear(&received_loose(Vec2::ONE, true, at(12)), at(11), |_| true);
+        memory.merge(&received_empty(true, at(12)), at(11), |_| true);
+        assert!(!memory.counts_as_empty(0, at(12)));
+        assert!(!memory.merge_locations(found_by(OTHER, 12.0, at(12)), at(11)));
+        memory.merge(&received_loose(Vec2::ONE, true, at(12)), at(11), |_| true);
         assert_eq!(memory.loose().count(), 0);
     }
 
     #[test]
     fn empty_expires() {
         let mut memory = memory();
-        memory.see_spill(0, true, at(10));
-        assert!(memory.believes_empty(0, at(10)));
-        assert!(!memory.believes_empty(0, at(10) + EMPTY_EXPIRES));
+        memory.observe_spill(0, true, at(10));
+        assert!(memory.counts_as_empty(0, at(10)));
+        assert!(!memory.counts_as_empty(0, at(10) + EMPTY_EXPIRES));
     }
 
     #[test]
     fn a_search_begins_after_all_spills_were_found_empty_again() {
         let mut memory = memory();
         let later = at(10) + EMPTY_EXPIRES;
-        memory.see_spill(0, true, at(10));
+        memory.observe_spill(0, true, at(10));
         // The other spill is first unknown, then known to contain waste.
         assert!(!memory.begin_sweep(0, later));
-        memory.see_spill(1, false, at(10));
+        memory.observe_spill(1, false, at(10));
         assert!(!memory.begin_sweep(0, later));
-        memory.see_spill(1, true, at(11));
+        memory.observe_spill(1, true, at(11));
         assert!(!memory.begin_sweep(0, at(12)));
         assert!(memory.begin_sweep(0, later) && memory.sweep(1).is_none());
         // The search continues until it is ended, independent of new findings.
-        memory.sweep(0).unwrap().pass();
-        memory.see_spill(0, false, later);
+        memory.sweep(0).unwrap().skip_cell();
+        memory.observe_spill(0, false, later);
         assert_ne!(memory.sweep(0), Some(&mut Sweep::default()));
         memory.end_sweep(0);
         assert_eq!(memory.sweep(0), None);
@@ -481,12 +481,12 @@ mod tests {
     fn spills_out_of_reach_do_not_prevent_a_search() {
         let mut memory = memory();
         let later = at(10) + EMPTY_EXPIRES;
-        memory.see_spill(0, true, at(10));
+        memory.observe_spill(0, true, at(10));
         // The failures may occur in several active periods.
-        memory.close(1);
-        assert_eq!(memory.closed(1), 1);
+        memory.count_failure(1);
+        assert_eq!(memory.failures(1), 1);
         memory.set_aside(1, at(100));
-        assert_eq!(memory.closed(1), 0);
+        assert_eq!(memory.failures(1), 0);
         assert!(memory.begin_sweep(0, later) && memory.begin_sweep(1, later));
     }
 
@@ -504,7 +504,7 @@ mod tests {
     fn invalid_locations_are_rejected() {
         for bad in [f32::NAN, f32::INFINITY, 0.0, -1.0] {
             assert!(
-                !memory().hear_locations(found_by(OTHER, bad, at(1)), at(2)),
+                !memory().merge_locations(found_by(OTHER, bad, at(1)), at(2)),
                 "{bad}"
             );
         }
@@ -515,35 +515,35 @@ mod tests {
         let old = found_by(OTHER, 11.0, at(1));
         let new = found_by(RobotId(2), 12.0, at(2));
         let mut received = memory();
-        assert!(received.hear_locations(old, at(3)));
-        assert!(received.hear_locations(new, at(3)));
-        assert!(!received.hear_locations(old, at(3)));
+        assert!(received.merge_locations(old, at(3)));
+        assert!(received.merge_locations(new, at(3)));
+        assert!(!received.merge_locations(old, at(3)));
 
         let mut confirmed = memory();
-        confirmed.hear_locations(old, at(3));
+        confirmed.merge_locations(old, at(3));
         confirmed.confirm();
-        assert!(!confirmed.hear_locations(new, at(3)));
+        assert!(!confirmed.merge_locations(new, at(3)));
 
         let mut finder = memory();
         finder.find(locations(12.0), at(1));
-        assert!(!finder.hear_locations(new, at(3)));
+        assert!(!finder.merge_locations(new, at(3)));
     }
 
     #[test]
     fn a_withdrawal_removes_only_its_update_and_older_ones() {
         let mut memory = memory();
-        memory.hear_locations(found_by(OTHER, 12.0, at(5)), at(5));
+        memory.merge_locations(found_by(OTHER, 12.0, at(5)), at(5));
         let withdrawal = Withdrawal {
             finder: OTHER,
             seen: at(5),
         };
-        assert!(!memory.hear_withdrawal(withdrawal));
+        assert!(!memory.merge_withdrawal(withdrawal));
         assert_eq!(memory.locations(), None);
-        assert!(!memory.hear_locations(found_by(OTHER, 12.0, at(4)), at(6)));
-        assert!(!memory.hear_locations(found_by(OTHER, 12.0, at(5)), at(6)));
-        assert!(memory.hear_locations(found_by(OTHER, 12.0, at(6)), at(6)));
+        assert!(!memory.merge_locations(found_by(OTHER, 12.0, at(4)), at(6)));
+        assert!(!memory.merge_locations(found_by(OTHER, 12.0, at(5)), at(6)));
+        assert!(memory.merge_locations(found_by(OTHER, 12.0, at(6)), at(6)));
         // A late duplicate does not affect the newer locations.
-        memory.hear_withdrawal(withdrawal);
+        memory.merge_withdrawal(withdrawal);
         assert!(memory.locations().is_some());
         // Updates of other finders stay valid.
         assert_eq!(memory.knowledge().withdrawn, vec![withdrawal]);
@@ -552,9 +552,9 @@ mod tests {
     #[test]
     fn a_robot_that_has_sensed_the_spill_ignores_a_withdrawal() {
         let mut memory = memory();
-        memory.hear_locations(found_by(OTHER, 12.0, at(5)), at(5));
+        memory.merge_locations(found_by(OTHER, 12.0, at(5)), at(5));
         memory.confirm();
-        memory.hear_withdrawal(Withdrawal {
+        memory.merge_withdrawal(Withdrawal {
             finder: OTHER,
             seen: at(5),
         });
@@ -570,15 +570,15 @@ mod tests {
             finder: ME,
             seen: at(5),
         };
-        assert!(memory.hear_withdrawal(withdrawal));
-        assert!(!memory.hear_withdrawal(withdrawal));
+        assert!(memory.merge_withdrawal(withdrawal));
+        assert!(!memory.merge_withdrawal(withdrawal));
     }
 
     #[test]
     fn an_own_withdrawal_is_returned_for_broadcast() {
         let mut memory = memory();
         assert_eq!(memory.withdraw(), None);
-        memory.hear_locations(found_by(OTHER, 12.0, at(5)), at(5));
+        memory.merge_locations(found_by(OTHER, 12.0, at(5)), at(5));
         memory.confirm();
         let withdrawal = memory.withdraw();
         assert_eq!(
@@ -595,17 +595,17 @@ mod tests {
     #[test]
     fn near_places_are_merged_and_searched_places_are_removed() {
         let mut memory = memory();
-        memory.see_loose(Vec2::ONE, true, at(1));
-        memory.hear(
+        memory.observe_loose(Vec2::ONE, true, at(1));
+        memory.merge(
             &received_loose(Vec2::new(1.1, 1.0), true, at(2)),
             at(2),
             |_| true,
         );
         assert_eq!(memory.loose().count(), 1);
-        memory.see_loose(Vec2::new(1.1, 1.0), false, at(3));
+        memory.observe_loose(Vec2::new(1.1, 1.0), false, at(3));
         assert_eq!(memory.loose().count(), 0);
         // An older message does not restore the place while the search is remembered.
-        memory.hear(
+        memory.merge(
             &received_loose(Vec2::new(1.1, 1.0), true, at(2)),
             at(4),
             |_| true,
@@ -619,12 +619,12 @@ mod tests {
     fn a_failed_search_removes_the_searched_place() {
         let mut memory = memory();
         let second = Vec2::new(0.35, 0.0);
-        memory.see_loose(Vec2::ZERO, true, at(1));
-        memory.see_loose(second, true, at(1));
+        memory.observe_loose(Vec2::ZERO, true, at(1));
+        memory.observe_loose(second, true, at(1));
         // A new observation of the first place, nearer to the second.
-        memory.see_loose(Vec2::new(0.15, 0.0), true, at(2));
+        memory.observe_loose(Vec2::new(0.15, 0.0), true, at(2));
         assert_eq!(memory.loose().count(), 2);
-        memory.see_loose(second, false, at(3));
+        memory.observe_loose(second, false, at(3));
         assert_eq!(memory.loose().collect::<Vec<_>>(), [Vec2::new(0.15, 0.0)]);
     }
 
@@ -632,7 +632,7 @@ mod tests {
     fn loose_places_are_limited() {
         let mut memory = memory();
         for index in 0..100 {
-            memory.see_loose(Vec2::new(index as f32, 0.0), true, at(1));
+            memory.observe_loose(Vec2::new(index as f32, 0.0), true, at(1));
         }
         assert_eq!(memory.loose().count(), LOOSE_LIMIT);
     }

@@ -55,29 +55,29 @@ use scenario::time::SimTime;
 use briefing::Briefing;
 use extremes::Extremes;
 use find::{Methodical, Wander};
-use map::{Map, Places, Realms};
+use map::{KnownPlaces, Map, Realms};
 use memory::Memory;
-use report::Ways;
+use report::BlockedWays;
 use robot_agent::allocator::Choice;
 use robot_agent::body::{Navigator, Status};
 use robot_agent::mission::{
-    AgentMission, MissionMind, Moment, Perception, SharedMission, StepOutput,
+    AgentMission, ControllerInput, MissionController, Perception, SharedMission, StepOutput,
 };
-use sight::Sight;
+use sight::FloorView;
 use spill::SpillWork;
 use teammates::Teammates;
 
-pub const MIND: MissionMind = MissionMind {
+pub const MIND: MissionController = MissionController {
     data: WASTE,
-    shared: |setup| Arc::new(Team(Arc::new(Map::of(&setup.scenario)))),
+    shared: |setup| Arc::new(SharedBriefing(Arc::new(Map::of(&setup.scenario)))),
 };
 
 #[derive(Debug)]
-struct Team(Arc<Map>);
+struct SharedBriefing(Arc<Map>);
 
-impl SharedMission for Team {
-    fn mind(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
-        Box::new(WasteMission::new(robot, setup, &self.0))
+impl SharedMission for SharedBriefing {
+    fn create_controller(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
+        Box::new(WasteController::new(robot, setup, &self.0))
     }
 
     fn planned_cost_ms(&self, setup: &Setup) -> Vec<Vec<Option<i64>>> {
@@ -86,7 +86,7 @@ impl SharedMission for Team {
 }
 
 #[derive(Clone, Debug)]
-struct WasteMission {
+struct WasteController {
     briefing: Briefing,
     memory: Memory,
     teammates: Teammates,
@@ -94,14 +94,14 @@ struct WasteMission {
     methodical: Methodical,
     wander: Wander,
     work: Option<SpillWork>,
-    ways_to_site: Ways,
+    ways_to_site: BlockedWays,
     navigator: Navigator,
     status: Status,
     position: Option<Vec2>,
     facing: Facing,
     realms: Realms,
     /// The view of the floor in this step, if the locations are known.
-    sight: Option<Sight>,
+    sight: Option<FloorView>,
     holding: bool,
     load_of: Option<BehaviorId>,
     /// The action of the last step whose effect is not yet visible.
@@ -120,7 +120,7 @@ enum Pending {
     Report(TaskId),
 }
 
-impl WasteMission {
+impl WasteController {
     /// Creates a new incarnation of a robot, without knowledge beyond its briefing.
     ///
     /// # Panics
@@ -136,7 +136,7 @@ impl WasteMission {
             methodical: Methodical::default(),
             wander: Wander::default(),
             work: None,
-            ways_to_site: Ways::default(),
+            ways_to_site: BlockedWays::default(),
             navigator: Navigator::default(),
             status: Status::Going,
             position: None,
@@ -152,22 +152,32 @@ impl WasteMission {
     }
 }
 
-impl AgentMission for WasteMission {
+impl AgentMission for WasteController {
     fn perceive(
         &mut self,
-        moment: &Moment<'_>,
+        moment: &ControllerInput<'_>,
         received: &[Arc<Broadcast>],
         perception: &mut Perception,
     ) {
-        self.take_in(moment.now, moment.readings, received, perception);
+        self.perceive(moment.now, moment.readings, received, perception);
     }
 
-    fn choices(&self, moment: &Moment<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
-        self.offer(moment.now, moment.readings, applicable, choices);
+    fn choices(
+        &self,
+        moment: &ControllerInput<'_>,
+        applicable: &[bool],
+        choices: &mut Vec<Choice>,
+    ) {
+        self.write_choices(moment.now, moment.readings, applicable, choices);
     }
 
-    fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut StepOutput) {
-        self.carry_out(moment.now, active, moment.readings, action);
+    fn act(
+        &mut self,
+        moment: &ControllerInput<'_>,
+        active: Option<BehaviorId>,
+        action: &mut StepOutput,
+    ) {
+        self.act(moment.now, active, moment.readings, action);
     }
 
     fn lore(&self, lore: &mut SharedKnowledge) {
@@ -194,7 +204,11 @@ impl AgentMission for WasteMission {
 }
 
 /// Returns the places as far as the robot knows them.
-fn places<'a>(briefing: &'a Briefing, memory: &Memory, realms: &'a Realms) -> Option<Places<'a>> {
+fn places<'a>(
+    briefing: &'a Briefing,
+    memory: &Memory,
+    realms: &'a Realms,
+) -> Option<KnownPlaces<'a>> {
     let locations = memory.locations()?;
     Some(briefing.map.places(&locations.value, realms))
 }

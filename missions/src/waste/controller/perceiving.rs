@@ -19,9 +19,9 @@ use super::briefing::OwnBehavior;
 use super::extremes::Extremes;
 use super::find::Methodical;
 use super::memory::SAME_PLACE_M;
-use super::sight::Sight;
-use super::teammates::News;
-use super::{Pending, WasteMission, places};
+use super::sight::FloorView;
+use super::teammates::HeartbeatRelevance;
+use super::{Pending, WasteController, places};
 use robot_agent::body::goal::{is_within, length};
 use robot_agent::mission::Perception;
 
@@ -32,9 +32,9 @@ const SPILL_TOLERANCE_M: f32 = 0.2;
 
 const FIND: TaskId = TaskId(0);
 
-impl WasteMission {
+impl WasteController {
     /// Merges readings and received messages into the knowledge, and writes the results to `perception`.
-    pub(super) fn take_in(
+    pub(super) fn perceive(
         &mut self,
         now: SimTime,
         readings: &Readings,
@@ -51,7 +51,10 @@ impl WasteMission {
         for broadcast in received {
             self.receive(now, broadcast, notes);
         }
-        for place in self.teammates.fallen_silent(now, self.briefing.silence) {
+        for place in self
+            .teammates
+            .take_silent_carriers(now, self.briefing.silence)
+        {
             self.search_later(place, now);
         }
         self.extremes.join(readings, self.briefing.chassis.radius_m);
@@ -91,8 +94,8 @@ impl WasteMission {
                 let own_behaviors = &self.briefing.own_behaviors;
                 let is_own = |task| own_behaviors.iter().any(|set| set.task == task);
                 let concern = || heartbeat.task.is_none_or(is_own);
-                let news = self.teammates.hear(now, broadcast, heartbeat, concern);
-                if let News::Heard { lost } = news {
+                let news = self.teammates.receive(now, broadcast, heartbeat, concern);
+                if let HeartbeatRelevance::Latest { lost } = news {
                     if let Some(place) = lost {
                         self.search_later(place, now);
                     }
@@ -108,12 +111,12 @@ impl WasteMission {
             }
             BroadcastContent::Bulletin(bulletin) => match bulletin.payload {
                 Payload::Items(ItemsBulletin::PositionUpdate(locations)) => {
-                    if self.memory.hear_locations(locations, now) {
+                    if self.memory.merge_locations(locations, now) {
                         self.adopted_locations(broadcast.sender, notes);
                     }
                 }
                 Payload::Items(ItemsBulletin::Withdrawal(withdrawal)) => {
-                    if self.memory.hear_withdrawal(withdrawal) {
+                    if self.memory.merge_withdrawal(withdrawal) {
                         self.stands_back_since = Some(now);
                     }
                 }
@@ -133,7 +136,7 @@ impl WasteMission {
                 briefing.own_spills.binary_search(&spill).is_ok()
             })
         };
-        self.memory.hear(received, now, concern)
+        self.memory.merge(received, now, concern)
     }
 
     fn adopted_locations(&mut self, from: RobotId, notes: &mut Vec<Note>) {
@@ -157,7 +160,7 @@ impl WasteMission {
         let distance = length(offset);
         let ahead = (way / 2.0).min((distance - self.briefing.deposit_radius_m).max(0.0));
         let place = last_place + offset * (ahead / distance.max(ahead).max(f32::EPSILON));
-        self.memory.see_loose(place, true, now);
+        self.memory.observe_loose(place, true, now);
     }
 
     /// Records the robot's own observations of spills and loose waste.
@@ -178,17 +181,17 @@ impl WasteMission {
         {
             self.memory.confirm();
         }
-        self.sight = Sight::of(readings, ahead, &self.briefing, &places);
+        self.sight = FloorView::of(readings, ahead, &self.briefing, &places);
         let Some(sight) = &self.sight else { return };
         let mut seen = None;
         for &item in &sight.waste {
             match own_spill(item, 0.0) {
                 Some(spill) if seen == Some(spill) => {}
                 Some(spill) => {
-                    self.memory.see_spill(spill, false, now);
+                    self.memory.observe_spill(spill, false, now);
                     seen = Some(spill);
                 }
-                None => self.memory.see_loose(item, true, now),
+                None => self.memory.observe_loose(item, true, now),
             }
         }
         let gone: Vec<Vec2> = self
@@ -197,7 +200,7 @@ impl WasteMission {
             .filter(|&place| sight.shows_nothing_at(place, SAME_PLACE_M))
             .collect();
         for place in gone {
-            self.memory.see_loose(place, false, now);
+            self.memory.observe_loose(place, false, now);
         }
     }
 
@@ -232,7 +235,7 @@ impl WasteMission {
                 let loads = self.holding && self.load_of == Some(set.id);
                 let sensed = readings.mission.items();
                 let works = sensed.items.is_some() && sensed.holding.is_some();
-                let wanted = || !self.memory.believes_empty(spill, now) || self.knows_loose(spill);
+                let wanted = || !self.memory.counts_as_empty(spill, now) || self.knows_loose(spill);
                 works && (loads || !self.memory.is_set_aside(spill, now) && wanted())
             }
             BehaviorKind::ReportProgress => {

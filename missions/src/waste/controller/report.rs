@@ -3,7 +3,7 @@
 use glam::Vec2;
 use scenario::time::SimTime;
 
-use super::map::Places;
+use super::map::KnownPlaces;
 use super::memory::SET_ASIDE;
 use robot_agent::body::Goal;
 use robot_agent::body::goal::length;
@@ -17,7 +17,7 @@ const WITHIN_M: f32 = 0.05;
 const CLOSED_MOST: u32 = 4;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Errand {
+pub(super) enum ReportStep {
     Go(Goal),
     Report,
     /// The locations are wrong: the site is not here.
@@ -26,12 +26,12 @@ pub(super) enum Errand {
 
 /// The record of blocked ways to the site. Not broadcast: the robot may be shut in, or its locations may be wrong.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Ways {
+pub(super) struct BlockedWays {
     closed: u32,
     set_aside: Option<SimTime>,
 }
 
-impl Ways {
+impl BlockedWays {
     pub fn close(&mut self, now: SimTime) {
         self.closed += 1;
         if self.closed >= CLOSED_MOST {
@@ -52,13 +52,13 @@ impl Ways {
 /// Computes one step of reporting from `position`. `on_site` is the reading of the site sensor. The robot cannot come
 /// nearer to the border than `radius_m`.
 pub(super) fn errand(
-    places: &Places,
+    places: &KnownPlaces,
     position: Vec2,
     on_site: Option<bool>,
     radius_m: f32,
-) -> Errand {
+) -> ReportStep {
     if on_site == Some(true) {
-        return Errand::Report;
+        return ReportStep::Report;
     }
     let (min, max) = places.site();
     let size = max - min;
@@ -67,13 +67,13 @@ pub(super) fn errand(
     let low = low.max(min + Vec2::splat(radius_m + WITHIN_M)).min(high);
     let at = position.clamp(low, high);
     if length(at - position) > WITHIN_M {
-        return Errand::Go(Goal::Place {
+        return ReportStep::Go(Goal::Place {
             at,
             within: WITHIN_M,
         });
     }
     match on_site {
-        Some(_) => Errand::Wrong,
-        None => Errand::Report,
+        Some(_) => ReportStep::Wrong,
+        None => ReportStep::Report,
     }
 }

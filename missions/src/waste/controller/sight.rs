@@ -5,11 +5,11 @@ use proto::mission::items::{MAX_SENSED_ITEMS, SensedItems};
 use proto::readings::Readings;
 
 use super::briefing::Briefing;
-use super::map::Places;
+use super::map::KnownPlaces;
 use robot_agent::body::goal::{is_shorter, is_within, length};
 
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Sight {
+pub(super) struct FloorView {
     pub position: Vec2,
     pub ahead: Vec2,
     /// The waste outside the deposits, nearest first, m.
@@ -18,14 +18,14 @@ pub(super) struct Sight {
     range: f32,
 }
 
-impl Sight {
+impl FloorView {
     /// Creates the view from the readings, for the heading vector `ahead`. Returns `None` without position or waste
     /// sensor.
     pub fn of(
         readings: &Readings,
         ahead: Vec2,
         briefing: &Briefing,
-        places: &Places,
+        places: &KnownPlaces,
     ) -> Option<Self> {
         let (pose, sensed) = (readings.pose?, readings.mission.items().items.as_ref()?);
         let position = pose.position;
@@ -51,7 +51,7 @@ impl Sight {
     }
 
     #[cfg(test)]
-    pub fn from_there(position: Vec2, range: f32, waste: SensedItems) -> Self {
+    pub fn new(position: Vec2, range: f32, waste: SensedItems) -> Self {
         Self {
             position,
             ahead: Vec2::X,
@@ -86,7 +86,7 @@ fn is_far_from_deposit(
     position: Vec2,
     sensed: &SensedItems,
     briefing: &Briefing,
-    places: &Places,
+    places: &KnownPlaces,
 ) -> bool {
     const ROUNDING_M: f32 = 0.1;
     if sensed.is_empty() {

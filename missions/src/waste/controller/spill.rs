@@ -7,9 +7,9 @@ use scenario::time::SimTime;
 use smallvec::SmallVec;
 
 use super::briefing::Briefing;
-use super::map::Places;
+use super::map::KnownPlaces;
 use super::memory::{Memory, SAME_PLACE_M};
-use super::sight::Sight;
+use super::sight::FloorView;
 use super::views::{AT_POINT_M, Views};
 use robot_agent::body::goal::{is_shorter, is_within, length};
 use robot_agent::body::{Goal, Status};
@@ -27,7 +27,7 @@ const CLOSED_MOST: u32 = 10;
 const UNREACHABLE: SimTime = SimTime(10_000);
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Work {
+pub(super) enum SpillStep {
     Go(Goal),
     Grip(Gripper),
     /// No waste is left at the spill or on the way.
@@ -41,13 +41,13 @@ pub(super) enum Work {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SpillView<'a> {
     pub now: SimTime,
-    pub sight: &'a Sight,
+    pub sight: &'a FloorView,
     pub holding: bool,
     pub in_deposit: Option<bool>,
     pub in_spill: Option<bool>,
     /// The result of driving in the previous step.
     pub status: Status,
-    pub places: &'a Places<'a>,
+    pub places: &'a KnownPlaces<'a>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -77,7 +77,7 @@ enum Target {
 }
 
 impl SpillWork {
-    pub fn new(spill: u16, briefing: &Briefing, places: &Places) -> Self {
+    pub fn new(spill: u16, briefing: &Briefing, places: &KnownPlaces) -> Self {
         let center = places.spill(spill);
         Self {
             spill,
@@ -96,52 +96,57 @@ impl SpillWork {
         self.spill
     }
 
-    pub fn step(&mut self, briefing: &Briefing, view: &SpillView, memory: &mut Memory) -> Work {
+    pub fn step(
+        &mut self,
+        briefing: &Briefing,
+        view: &SpillView,
+        memory: &mut Memory,
+    ) -> SpillStep {
         self.unreachable.retain(|&(_, until)| view.now < until);
         self.look(briefing, view);
         if let Some(place) = self.gripped_at.take()
             && !view.holding
         {
-            memory.close(self.spill);
+            memory.count_failure(self.spill);
             self.leave_alone(place, view);
-            memory.see_loose(place, false, view.now);
+            memory.observe_loose(place, false, view.now);
         }
         if view.status == Status::Blocked {
             self.pass_over(view, memory);
         }
         if view.holding {
-            memory.reopen(self.spill);
+            memory.reset_failures(self.spill);
             return self.deliver(briefing, view);
         }
-        if memory.closed(self.spill) >= CLOSED_MOST {
-            return Work::OutOfReach;
+        if memory.failures(self.spill) >= CLOSED_MOST {
+            return SpillStep::OutOfReach;
         }
         self.collect(briefing, view, memory)
     }
 
-    fn deliver(&mut self, briefing: &Briefing, view: &SpillView) -> Work {
+    fn deliver(&mut self, briefing: &Briefing, view: &SpillView) -> SpillStep {
         self.target = Target::Deposit;
         let at = self.deposit;
         let within = briefing.deposit_radius_m - INSIDE_DEPOSIT_M;
         let offset = at - view.sight.position;
         if length(offset) > within {
-            return Work::Go(Goal::Place { at, within });
+            return SpillStep::Go(Goal::Place { at, within });
         }
         if view.in_deposit == Some(false) {
-            return Work::Wrong;
+            return SpillStep::Wrong;
         }
         // A load that falls ahead of the robot must fall inside the deposit.
         if offset.dot(view.sight.ahead) < 0.0 && length(offset) > within / 2.0 {
-            return Work::Go(Goal::Place {
+            return SpillStep::Go(Goal::Place {
                 at,
                 within: within / 2.0,
             });
         }
         self.from_deposit = true;
-        Work::Grip(Gripper::Drop)
+        SpillStep::Grip(Gripper::Drop)
     }
 
-    fn collect(&mut self, briefing: &Briefing, view: &SpillView, memory: &mut Memory) -> Work {
+    fn collect(&mut self, briefing: &Briefing, view: &SpillView, memory: &mut Memory) -> SpillStep {
         let within = briefing.reach_m - REACH_MARGIN_M;
         let Some(at) = self.choose(view, memory) else {
             return self.look_around(briefing, view, memory);
@@ -153,11 +158,11 @@ impl SpillWork {
         let nearest = self.seen.iter().chain([&at]).copied();
         let is_near = |item: Vec2| is_within(item - view.sight.position, within);
         let mut in_reach = nearest.filter(|&item| is_near(item));
-        if let Some(item) = in_reach.find(|&item| self.is_mine(view, item)) {
+        if let Some(item) = in_reach.find(|&item| self.belongs_to_spill(view, item)) {
             self.gripped_at = Some(item);
-            return Work::Grip(Gripper::Pick);
+            return SpillStep::Grip(Gripper::Pick);
         }
-        Work::Go(Goal::Place { at, within })
+        SpillStep::Go(Goal::Place { at, within })
     }
 
     /// Returns the place of the item to fetch. Keeps the previous choice until the item is seen to be missing, so that
@@ -165,7 +170,7 @@ impl SpillWork {
     /// expects.
     fn choose(&self, view: &SpillView, memory: &Memory) -> Option<Vec2> {
         if let Target::Item(before) = self.target
-            && self.is_mine(view, before)
+            && self.belongs_to_spill(view, before)
             && !view.sight.shows_nothing_at(before, SAME_ITEM_M)
         {
             return Some(before);
@@ -173,13 +178,18 @@ impl SpillWork {
         let distance = |place: &Vec2| length(*place - view.sight.position);
         let known = self.seen.iter().copied().chain(memory.loose());
         known
-            .filter(|&place| self.is_mine(view, place))
+            .filter(|&place| self.belongs_to_spill(view, place))
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
     /// Looks over the spill and once along the way to the deposit, then searches the spill's area if no other waste is
     /// known. A search in progress takes precedence.
-    fn look_around(&mut self, briefing: &Briefing, view: &SpillView, memory: &mut Memory) -> Work {
+    fn look_around(
+        &mut self,
+        briefing: &Briefing,
+        view: &SpillView,
+        memory: &mut Memory,
+    ) -> SpillStep {
         if let Some(searching) = self.search(briefing, view, memory) {
             return searching;
         }
@@ -190,7 +200,7 @@ impl SpillWork {
         };
         if let Some(at) = self.views.next(position, going) {
             self.target = Target::View(at);
-            return Work::Go(Goal::Place {
+            return SpillStep::Go(Goal::Place {
                 at,
                 within: AT_POINT_M,
             });
@@ -199,21 +209,21 @@ impl SpillWork {
         // ways prove nothing: a real spill may lie under an obstacle.
         if view.in_spill.is_some() && !memory.is_confirmed() {
             if self.entered {
-                return Work::Wrong;
+                return SpillStep::Wrong;
             }
             if let Some(at) = self.views.center() {
                 self.target = Target::View(at);
-                return Work::Go(Goal::Place {
+                return SpillStep::Go(Goal::Place {
                     at,
                     within: AT_POINT_M,
                 });
             }
         }
-        let stay = Work::Go(Goal::Place {
+        let stay = SpillStep::Go(Goal::Place {
             at: position,
             within: AT_POINT_M,
         });
-        if !self.views.show_enough() {
+        if !self.views.are_sufficient() {
             if memory.begin_sweep(self.spill, view.now) {
                 return stay;
             }
@@ -229,12 +239,12 @@ impl SpillWork {
         let within = briefing.deposit_radius_m - INSIDE_DEPOSIT_M;
         if !self.from_deposit && length(at - position) > within {
             self.target = Target::Deposit;
-            return Work::Go(Goal::Place { at, within });
+            return SpillStep::Go(Goal::Place { at, within });
         }
         if memory.begin_sweep(self.spill, view.now) {
             return stay;
         }
-        Work::Empty
+        SpillStep::Empty
     }
 
     /// Continues the search of the spill's area. Returns `None` if none is in progress.
@@ -243,18 +253,18 @@ impl SpillWork {
         briefing: &Briefing,
         view: &SpillView,
         memory: &mut Memory,
-    ) -> Option<Work> {
+    ) -> Option<SpillStep> {
         let sweep = memory.sweep(self.spill)?;
         let Some(at) = sweep.next(self.spill, view.sight, briefing.sight_m, view.places) else {
             memory.end_sweep(self.spill);
             return Some(if memory.was_empty(self.spill) {
-                Work::Empty
+                SpillStep::Empty
             } else {
-                Work::OutOfReach
+                SpillStep::OutOfReach
             });
         };
         self.target = Target::Cell(at);
-        Some(Work::Go(Goal::Place {
+        Some(SpillStep::Go(Goal::Place {
             at,
             within: AT_POINT_M,
         }))
@@ -266,7 +276,7 @@ impl SpillWork {
             let offset = sight.position - view.places.spill(self.spill);
             self.entered = is_within(offset, briefing.spill_radius_m.max(AT_POINT_M));
         }
-        self.views.look(sight);
+        self.views.update(sight);
         let is_missing = |item: &Vec2| sight.shows_nothing_at(*item, SAME_ITEM_M);
         // Mostly no item is missing, and `retain` is skipped.
         if self.seen.iter().any(is_missing) {
@@ -286,7 +296,7 @@ impl SpillWork {
     /// Handles a blocked way to the target.
     fn pass_over(&mut self, view: &SpillView, memory: &mut Memory) {
         if matches!(self.target, Target::Item(_) | Target::View(_)) {
-            memory.close(self.spill);
+            memory.count_failure(self.spill);
         }
         match self.target {
             Target::Item(at) => self.leave_alone(at, view),
@@ -294,7 +304,7 @@ impl SpillWork {
             // A blocked cell mostly lies under an obstacle.
             Target::Cell(_) => {
                 if let Some(sweep) = memory.sweep(self.spill) {
-                    sweep.pass();
+                    sweep.skip_cell();
                 }
             }
             Target::Deposit => self.from_deposit |= !view.holding,
@@ -309,7 +319,7 @@ impl SpillWork {
     }
 
     /// Checks whether an item at this place belongs to this spill and is not ignored.
-    fn is_mine(&self, view: &SpillView, item: Vec2) -> bool {
+    fn belongs_to_spill(&self, view: &SpillView, item: Vec2) -> bool {
         let mut unreachable = self.unreachable.iter();
         view.places.nearest_spill(item) == self.spill
             && !unreachable.any(|&(place, _)| is_shorter(place - item, SAME_PLACE_M / 2.0))

@@ -3,8 +3,8 @@
 use glam::Vec2;
 use proto::mission::items::Locations;
 
-use super::map::Places;
-use super::sight::Sight;
+use super::map::KnownPlaces;
+use super::sight::FloorView;
 use super::views::AT_POINT_M;
 use crate::waste::data::sweep_cells;
 use robot_agent::body::goal::is_within;
@@ -23,9 +23,9 @@ impl Sweep {
     pub fn next(
         &mut self,
         spill: u16,
-        sight: &Sight,
+        sight: &FloorView,
         sight_m: f32,
-        places: &Places,
+        places: &KnownPlaces,
     ) -> Option<Vec2> {
         let Locations { min, max } = places.border();
         let cells = sweep_cells(max - min, sight_m);
@@ -47,13 +47,13 @@ impl Sweep {
             if !is_seen && places.nearest_spill(at) == spill {
                 return Some(at);
             }
-            self.pass();
+            self.skip_cell();
         }
         Some(sight.position)
     }
 
     /// Skips the current cell, because there is no way to it.
-    pub fn pass(&mut self) {
+    pub fn skip_cell(&mut self) {
         self.done += 1;
     }
 }
@@ -69,8 +69,8 @@ mod tests {
 
     const SIGHT_M: f32 = 1.2;
 
-    fn sight(position: Vec2) -> Sight {
-        Sight::from_there(position, SIGHT_M, SensedItems::new())
+    fn sight(position: Vec2) -> FloorView {
+        FloorView::new(position, SIGHT_M, SensedItems::new())
     }
 
     /// Returns the places that a robot visits on its search if it can reach all of them.
@@ -125,7 +125,7 @@ mod tests {
         let mut sweep = Sweep::default();
         let mut passed = 0;
         while sweep.next(0, &shut_in, SIGHT_M, &places).is_some() {
-            sweep.pass();
+            sweep.skip_cell();
             passed += 1;
         }
         assert!((50..130).contains(&passed), "{passed}");

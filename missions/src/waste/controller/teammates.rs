@@ -13,7 +13,7 @@ const POSITION_EXPIRES: SimTime = SimTime(3_000);
 
 /// The content of a teammate's last heartbeat.
 #[derive(Clone, Debug, PartialEq)]
-struct Last {
+struct LastHeartbeat {
     /// Incarnation and sequence number, which order the heartbeats.
     stamp: (Incarnation, u64),
     sent: SimTime,
@@ -25,11 +25,11 @@ struct Last {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum News {
+pub(super) enum HeartbeatRelevance {
     /// The heartbeat is older than a known one.
     None,
     /// The heartbeat is the latest of its sender.
-    Heard {
+    Latest {
         /// The last position of the sender, if it is a new incarnation of one that was carrying an item.
         lost: Option<Vec2>,
     },
@@ -37,7 +37,7 @@ pub(super) enum News {
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Teammates {
-    last: ByRank<Last>,
+    last: ByRank<LastHeartbeat>,
     /// A place and a range without a working teammate. Saves a search per step for an idle robot that stands still.
     clear_area: Option<(Vec2, f32)>,
     /// A lower bound for the last heartbeat of all carriers. `None` if no teammate carries anything.
@@ -47,17 +47,17 @@ pub(super) struct Teammates {
 impl Teammates {
     /// Records a heartbeat received at `now`, unless a later one of its sender is known: messages may be late. A load
     /// that is not of `concern` to this robot is ignored.
-    pub fn hear(
+    pub fn receive(
         &mut self,
         now: SimTime,
         broadcast: &Broadcast,
         heartbeat: &Heartbeat,
         concern: impl FnOnce() -> bool,
-    ) -> News {
+    ) -> HeartbeatRelevance {
         let stamp = (broadcast.incarnation, broadcast.seq);
         let place = self.last.place(broadcast.sender);
         if place.is_ok_and(|known| self.last.at(known).stamp > stamp) {
-            return News::None;
+            return HeartbeatRelevance::None;
         }
         let works = heartbeat.state == TaskState::Executing && heartbeat.task.is_some();
         if works && let Some(at) = heartbeat.position {
@@ -68,7 +68,7 @@ impl Teammates {
         if carrying {
             self.carriers_since.get_or_insert(now);
         }
-        let last = Last {
+        let last = LastHeartbeat {
             stamp,
             sent: broadcast.sent,
             received: now,
@@ -84,20 +84,20 @@ impl Teammates {
             }
         };
         let lost = before.filter(|last| last.carrying && last.stamp.0 != broadcast.incarnation);
-        News::Heard {
+        HeartbeatRelevance::Latest {
             lost: lost.and_then(|last| last.position),
         }
     }
 
     /// Returns the last positions of carriers that have been silent for longer than `silence`, each position once.
-    pub fn fallen_silent(&mut self, now: SimTime, silence: SimTime) -> Vec<Vec2> {
+    pub fn take_silent_carriers(&mut self, now: SimTime, silence: SimTime) -> Vec<Vec2> {
         if self
             .carriers_since
             .is_none_or(|since| now.since(since) <= silence)
         {
             return Vec::new();
         }
-        let silent = |last: &Last| last.carrying && now.since(last.received) > silence;
+        let silent = |last: &LastHeartbeat| last.carrying && now.since(last.received) > silence;
         let fallen = self.last.values_mut().filter(|last| silent(last));
         let places = fallen.filter_map(|last| {
             last.carrying = false;
@@ -137,19 +137,19 @@ impl Teammates {
     }
 }
 
-impl Last {
+impl LastHeartbeat {
     fn at_work(&self) -> Option<Teammate> {
         let position = self.position.filter(|_| self.works)?;
         Some(Teammate {
             position,
-            heard: self.sent,
+            received_at: self.sent,
         })
     }
 }
 
 /// Checks whether a position is recent enough to be used.
 fn is_fresh(teammate: &Teammate, now: SimTime) -> bool {
-    now.since(teammate.heard) < POSITION_EXPIRES
+    now.since(teammate.received_at) < POSITION_EXPIRES
 }
 
 #[cfg(test)]
@@ -203,9 +203,9 @@ mod tests {
             sent: SimTime(seconds * 1000),
             body: BroadcastContent::Heartbeat(heartbeat.clone()),
         };
-        match teammates.hear(broadcast.sent, &broadcast, &heartbeat, || true) {
-            News::Heard { lost } => lost,
-            News::None => panic!("the heartbeat is new"),
+        match teammates.receive(broadcast.sent, &broadcast, &heartbeat, || true) {
+            HeartbeatRelevance::Latest { lost } => lost,
+            HeartbeatRelevance::None => panic!("the heartbeat is new"),
         }
     }
 
@@ -215,9 +215,20 @@ mod tests {
         deliver(&mut teammates, 1, 1, 10, true, true);
         deliver(&mut teammates, 2, 1, 10, false, true);
         let silence = SimTime(5_000);
-        assert!(teammates.fallen_silent(SimTime(15_000), silence).is_empty());
-        assert_eq!(teammates.fallen_silent(SimTime(15_001), silence), [HERE]);
-        assert!(teammates.fallen_silent(SimTime(15_002), silence).is_empty());
+        assert!(
+            teammates
+                .take_silent_carriers(SimTime(15_000), silence)
+                .is_empty()
+        );
+        assert_eq!(
+            teammates.take_silent_carriers(SimTime(15_001), silence),
+            [HERE]
+        );
+        assert!(
+            teammates
+                .take_silent_carriers(SimTime(15_002), silence)
+                .is_empty()
+        );
     }
 
     #[test]
@@ -244,16 +255,16 @@ mod tests {
         let is_news = |teammates: &Teammates, broadcast: Broadcast| {
             let news = teammates
                 .clone()
-                .hear(SimTime::ZERO, &broadcast, &idle(), || true);
-            news != News::None
+                .receive(SimTime::ZERO, &broadcast, &idle(), || true);
+            news != HeartbeatRelevance::None
         };
         assert!(is_news(&teammates, message(1, 2, 9)));
         deliver(&mut teammates, 1, 2, 10, true, true);
         let known = teammates.clone();
         for (incarnation, seq) in [(2, 9), (1, 11)] {
             let late = message(1, incarnation, seq);
-            let news = teammates.hear(SimTime::ZERO, &late, &idle(), || true);
-            assert_eq!((news, &teammates), (News::None, &known));
+            let news = teammates.receive(SimTime::ZERO, &late, &idle(), || true);
+            assert_eq!((news, &teammates), (HeartbeatRelevance::None, &known));
         }
         assert!(is_news(&teammates, message(1, 2, 11)));
         assert!(is_news(&teammates, message(1, 3, 0)));
@@ -278,15 +289,22 @@ mod tests {
             sent: SimTime(10_000),
             body: BroadcastContent::Heartbeat(heartbeat.clone()),
         };
-        teammates.hear(SimTime(12_000), &late, &heartbeat, || true);
+        teammates.receive(SimTime(12_000), &late, &heartbeat, || true);
         assert!(
             teammates
                 .nearest_at_work(HERE, 1.0, SimTime(13_000))
                 .is_none()
         );
         let silence = SimTime(5_000);
-        assert!(teammates.fallen_silent(SimTime(17_000), silence).is_empty());
-        assert_eq!(teammates.fallen_silent(SimTime(17_001), silence), [HERE]);
+        assert!(
+            teammates
+                .take_silent_carriers(SimTime(17_000), silence)
+                .is_empty()
+        );
+        assert_eq!(
+            teammates.take_silent_carriers(SimTime(17_001), silence),
+            [HERE]
+        );
     }
 
     #[test]
@@ -328,7 +346,7 @@ mod tests {
                 sent: SimTime(10_000),
                 body: BroadcastContent::Heartbeat(heartbeat.clone()),
             };
-            teammates.hear(SimTime(10_000), &broadcast, &heartbeat, || true);
+            teammates.receive(SimTime(10_000), &broadcast, &heartbeat, || true);
         };
         let (now, far) = (SimTime(10_000), HERE + Vec2::splat(2.0));
         let near = HERE + Vec2::new(0.5, 0.0);

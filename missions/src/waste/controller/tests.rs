@@ -28,13 +28,13 @@ const DEPOSIT: Vec2 = Vec2::new(9.6, 4.5);
 const SPILL: Vec2 = Vec2::new(4.0, 6.0);
 
 struct Robot {
-    mission: WasteMission,
+    mission: WasteController,
     now: SimTime,
 }
 
 /// Creates the controller of a robot of a scenario.
-fn mission(robot: RobotId, setup: &Setup) -> WasteMission {
-    WasteMission::new(robot, setup, &Arc::new(Map::of(&setup.scenario)))
+fn mission(robot: RobotId, setup: &Setup) -> WasteController {
+    WasteController::new(robot, setup, &Arc::new(Map::of(&setup.scenario)))
 }
 
 fn robot() -> Robot {
@@ -57,7 +57,7 @@ impl Robot {
         let received: Vec<_> = received.iter().cloned().map(Arc::new).collect();
         let mut perception = Perception::default();
         self.mission
-            .take_in(self.now, readings, &received, &mut perception);
+            .perceive(self.now, readings, &received, &mut perception);
         perception
     }
 
@@ -69,7 +69,7 @@ impl Robot {
     /// Acts on the last perceived readings.
     fn act_on(&mut self, set: Option<BehaviorId>, readings: &Readings) -> StepOutput {
         let mut action = StepOutput::default();
-        self.mission.carry_out(self.now, set, readings, &mut action);
+        self.mission.act(self.now, set, readings, &mut action);
         action
     }
 
@@ -393,7 +393,7 @@ fn a_carried_load_keeps_its_set_applicable() {
     robot
         .mission
         .memory
-        .see_spill(0, true, robot.now + SimTime(50));
+        .observe_spill(0, true, robot.now + SimTime(50));
     let sets = robot.applicable(&holding(Vec2::new(6.0, 5.0)));
     assert!(sets.contains(&"move-spill(top)".to_owned()));
 }
@@ -411,7 +411,7 @@ fn a_spill_is_empty_when_it_and_the_way_were_seen_empty() {
     robot
         .mission
         .memory
-        .see_loose(Vec2::new(5.0, 6.0), true, robot.now);
+        .observe_loose(Vec2::new(5.0, 6.0), true, robot.now);
     assert_eq!(robot.applicable(&at(DEPOSIT)).len(), 2);
 }
 
@@ -544,7 +544,7 @@ fn the_last_place_of_a_silent_carrier_is_searched() {
 fn a_failed_search_removes_the_place() {
     let mut robot = informed();
     let place = Vec2::new(6.0, 6.0);
-    robot.mission.memory.see_loose(place, true, robot.now);
+    robot.mission.memory.observe_loose(place, true, robot.now);
     robot.perceive(&at(place + Vec2::new(0.5, 0.0)), &[]);
     assert_eq!(robot.mission.memory.loose().count(), 0);
     assert!(!robot.mission.memory.knowledge().loose[0].value.present);
@@ -566,7 +566,7 @@ fn waste_in_the_deposit_belongs_to_no_task() {
 fn a_full_waste_sensor_proves_nothing_about_what_is_farther_away() {
     let mut robot = informed();
     let place = Vec2::new(7.6, 4.5);
-    robot.mission.memory.see_loose(place, true, robot.now);
+    robot.mission.memory.observe_loose(place, true, robot.now);
     let mut crowded = at(Vec2::new(8.3, 4.5));
     // Eight items in the deposit are nearer than the place.
     crowded.mission.items_mut().items = Some(

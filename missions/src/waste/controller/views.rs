@@ -4,7 +4,7 @@ use std::f32::consts::TAU;
 
 use glam::Vec2;
 
-use super::sight::Sight;
+use super::sight::FloorView;
 use robot_agent::body::goal::{is_within, length};
 
 /// The number of points on a ring inside the spill that represent the spill, together with its center.
@@ -48,7 +48,7 @@ impl Views {
         }
     }
 
-    pub fn look(&mut self, sight: &Sight) {
+    pub fn update(&mut self, sight: &FloorView) {
         for point in self.points.iter_mut().filter(|point| !point.seen) {
             let at_it = || is_within(point.at - sight.position, AT_POINT_M);
             point.seen = sight.covers(point.at, self.around_m) || at_it();
@@ -95,7 +95,7 @@ impl Views {
     }
 
     /// Checks whether most points were seen. The others may lie under obstacles.
-    pub fn show_enough(&self) -> bool {
+    pub fn are_sufficient(&self) -> bool {
         let seen = self.points.iter().filter(|point| point.seen).count();
         2 * seen > self.points.len()
     }

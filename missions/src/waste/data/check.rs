@@ -8,7 +8,7 @@ use scenario::{KeyPath, Problem, Scenario};
 pub const MAX_SPILLS: usize = 10_000;
 pub(super) const MAX_ITEMS: u32 = 1000;
 /// The maximum number of items of all spills, and of all items that a repeated fault adds.
-pub(crate) const MAX_ITEMS_IN_ALL: u32 = 200_000;
+pub(crate) const MAX_ITEMS_TOTAL: u32 = 200_000;
 
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     let waste = WasteSection::of(scenario);
@@ -26,9 +26,9 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         FRACTION.check(at.key("y_fraction"), spill.y_fraction)?;
     }
     let items: u32 = waste.spills.iter().map(|spill| spill.items).sum();
-    if items > MAX_ITEMS_IN_ALL {
+    if items > MAX_ITEMS_TOTAL {
         let what = format!("{items} items in all");
-        let remedy = format!("give at most {MAX_ITEMS_IN_ALL}");
+        let remedy = format!("give at most {MAX_ITEMS_TOTAL}");
         return Err(Problem::at(spills, what, remedy));
     }
     LENGTH.check(at.key("spill_radius_m"), waste.spill_radius_m)?;

@@ -11,7 +11,7 @@
 //! - In teams of more than 20 robots the radio range is limited so that each robot receives from about 20 others.
 
 use super::{Spill, Spot, WasteSection, default_scenario};
-use crate::districts::{Districts, Share, nearest, nearest_both_ways, range_to_hear};
+use crate::districts::{DistrictSlot, Districts, nearest, nearest_both_ways, range_for_neighbors};
 use scenario::{Radio, Robot, Room, Scenario, Start};
 
 /// The maximum number of robots and spills per district, as in the default mission.
@@ -58,7 +58,7 @@ pub fn family(robots: usize, spills: usize) -> Scenario {
     }
     WasteSection::of_mut(&mut scenario).further_deposits = deposits.collect();
     WasteSection::of_mut(&mut scenario).spills = districts
-        .deal(spills)
+        .distribute(spills)
         .enumerate()
         .map(|(index, (district, share))| {
             let spot = spot(
@@ -77,7 +77,7 @@ pub fn family(robots: usize, spills: usize) -> Scenario {
         .collect();
     WasteSection::of_mut(&mut scenario).border_known = districts.count() > SEARCHED;
     scenario.robots = districts
-        .deal(robots)
+        .distribute(robots)
         .enumerate()
         .map(|(index, (district, share))| robot(&districts, index, district, share))
         .collect();
@@ -87,7 +87,7 @@ pub fn family(robots: usize, spills: usize) -> Scenario {
     if robots > NEIGHBORS {
         let Room { width_m, height_m } = scenario.room;
         scenario.radio = Radio {
-            range_m: Some(range_to_hear(NEIGHBORS, robots, width_m, height_m)),
+            range_m: Some(range_for_neighbors(NEIGHBORS, robots, width_m, height_m)),
         };
     }
     // The time limit grows with the number of items per robot.
@@ -102,7 +102,7 @@ fn districts(robots: usize, spills: usize) -> Districts {
 }
 
 fn spot(districts: &Districts, district: usize, x: f32, y: f32) -> Spot {
-    let (column, row) = districts.place(district);
+    let (column, row) = districts.column_and_row(district);
     Spot {
         x_fraction: (column as f32 + x) / districts.columns as f32,
         y_fraction: (row as f32 + y) / districts.rows as f32,
@@ -110,10 +110,10 @@ fn spot(districts: &Districts, district: usize, x: f32, y: f32) -> Spot {
 }
 
 /// Creates a robot at the left end of its district, beside the other robots there.
-fn robot(districts: &Districts, index: usize, district: usize, share: Share) -> Robot {
+fn robot(districts: &Districts, index: usize, district: usize, share: DistrictSlot) -> Robot {
     let default = default_scenario();
     let (room, site) = (default.room, WasteSection::of(&default).report_site);
-    let (column, row) = districts.place(district);
+    let (column, row) = districts.column_and_row(district);
     let middle = (row as f32 + 0.5) * room.height_m;
     Robot {
         name: format!("r{}", index + 1),
@@ -224,9 +224,9 @@ mod tests {
             let districts = districts(robots, spills);
             for (count, most) in [(robots, ROBOTS), (spills, SPILLS)] {
                 let mut there = vec![0; districts.count()];
-                for (district, share) in districts.deal(count) {
+                for (district, share) in districts.distribute(count) {
                     assert_eq!(share.index, there[district]);
-                    assert!(share.of <= most && share.index < share.of);
+                    assert!(share.count <= most && share.index < share.count);
                     there[district] += 1;
                 }
             }

@@ -4,9 +4,9 @@ use scenario::fault::{
     Fault, FaultArgument, FaultRange, FaultSpec, MissionFault, Order, OrderError,
 };
 
-use super::check::{MAX_ITEMS, MAX_ITEMS_IN_ALL};
+use super::check::{MAX_ITEMS, MAX_ITEMS_TOTAL};
 
-pub const WASTE: &str = "waste";
+pub const ADD_WASTE: &str = "waste";
 pub const MOVE_WASTE: &str = "move-waste";
 
 const X: FaultArgument = FaultArgument {
@@ -23,7 +23,7 @@ const Y: FaultArgument = FaultArgument {
 
 pub(super) const ALL: &[FaultSpec] = &[
     FaultSpec {
-        name: WASTE,
+        name: ADD_WASTE,
         about: "put new waste on the floor",
         arguments: &[
             X,
@@ -53,9 +53,9 @@ pub(super) const ALL: &[FaultSpec] = &[
 ];
 
 #[must_use]
-pub fn strew(x_m: f64, y_m: f64, items: u32) -> Fault {
+pub fn add_waste(x_m: f64, y_m: f64, items: u32) -> Fault {
     let values = [("x_m", x_m), ("y_m", y_m), ("items", items.into())];
-    Fault::Mission(MissionFault::new(WASTE, &values))
+    Fault::Mission(MissionFault::new(ADD_WASTE, &values))
 }
 
 #[must_use]
@@ -69,20 +69,20 @@ pub(super) fn check(limit_s: f64, order: &Order) -> Result<(), OrderError> {
     let (Fault::Mission(fault), Some(every_s)) = (&order.fault, order.every_s) else {
         return Ok(());
     };
-    if fault.name != WASTE {
+    if fault.name != ADD_WASTE {
         return Ok(());
     }
     let at_once = fault.get("items").unwrap_or(1.0);
     let first_s = order.at_s.unwrap_or_default();
     let times = ((limit_s - first_s) / every_s).max(0.0).floor() + 1.0;
     let items = times * at_once;
-    if items <= f64::from(MAX_ITEMS_IN_ALL) {
+    if items <= f64::from(MAX_ITEMS_TOTAL) {
         return Ok(());
     }
     let what = format!(
         "items = {at_once} every {every_s} s gives {items:.0} items until limit_s, {limit_s} s"
     );
     let remedy =
-        format!("keep the total at most {MAX_ITEMS_IN_ALL}: add fewer items, or less often");
+        format!("keep the total at most {MAX_ITEMS_TOTAL}: add fewer items, or less often");
     Err(OrderError::at(&["every_s"], what, &remedy))
 }

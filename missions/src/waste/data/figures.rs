@@ -42,7 +42,7 @@ pub struct WasteFigures {
 impl WasteFigures {
     /// Reads the clean-up's figures from a run's figures. Returns zeros for a run of another mission.
     #[must_use]
-    pub fn of(figures: &MissionFigures) -> Self {
+    pub fn from_figures(figures: &MissionFigures) -> Self {
         let count = |name| figures.count(name) as u32;
         Self {
             items: ItemCounts {

@@ -16,7 +16,7 @@ pub enum BehaviorKind {
 
 impl BehaviorKind {
     #[must_use]
-    pub fn of(behavior: &BehaviorSpec) -> Self {
+    pub fn from_spec(behavior: &BehaviorSpec) -> Self {
         match behavior.kind {
             0 => Self::FindLocationsMethodical,
             1 => Self::FindLocationsWander,

@@ -16,7 +16,7 @@ mod work;
 
 pub use check::MAX_SPILLS;
 pub use family::family;
-pub use faults::{MOVE_WASTE, WASTE as WASTE_FAULT, move_waste, strew};
+pub use faults::{ADD_WASTE as WASTE_FAULT, MOVE_WASTE, add_waste, move_waste};
 pub use figures::{
     ITEMS_DELIVERED, LAST_REPORT, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE, WasteFigures,
     WasteRow,
@@ -190,7 +190,7 @@ impl MissionData for WasteData {
 
     /// Checks whether a robot has a behavior. Following the walls needs the side sensor.
     fn has_behavior(&self, robot: &Robot, behavior: &BehaviorSpec) -> bool {
-        BehaviorKind::of(behavior) != BehaviorKind::FindLocationsMethodical
+        BehaviorKind::from_spec(behavior) != BehaviorKind::FindLocationsMethodical
             || robot.has_device(Robot::SIDE_BORDER)
     }
 
@@ -200,7 +200,7 @@ impl MissionData for WasteData {
         _robot: &Robot,
         behavior: &BehaviorSpec,
     ) -> DefaultAllianceParams {
-        BehaviorKind::of(behavior).built_in()
+        BehaviorKind::from_spec(behavior).built_in()
     }
 
     fn work_unit_s(
@@ -210,7 +210,7 @@ impl MissionData for WasteData {
         _skill: f64,
         behavior: &BehaviorSpec,
     ) -> f64 {
-        work::unit_s(scenario, body, BehaviorKind::of(behavior))
+        work::unit_s(scenario, body, BehaviorKind::from_spec(behavior))
     }
 
     fn faults(&self) -> &'static [FaultSpec] {
@@ -238,7 +238,7 @@ impl MissionData for WasteData {
     }
 
     fn is_searched(&self, scenario: &Scenario, place: Vec2) -> bool {
-        promises::is_looked_for(scenario, place)
+        promises::is_in_view_of_work(scenario, place)
     }
 
     fn search_s(&self, scenario: &Scenario, body: &Body) -> Option<f64> {
@@ -246,12 +246,15 @@ impl MissionData for WasteData {
     }
 
     fn recurrence_s(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> Option<f64> {
-        let reports = BehaviorKind::of(behavior) == BehaviorKind::ReportProgress;
+        let reports = BehaviorKind::from_spec(behavior) == BehaviorKind::ReportProgress;
         reports.then(|| WasteSection::of(scenario).report_period_s)
     }
 
     fn is_long_running(&self, behavior: &BehaviorSpec) -> bool {
-        matches!(BehaviorKind::of(behavior), BehaviorKind::MoveSpill(_))
+        matches!(
+            BehaviorKind::from_spec(behavior),
+            BehaviorKind::MoveSpill(_)
+        )
     }
 
     fn free_areas(&self, scenario: &Scenario) -> Vec<[Vec2; 2]> {

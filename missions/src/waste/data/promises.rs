@@ -28,7 +28,7 @@ pub(super) fn promises(scenario: &Scenario) -> ExpectedProperties {
 
 /// Checks whether robots see a place during their work: in a spill, or near the straight way from a spill to its
 /// deposit.
-pub(super) fn is_looked_for(scenario: &Scenario, place: Vec2) -> bool {
+pub(super) fn is_in_view_of_work(scenario: &Scenario, place: Vec2) -> bool {
     let waste = WasteSection::of(scenario);
     waste.spills.iter().any(|spill| {
         let spill = spill.spot().in_room(&scenario.room);

@@ -23,7 +23,7 @@ impl Waste {
         let picked_up = self.floor.items()[item.0 as usize].position;
         let delivered = self.floor.put_down(item, at);
         floor.invalidate_readings(robot);
-        self.laid(at, floor);
+        self.item_added(at, floor);
         let event = if delivered {
             self.robots[robot.index()].delivered += 1;
             happened.push_mission_event(DELIVERED, Some(robot))
@@ -33,16 +33,16 @@ impl Waste {
             event
         };
         event.subject = item.to_string();
-        if delivered && let Some(back) = self.floor.bring_back(item, picked_up, floor) {
-            self.taken(at, floor);
-            self.laid(back, floor);
+        if delivered && let Some(back) = self.floor.respawn(item, picked_up, floor) {
+            self.item_removed(at, floor);
+            self.item_added(back, floor);
             let event = happened.push_mission_event(RESPAWNED, Some(robot));
             event.subject = item.to_string();
             event.detail = format!("{} {}", back.x, back.y);
         }
     }
 
-    pub(super) fn grip(
+    pub(super) fn apply_gripper(
         &mut self,
         robot: RobotId,
         command: Gripper,
@@ -59,7 +59,7 @@ impl Waste {
                     self.floor.pick_up(item, robot);
                     self.robots[robot.index()].carrying = Some(item);
                     floor.invalidate_readings(robot);
-                    self.taken(from, floor);
+                    self.item_removed(from, floor);
                     happened.push_mission_event(PICKED, Some(robot)).subject = item.to_string();
                 }
                 None => {

@@ -30,7 +30,7 @@ impl From<PlaceError> for ChangeError {
 }
 
 impl Waste {
-    pub(super) fn place_by_fault(
+    pub(super) fn apply_fault(
         &mut self,
         fault: &Fault,
         floor: &Floor,
@@ -67,7 +67,7 @@ impl Waste {
     pub(crate) fn add_item(&mut self, near: Vec2, floor: &Floor) -> Result<ItemId, PlaceError> {
         let place = self.place_for_item(near, None, floor)?;
         let item = self.floor.add(place);
-        self.laid(place, floor);
+        self.item_added(place, floor);
         Ok(item)
     }
 
@@ -88,9 +88,9 @@ impl Waste {
             return Err(PlaceError::Delivered(item));
         }
         let place = self.place_for_item(near, Some(item), floor)?;
-        self.taken(from, floor);
+        self.item_removed(from, floor);
         self.floor.relocate(item, place);
-        self.laid(place, floor);
+        self.item_added(place, floor);
         Ok(place)
     }
 

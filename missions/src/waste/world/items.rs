@@ -29,7 +29,7 @@ pub struct Item {
 
 /// The label and the items of a deposit or spill, for display.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct ZoneInfo {
     pub name: String,
     /// The items that lay there at the start. Empty for a deposit.
     pub items: Range<usize>,
@@ -45,7 +45,7 @@ pub(super) struct WasteFloor {
     pub item_radius_m: f32,
     zones: Vec<(Zone, Outline)>,
     /// The names and items of `zones`, in the same order.
-    places: Vec<Place>,
+    places: Vec<ZoneInfo>,
     /// The indices of `zones` by center, and the largest radius of a zone, m.
     zone_centers: Grid,
     zone_reach_m: f32,
@@ -124,7 +124,7 @@ impl WasteFloor {
     }
 
     /// Returns all deposits, then all spills.
-    pub fn zones(&self) -> impl Iterator<Item = (&Place, Zone, Outline)> {
+    pub fn zones(&self) -> impl Iterator<Item = (&ZoneInfo, Zone, Outline)> {
         let zones = self.places.iter().zip(&self.zones);
         zones.map(|(place, &(zone, outline))| (place, zone, outline))
     }
@@ -168,7 +168,7 @@ impl WasteFloor {
 
     /// Checks whether waste of a spill remains outside the deposits or is the given load. An item belongs to the spill
     /// that was nearest when the item was last touched, the first at equal distance.
-    pub fn has_waste_of(&self, spill: u16, load: Option<ItemId>) -> bool {
+    pub fn has_waste_of_spill(&self, spill: u16, load: Option<ItemId>) -> bool {
         let spill = usize::from(spill);
         let left = self.left.get_or_init(|| {
             let mut left = vec![0; self.zones.len()];
@@ -224,7 +224,7 @@ impl WasteFloor {
     }
 
     /// Returns the item counts, with the total number of deliveries for a foraging mission.
-    pub fn told_counts(&self) -> ItemCounts {
+    pub fn counts_with_all_deliveries(&self) -> ItemCounts {
         let foraging = self.foraging.as_ref();
         ItemCounts {
             delivered: foraging.map_or(self.counts.delivered, |foraging| foraging.deliveries),
@@ -241,7 +241,7 @@ impl WasteFloor {
 
     /// Returns a delivered item to a random place of the spill nearest to where it was picked up. Returns that place,
     /// or `None` if the deposit keeps its items.
-    pub fn bring_back(&mut self, item: ItemId, picked_up: Vec2, floor: &Floor) -> Option<Vec2> {
+    pub fn respawn(&mut self, item: ItemId, picked_up: Vec2, floor: &Floor) -> Option<Vec2> {
         let (_, center, radius_m) = self.nearest_spill(picked_up)?;
         let foraging = self.foraging.as_mut()?;
         let mut rng = rng::stream(foraging.seed, Purpose::Mission);
@@ -348,16 +348,16 @@ pub(super) fn report_site(scenario: &Scenario) -> [Vec2; 2] {
 }
 
 /// Returns the names and item ids of all deposits, then of all spills. Item ids follow the order of the spills.
-fn named(waste: &WasteSection) -> Vec<Place> {
+fn named(waste: &WasteSection) -> Vec<ZoneInfo> {
     let mut next = 0;
-    let deposits = waste.deposits().map(|_| Place {
+    let deposits = waste.deposits().map(|_| ZoneInfo {
         name: "deposit".to_owned(),
         items: 0..0,
     });
     let spills = waste.spills.iter().map(|spill| {
         let items = next..next + spill.items as usize;
         next = items.end;
-        Place {
+        ZoneInfo {
             name: format!("spill ({})", spill.name),
             items,
         }

@@ -51,7 +51,7 @@ impl Reports {
         self.last
     }
 
-    pub fn color_the_site(&self, now: SimTime) -> bool {
+    pub fn site_is_colored(&self, now: SimTime) -> bool {
         self.last
             .is_some_and(|report| now.since(report) < self.color)
     }
@@ -59,7 +59,7 @@ impl Reports {
 
 impl Waste {
     pub(super) fn write_row(&self, row: &mut Vec<FigureValue>) {
-        let counts = self.floor.told_counts();
+        let counts = self.floor.counts_with_all_deliveries();
         row.extend(
             [
                 counts.in_spills,
@@ -73,7 +73,7 @@ impl Waste {
     }
 
     pub(super) fn write_figures(&self, figures: &mut TeamFigures) {
-        let (counts, reports) = (self.floor.told_counts(), &self.reports);
+        let (counts, reports) = (self.floor.counts_with_all_deliveries(), &self.reports);
         let mission = &mut figures.mission;
         mission.add("items.in_spills", counts.in_spills);
         mission.add("items.carried", counts.carried);
@@ -106,7 +106,7 @@ impl Waste {
             let waste = robot.readings.mission.items().items.iter();
             robot.sensed.extend(waste.flatten());
         }
-        let colored = self.reports.color_the_site(now);
+        let colored = self.reports.site_is_colored(now);
         view.mark(Mark {
             id: "report-site".to_owned(),
             outline: outlined(self.floor.report_site()),

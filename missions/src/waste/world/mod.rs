@@ -92,7 +92,7 @@ fn kinds(catalog: &Catalog) -> Vec<BehaviorKind> {
     let kind = |task: usize| {
         let mut sets = catalog.sets.iter();
         sets.find(|set| set.task.index() == task)
-            .map(BehaviorKind::of)
+            .map(BehaviorKind::from_spec)
     };
     tasks.filter_map(kind).collect()
 }
@@ -103,7 +103,7 @@ impl WorldMission for Waste {
             gripper,
             report: report_progress,
         } = deed.items();
-        self.grip(robot, gripper, floor, happened);
+        self.apply_gripper(robot, gripper, floor, happened);
         if report_progress && self.floor.is_report_site(floor.pose(robot).position) {
             self.reports.add(floor.now());
             self.robots[robot.index()].reports_made += 1;
@@ -112,7 +112,7 @@ impl WorldMission for Waste {
     }
 
     fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut SensorReading) -> Validity {
-        self.look(robot, floor, sensed.items_mut());
+        self.read_devices(robot, floor, sensed.items_mut());
         Validity::UntilChange
     }
 
@@ -121,7 +121,7 @@ impl WorldMission for Waste {
     }
 
     fn change(&mut self, fault: &Fault, floor: &mut Floor) -> Option<Result<String, ChangeError>> {
-        self.place_by_fault(fault, floor)
+        self.apply_fault(fault, floor)
     }
 
     fn copy_device(&self, device: &str, from: &SensorReading, to: &mut SensorReading) {
@@ -176,7 +176,9 @@ impl WorldMission for Waste {
     fn has_work(&self, task: TaskId, robot: RobotId, floor: &Floor) -> bool {
         match self.kinds[task.index()] {
             BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => true,
-            BehaviorKind::MoveSpill(spill) => self.floor.has_waste_of(spill, self.load(robot)),
+            BehaviorKind::MoveSpill(spill) => {
+                self.floor.has_waste_of_spill(spill, self.load(robot))
+            }
             BehaviorKind::ReportProgress => self.reports.is_due(floor.now()),
         }
     }

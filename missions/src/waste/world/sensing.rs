@@ -14,7 +14,7 @@ const ZONE_SKIRT_M: f32 = 2.0;
 const WASTE_SKIRT_M: f32 = 0.3;
 
 impl Waste {
-    pub(super) fn look(&self, robot: RobotId, floor: &Floor, sensed: &mut ItemsReading) {
+    pub(super) fn read_devices(&self, robot: RobotId, floor: &Floor, sensed: &mut ItemsReading) {
         let cached = &self.robots[robot.index()];
         if cached.jumps.replace(floor.placement_count(robot)) != floor.placement_count(robot) {
             cached.zone.take();
@@ -70,12 +70,12 @@ impl Waste {
     }
 
     /// Invalidates cached readings near a place from which an item was taken.
-    pub(super) fn taken(&self, from: Vec2, floor: &Floor) {
+    pub(super) fn item_removed(&self, from: Vec2, floor: &Floor) {
         floor.invalidate_readings_near(from, Self::reach_m(floor));
     }
 
     /// Invalidates cached readings near a place where an item now lies.
-    pub(super) fn laid(&self, at: Vec2, floor: &Floor) {
+    pub(super) fn item_added(&self, at: Vec2, floor: &Floor) {
         let reach_m = Self::reach_m(floor);
         floor.invalidate_readings_near(at, reach_m);
         // A circle without waste has at most this radius, and its robot is inside.

@@ -8,7 +8,7 @@ use scenario::time::SimTime;
 
 /// The state of a behavior set (thesis §3.3.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Stance {
+pub(super) enum SetState {
     /// The motivation is below θ, or another set was chosen.
     #[default]
     Hibernating,
@@ -25,12 +25,12 @@ pub(super) enum Stance {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Waited {
     /// The total waiting time without the current wait.
-    pub spent: SimTime,
+    pub total: SimTime,
     /// The teammates that executed the task during the waits.
-    pub on: BTreeSet<RobotId>,
+    pub teammates: BTreeSet<RobotId>,
 }
 
-impl Stance {
+impl SetState {
     /// Returns the state as the log names it.
     pub fn state(self) -> BehaviorState {
         match self {
@@ -48,7 +48,7 @@ pub(super) struct Behavior {
     pub motivation: f64,
     /// The time at which m reached θ.
     pub at_threshold_since: Option<SimTime>,
-    pub stance: Stance,
+    pub stance: SetState,
     /// The waits so far, boxed to keep a robot's sets close together in memory.
     pub waited: Option<Box<Waited>>,
 }
@@ -59,7 +59,7 @@ impl Behavior {
             set,
             motivation: 0.0,
             at_threshold_since: None,
-            stance: Stance::Hibernating,
+            stance: SetState::Hibernating,
             waited: None,
         }
     }
@@ -76,18 +76,18 @@ impl Behavior {
 
     pub fn spent_waiting(&self) -> SimTime {
         let waited = self.waited.as_ref();
-        waited.map_or(SimTime::ZERO, |waited| waited.spent)
+        waited.map_or(SimTime::ZERO, |waited| waited.total)
     }
 
     /// Changes the state and returns the change for the log.
-    pub fn enter(&mut self, stance: Stance, reason: Reason) -> StateChange {
+    pub fn enter(&mut self, stance: SetState, reason: Reason) -> StateChange {
         let from = self.stance.state();
         match (self.stance, stance) {
-            (Stance::Waiting { since }, Stance::Active { since: now, .. }) => {
+            (SetState::Waiting { since }, SetState::Active { since: now, .. }) => {
                 let waited = self.waited.get_or_insert_default();
-                waited.spent = waited.spent + now.since(since);
+                waited.total = waited.total + now.since(since);
             }
-            (_, Stance::Hibernating) => self.waited = None,
+            (_, SetState::Hibernating) => self.waited = None,
             _ => {}
         }
         self.stance = stance;
@@ -102,23 +102,23 @@ impl Behavior {
 
 /// The behavior sets of a robot that do not hibernate.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Awake {
+pub(super) struct NonHibernating {
     pub active: Option<usize>,
     pub waiting: usize,
 }
 
-impl Awake {
+impl NonHibernating {
     /// Updates the counts after a state change of the set at index `place`.
-    pub fn note(&mut self, place: usize, from: Stance, to: Stance) {
+    pub fn note(&mut self, place: usize, from: SetState, to: SetState) {
         match from {
-            Stance::Hibernating => {}
-            Stance::Waiting { .. } => self.waiting -= 1,
-            Stance::Active { .. } => self.active = None,
+            SetState::Hibernating => {}
+            SetState::Waiting { .. } => self.waiting -= 1,
+            SetState::Active { .. } => self.active = None,
         }
         match to {
-            Stance::Hibernating => {}
-            Stance::Waiting { .. } => self.waiting += 1,
-            Stance::Active { .. } => self.active = Some(place),
+            SetState::Hibernating => {}
+            SetState::Waiting { .. } => self.waiting += 1,
+            SetState::Active { .. } => self.active = Some(place),
         }
     }
 

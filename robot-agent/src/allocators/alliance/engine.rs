@@ -10,14 +10,14 @@ use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 use smallvec::SmallVec;
 
-use super::behavior::{Awake, Behavior, Stance};
-use super::heartbeats::{Happened, Heartbeats};
+use super::behavior::{Behavior, NonHibernating, SetState};
+use super::heartbeats::{Heartbeats, StepEvents};
 use super::history::History;
 use super::motivation::{self, Factors};
 use super::params::{Config, Parameters, USUAL_BEHAVIORS};
 use super::teammates::{Claim, Teammates};
-use super::values::Learned;
-use crate::allocator::{Draws, Input, Mind, Outcome, RouteCost};
+use super::values::LearnedTerms;
+use crate::allocator::{Input, RandomDraws, RouteCost, RunningAllocator, StepOutcome};
 
 /// The motivational behaviors of one robot.
 ///
@@ -27,7 +27,7 @@ use crate::allocator::{Draws, Input, Mind, Outcome, RouteCost};
 pub struct Engine {
     pub(super) config: Config,
     pub(super) behaviors: SmallVec<[Behavior; USUAL_BEHAVIORS]>,
-    pub(super) awake: Awake,
+    pub(super) awake: NonHibernating,
     pub(super) history: History,
     pub(super) teammates: Teammates,
     pub(super) heartbeats: Heartbeats,
@@ -40,7 +40,7 @@ pub struct Engine {
     /// The next action of each set at θ in this step; stored to reuse its memory.
     options: Vec<(usize, Next)>,
     /// By set, the terms that a learning rule adds to the equations; empty in ALLIANCE.
-    pub(super) learned: Vec<Learned>,
+    pub(super) learned: Vec<LearnedTerms>,
 }
 
 /// The part of a robot's [`Input`] that ALLIANCE uses.
@@ -49,7 +49,7 @@ pub struct StepInput<'a> {
     /// The time of the step; later than the previous step.
     pub now: SimTime,
     /// The broadcasts received in this step, by (rank of the sender, sequence number).
-    pub heard: &'a [Arc<Broadcast>],
+    pub received: &'a [Arc<Broadcast>],
     /// sensory_feedback (eq. 2.1) of each set, in the order of [`Engine::sets`].
     pub applicable: &'a [bool],
     /// The tasks on which the robot itself made progress since its last step, one entry per effect.
@@ -63,7 +63,7 @@ impl Engine {
     /// Panics if `setup` is not resolved: it must name the robot and contain values for each of its sets and teammates.
     #[must_use]
     pub fn new(robot: RobotId, setup: &Setup) -> Self {
-        Self::with_shared(robot, setup, &Parameters::of(setup))
+        Self::with_shared(robot, setup, &Parameters::from_setup(setup))
     }
 
     /// Creates an engine that shares its parameters with other robots.
@@ -72,18 +72,18 @@ impl Engine {
     /// See [`Engine::new`].
     #[must_use]
     pub fn with_shared(robot: RobotId, setup: &Setup, parameters: &Parameters) -> Self {
-        Self::of(Config::new(robot, setup, parameters))
+        Self::from_config(Config::new(robot, setup, parameters))
     }
 
-    pub(super) fn of(config: Config) -> Self {
+    pub(super) fn from_config(config: Config) -> Self {
         let ids = config.sets.iter().map(|set| set.id);
         Self {
             behaviors: ids.map(Behavior::new).collect(),
-            awake: Awake::default(),
-            history: History::new(config.own_tasks),
+            awake: NonHibernating::default(),
+            history: History::new(config.task_count_of_robot),
             teammates: Teammates::default(),
             heartbeats: Heartbeats::new(config.sets.len()),
-            progress: vec![0; config.own_tasks],
+            progress: vec![0; config.task_count_of_robot],
             started: false,
             rows: SmallVec::new(),
             steady_until: SimTime::ZERO,
@@ -115,7 +115,7 @@ impl Engine {
     ///
     /// # Panics
     /// If `applicable` has fewer entries than the robot has sets.
-    pub fn step(&mut self, input: &StepInput<'_>, output: &mut Outcome) {
+    pub fn step(&mut self, input: &StepInput<'_>, output: &mut StepOutcome) {
         let input = Input {
             now: input.now,
             step_s: self.config.step_s,
@@ -124,12 +124,12 @@ impl Engine {
             applicable: input.applicable,
             choices: &[],
             progressed: input.progressed,
-            heard: input.heard,
+            received: input.received,
             route: &NoRoute,
-            truth: &[],
-            draws: Draws::of(0, self.config.robot, 0),
+            ground_truth: &[],
+            draws: RandomDraws::new(0, self.config.robot, 0),
         };
-        Mind::step(self, &input, output);
+        RunningAllocator::step(self, &input, output);
     }
 
     /// Evaluates (A) and (B) of docs/ALLIANCE.md §2: the active set first, then the others, suppressed if it is still
@@ -167,10 +167,10 @@ impl Engine {
         let now = input.now;
         let set = &config.sets[index];
         let behavior = &mut self.behaviors[index];
-        let records = self.history.about(set.own_task);
+        let records = self.history.records_of(set.task_index);
 
         let active_since = match behavior.stance {
-            Stance::Active { since, .. } => Some(since.max(learned.trial)),
+            SetState::Active { since, .. } => Some(since.max(learned.trial)),
             _ => None,
         };
         let may_be_reset = active_since.is_none() || config.switches.reset_stops_active;
@@ -187,7 +187,7 @@ impl Engine {
         } else {
             0.0
         };
-        let level = if learned.is_withheld && behavior.stance == Stance::Hibernating {
+        let level = if learned.is_withheld && behavior.stance == SetState::Hibernating {
             0.0
         } else {
             motivation::motivation(behavior.motivation, gain, &factors, config.threshold)
@@ -205,17 +205,17 @@ impl Engine {
         row.state = behavior.stance.state();
 
         // An active or waiting set is at θ, so only a zero factor can lower its motivation.
-        if behavior.stance != Stance::Hibernating
+        if behavior.stance != SetState::Hibernating
             && let Some(reason) = factors.zero()
         {
-            self.enter(index, Stance::Hibernating, reason, changes);
+            self.enter(index, SetState::Hibernating, reason, changes);
         }
     }
 
     fn enter(
         &mut self,
         index: usize,
-        stance: Stance,
+        stance: SetState,
         reason: Reason,
         changes: &mut Vec<StateChange>,
     ) {
@@ -231,21 +231,21 @@ impl Engine {
             return;
         };
         let behavior = &mut self.behaviors[index];
-        let Stance::Active { since, waited_out } = behavior.stance else {
+        let SetState::Active { since, waited_out } = behavior.stance else {
             return;
         };
         let set = &config.sets[index];
         let waited = behavior.waited.as_deref();
-        let waited_on = |rank| waited.is_some_and(|waited| waited.on.contains(&rank));
+        let waited_on = |rank| waited.is_some_and(|waited| waited.teammates.contains(&rank));
         let beats =
             |&claim: &Claim| claim < (since, config.robot) && !(waited_out && waited_on(claim.1));
         let claims = self.teammates.executing(set.task, set.params.tau, now);
         if claims.filter(beats).count() >= set.max_robots {
             if waited_out && let Some(waited) = &mut behavior.waited {
                 // The set yields to a teammate for which it has not waited yet.
-                waited.spent = SimTime::ZERO;
+                waited.total = SimTime::ZERO;
             }
-            let stance = Stance::Waiting { since: now };
+            let stance = SetState::Waiting { since: now };
             self.enter(index, stance, Reason::Arbitration, changes);
         }
     }
@@ -271,13 +271,13 @@ impl Engine {
         if chosen.is_none() || self.config.switches.wish_when_suppressed {
             for &(index, next) in &options {
                 if next == Next::Wait {
-                    let stance = Stance::Waiting { since: now };
+                    let stance = SetState::Waiting { since: now };
                     self.enter(index, stance, Reason::Threshold, changes);
                 }
             }
         }
         if let Some((index, reason)) = chosen {
-            let stance = Stance::Active {
+            let stance = SetState::Active {
                 since: now,
                 waited_out: reason == Reason::WaitBound,
             };
@@ -292,10 +292,10 @@ impl Engine {
             return;
         }
         for (behavior, set) in self.behaviors.iter_mut().zip(&self.config.sets) {
-            if let Stance::Waiting { .. } = behavior.stance {
+            if let SetState::Waiting { .. } = behavior.stance {
                 let executing = self.teammates.executing(set.task, set.params.tau, now);
                 let waited = behavior.waited.get_or_insert_default();
-                waited.on.extend(executing.map(|(_, rank)| rank));
+                waited.teammates.extend(executing.map(|(_, rank)| rank));
             }
         }
     }
@@ -307,18 +307,21 @@ impl Engine {
         let (task, tau) = (set.task, set.params.tau);
         let max_robots = set.max_robots;
         match behavior.stance {
-            Stance::Active { .. } => None,
-            Stance::Hibernating => {
-                let occupied = self.teammates.occupy(task, max_robots, tau, now);
+            SetState::Active { .. } => None,
+            SetState::Hibernating => {
+                let occupied = self.teammates.is_occupied(task, max_robots, tau, now);
                 Some(if occupied && self.config.switches.waiting {
                     Next::Wait
                 } else {
                     Next::Activate(Reason::Threshold)
                 })
             }
-            Stance::Waiting { since } => {
+            SetState::Waiting { since } => {
                 let wish = (since, self.config.robot);
-                if self.teammates.leave_to(wish, task, max_robots, tau, now) {
+                if self
+                    .teammates
+                    .has_place_for(wish, task, max_robots, tau, now)
+                {
                     Some(Next::Activate(Reason::WaitOver))
                 } else if behavior.spent_waiting() + now.since(since) > set.params.waiting_bound() {
                     Some(Next::Activate(Reason::WaitBound))
@@ -337,8 +340,8 @@ enum Next {
     Activate(Reason),
 }
 
-impl Mind for Engine {
-    fn checkpoint(&self) -> Box<dyn Mind> {
+impl RunningAllocator for Engine {
+    fn checkpoint(&self) -> Box<dyn RunningAllocator> {
         Box::new(self.clone())
     }
 
@@ -346,17 +349,17 @@ impl Mind for Engine {
         false
     }
 
-    fn step(&mut self, input: &Input<'_>, output: &mut Outcome) {
+    fn step(&mut self, input: &Input<'_>, output: &mut StepOutcome) {
         let now = input.now;
         let own_task = |task| self.config.own_task(task);
         let mut is_news = false;
-        for broadcast in input.heard {
-            if self.config.admits(broadcast) {
+        for broadcast in input.received {
+            if self.config.accepts(broadcast) {
                 let switches = &self.config.switches;
-                is_news |= self.history.hear(now, broadcast, switches, own_task);
+                is_news |= self.history.receive(now, broadcast, switches, own_task);
                 let claims = self
                     .teammates
-                    .hear(now, broadcast, |task| own_task(task).is_some());
+                    .receive(now, broadcast, |task| own_task(task).is_some());
                 // The end of a claim matters only to waiting sets.
                 is_news |= claims && self.awake.waiting > 0;
             }
@@ -367,7 +370,7 @@ impl Mind for Engine {
             }
         }
 
-        let Outcome {
+        let StepOutcome {
             motivations,
             rows,
             changes,
@@ -395,7 +398,7 @@ impl Mind for Engine {
         }
         self.started = true;
 
-        let happened = Happened {
+        let happened = StepEvents {
             changes,
             progressed: input.progressed,
             progress: &self.progress,

@@ -9,8 +9,8 @@ use smallvec::{SmallVec, smallvec};
 
 use crate::allocator::Announcement;
 
-use super::behavior::{Awake, Behavior, Stance};
-use super::params::{Config, OwnBehavior, USUAL_BEHAVIORS};
+use super::behavior::{Behavior, NonHibernating, SetState};
+use super::params::{Config, SetConfig, USUAL_BEHAVIORS};
 
 #[derive(Clone, Debug)]
 pub(super) struct Heartbeats {
@@ -25,7 +25,7 @@ struct Idle {
     sent: SimTime,
 }
 
-pub(super) struct Happened<'a> {
+pub(super) struct StepEvents<'a> {
     pub changes: &'a [StateChange],
     pub progressed: &'a [TaskId],
     /// The progress count by task of the robot, this step included.
@@ -47,8 +47,8 @@ impl Heartbeats {
         now: SimTime,
         config: &Config,
         behaviors: &[Behavior],
-        awake: Awake,
-        happened: &Happened<'_>,
+        awake: NonHibernating,
+        happened: &StepEvents<'_>,
         announcements: &mut Vec<Announcement>,
     ) {
         if config.switches.release_message && !happened.changes.is_empty() {
@@ -58,7 +58,7 @@ impl Heartbeats {
         let wishes = awake.active.is_none() || config.switches.wish_when_suppressed;
         if wishes && awake.waiting > 0 {
             for (index, behavior) in behaviors.iter().enumerate() {
-                if let Stance::Waiting { since } = behavior.stance {
+                if let SetState::Waiting { since } = behavior.stance {
                     let set = &config.sets[index];
                     let announcement =
                         self.announce_if_due(now, index, set, TaskState::Waiting, since, happened);
@@ -67,7 +67,7 @@ impl Heartbeats {
             }
         }
         if let Some(index) = awake.active
-            && let Stance::Active { since, .. } = behaviors[index].stance
+            && let SetState::Active { since, .. } = behaviors[index].stance
         {
             let set = &config.sets[index];
             let announcement =
@@ -84,10 +84,10 @@ impl Heartbeats {
         &mut self,
         now: SimTime,
         index: usize,
-        set: &OwnBehavior,
+        set: &SetConfig,
         state: TaskState,
         since: SimTime,
-        happened: &Happened<'_>,
+        happened: &StepEvents<'_>,
     ) -> Option<Announcement> {
         let at_once = || {
             happened.changes.iter().any(|change| change.set == set.id)
@@ -101,7 +101,7 @@ impl Heartbeats {
     }
 
     /// Returns the time of the next periodic announcement of a set.
-    pub fn next(&self, index: usize, set: &OwnBehavior) -> SimTime {
+    pub fn next(&self, index: usize, set: &SetConfig) -> SimTime {
         self.sent[index] + set.params.period
     }
 
@@ -133,11 +133,11 @@ fn released<'a>(
     now: SimTime,
     config: &'a Config,
     behaviors: &'a [Behavior],
-    happened: &'a Happened<'_>,
+    happened: &'a StepEvents<'_>,
 ) -> impl Iterator<Item = Announcement> + 'a {
     let continues = |task| {
         let mut pairs = behaviors.iter().zip(&config.sets);
-        pairs.any(|(behavior, set)| set.task == task && behavior.stance != Stance::Hibernating)
+        pairs.any(|(behavior, set)| set.task == task && behavior.stance != SetState::Hibernating)
     };
     let hibernates = |set| {
         let mut changes = happened.changes.iter();
@@ -151,14 +151,14 @@ fn released<'a>(
 fn announcement(
     state: TaskState,
     since: SimTime,
-    set: &OwnBehavior,
-    happened: &Happened<'_>,
+    set: &SetConfig,
+    happened: &StepEvents<'_>,
 ) -> Announcement {
     Announcement {
         state,
         since,
         behavior: Some(set.id),
         task: Some(set.task),
-        progress: happened.progress[set.own_task],
+        progress: happened.progress[set.task_index],
     }
 }

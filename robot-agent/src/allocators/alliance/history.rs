@@ -56,7 +56,7 @@ impl History {
     }
 
     /// Stores a broadcast received at `now` if it is about a task of the robot. Returns whether it was new.
-    pub fn hear(
+    pub fn receive(
         &mut self,
         now: SimTime,
         broadcast: &Broadcast,
@@ -96,7 +96,7 @@ impl History {
     }
 
     /// Returns the records on a task of the robot, by rank.
-    pub fn about(&self, own_task: usize) -> &[(RobotId, Record)] {
+    pub fn records_of(&self, own_task: usize) -> &[(RobotId, Record)] {
         &self.records[self.range(own_task)]
     }
 
@@ -133,7 +133,7 @@ impl Record {
     }
 
     /// Computes comm_received(t-span, t) for acquiescence.
-    pub fn wanted_within(&self, span: SimTime, now: SimTime) -> bool {
+    pub fn within_for_acquiescence(&self, span: SimTime, now: SimTime) -> bool {
         self.last_for_acquiescence
             .is_some_and(|last| now.since(last) < span)
     }
@@ -144,7 +144,12 @@ impl Record {
     }
 
     /// Returns the times after `now` at which [`Record::within`] or [`Record::until`] changes without a new message.
-    pub fn turns(&self, tau: SimTime, phi: SimTime, now: SimTime) -> impl Iterator<Item = SimTime> {
+    pub fn changes_after(
+        &self,
+        tau: SimTime,
+        phi: SimTime,
+        now: SimTime,
+    ) -> impl Iterator<Item = SimTime> {
         let ends = self.last.map(|last| last + tau);
         let counts = self.first.map(|first| first + phi);
         ends.into_iter().chain(counts).filter(move |&at| at > now)

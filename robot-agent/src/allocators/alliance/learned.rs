@@ -6,19 +6,19 @@ use scenario::Switches;
 
 use super::engine::Engine;
 use super::params::Config;
-use super::values::{Learned, Values};
-use crate::allocator::Me;
+use super::values::{LearnedTerms, LearnedValues};
+use crate::allocator::SelfState;
 
 impl Engine {
     /// Creates an engine whose parameters are learned. Each set needs one [`Engine::learn`] before the first step.
-    pub fn to_be_learned(me: &Me, threshold: f64, switches: Switches) -> Self {
-        let mut engine = Self::of(Config::to_be_learned(me, threshold, switches));
-        engine.learned = vec![Learned::default(); engine.behaviors.len()];
+    pub fn to_be_learned(me: &SelfState, threshold: f64, switches: Switches) -> Self {
+        let mut engine = Self::from_config(Config::to_be_learned(me, threshold, switches));
+        engine.learned = vec![LearnedTerms::default(); engine.behaviors.len()];
         engine
     }
 
     /// Stores the learned parameters of the set at index `place`. Allocates only if they changed.
-    pub fn learn(&mut self, place: usize, values: &Values<'_>) {
+    pub fn set_learned(&mut self, place: usize, values: &LearnedValues<'_>) {
         let params = &mut self.config.sets[place].params;
         let toward_most = Some(values.toward_most);
         let is_known = params.fast == values.fast
@@ -40,7 +40,7 @@ impl Engine {
     }
 
     /// Returns the terms that learning adds to the set at index `place`; the default in ALLIANCE.
-    pub(super) fn learned_of(&self, place: usize) -> Learned {
+    pub(super) fn learned_of(&self, place: usize) -> LearnedTerms {
         self.learned.get(place).copied().unwrap_or_default()
     }
 }

@@ -51,5 +51,5 @@ mod values;
 pub use engine::{Engine, StepInput};
 pub use kind::Alliance;
 pub use params::Parameters;
-pub(super) use params::Toward;
-pub(super) use values::{Learned, Values};
+pub(super) use params::TowardTeammate;
+pub(super) use values::{LearnedTerms, LearnedValues};

@@ -66,7 +66,7 @@ pub(super) fn acquiescence(
     let active_for = now.since(active_since);
     let is_wanted = || {
         let mut records = records.iter();
-        records.any(|(_, record)| record.wanted_within(params.tau, now))
+        records.any(|(_, record)| record.within_for_acquiescence(params.tau, now))
     };
     if active_for > params.psi && is_wanted() {
         Some(Reason::AcquiescedPsi)

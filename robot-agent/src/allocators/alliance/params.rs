@@ -9,7 +9,7 @@ use scenario::time::SimTime;
 use scenario::{BehaviorParams, Roster, Setup, Switches};
 use smallvec::SmallVec;
 
-use crate::allocator::Me;
+use crate::allocator::SelfState;
 
 /// The part of a robot's ALLIANCE state that is constant during a run.
 #[derive(Clone, Debug)]
@@ -20,9 +20,9 @@ pub(super) struct Config {
     pub threshold: f64,
     pub step_s: f64,
     pub switches: Switches,
-    pub own_tasks: usize,
+    pub task_count_of_robot: usize,
     /// The robot's behavior sets, in the catalog's order.
-    pub sets: SmallVec<[OwnBehavior; USUAL_BEHAVIORS]>,
+    pub sets: SmallVec<[SetConfig; USUAL_BEHAVIORS]>,
     pub idle_period: SimTime,
 }
 
@@ -30,10 +30,10 @@ pub(super) struct Config {
 pub(super) const USUAL_BEHAVIORS: usize = 6;
 
 #[derive(Clone, Debug)]
-pub(super) struct OwnBehavior {
+pub(super) struct SetConfig {
     pub id: BehaviorId,
     pub task: TaskId,
-    pub own_task: usize,
+    pub task_index: usize,
     pub max_robots: usize,
     /// The task's priority; higher goes first.
     pub priority: i32,
@@ -50,9 +50,9 @@ pub(super) struct Params {
     /// δ_fast, in motivation/s.
     pub fast: f64,
     /// δ_slow and φ toward teammates not listed in `toward`.
-    pub toward_most: Option<Toward>,
+    pub toward_most: Option<TowardTeammate>,
     /// δ_slow and φ that differ from `toward_most`, by rank.
-    pub toward: Vec<(RobotId, Toward)>,
+    pub toward: Vec<(RobotId, TowardTeammate)>,
     /// The time active before yielding (ψ).
     pub psi: SimTime,
     /// The time active before giving up (λ).
@@ -61,7 +61,7 @@ pub(super) struct Params {
 
 /// The effect of one teammate's messages on the impatience of a set.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Toward {
+pub struct TowardTeammate {
     /// δ_slow, in motivation/s.
     pub slow: f64,
     /// φ, the longest time for which the messages slow the set down.
@@ -77,7 +77,7 @@ pub struct Parameters {
 
 impl Parameters {
     #[must_use]
-    pub fn of(setup: &Setup) -> Self {
+    pub fn from_setup(setup: &Setup) -> Self {
         // The key is the debug text of the values.
         let mut distinct: BTreeMap<String, Arc<Params>> = BTreeMap::new();
         let mut shared = |values| {
@@ -99,7 +99,7 @@ impl Parameters {
 
 impl Config {
     /// Creates the configuration of a robot whose values are learned later. Until then its impatience is 0.
-    pub fn to_be_learned(me: &Me, threshold: f64, switches: Switches) -> Self {
+    pub fn to_be_learned(me: &SelfState, threshold: f64, switches: Switches) -> Self {
         let tasks: BTreeSet<TaskId> = me.behaviors.iter().map(|behavior| behavior.task).collect();
         let params = Arc::new(Params {
             period: me.heartbeat_period,
@@ -110,11 +110,11 @@ impl Config {
             psi: SimTime::ZERO,
             lambda: SimTime::ZERO,
         });
-        let sets = me.behaviors.iter().map(|behavior| OwnBehavior {
+        let sets = me.behaviors.iter().map(|behavior| SetConfig {
             id: behavior.id,
             task: behavior.task,
             // The task is in the set, so the number of lower tasks is its index.
-            own_task: tasks.range(..behavior.task).count(),
+            task_index: tasks.range(..behavior.task).count(),
             max_robots: behavior.max_robots,
             priority: behavior.priority,
             params: Arc::clone(&params),
@@ -127,7 +127,7 @@ impl Config {
             step_s: me.step_s,
             switches,
             idle_period: me.heartbeat_period,
-            own_tasks: tasks.len(),
+            task_count_of_robot: tasks.len(),
             sets: sets.collect(),
         }
     }
@@ -148,17 +148,17 @@ impl Config {
         let sets = specs().map(|(id, spec)| {
             let own_task = tasks.iter().position(|task| *task == spec.task);
             let task = &catalog.tasks[spec.task.index()];
-            OwnBehavior {
+            SetConfig {
                 id,
                 task: spec.task,
                 // The tasks were collected from the same sets.
-                own_task: own_task.expect("the tasks were collected from these sets"),
+                task_index: own_task.expect("the tasks were collected from these sets"),
                 max_robots: task.max_robots as usize,
                 priority: task.priority,
                 params: Arc::clone(&named[&spec.name]),
             }
         });
-        let sets: SmallVec<[OwnBehavior; USUAL_BEHAVIORS]> = sets.collect();
+        let sets: SmallVec<[SetConfig; USUAL_BEHAVIORS]> = sets.collect();
         let periods = sets.iter().map(|set| set.params.period);
         Self {
             robot,
@@ -168,13 +168,13 @@ impl Config {
             step_s: SimTime(setup.alliance.step_ms).as_secs_f64(),
             switches: setup.alliance.switches,
             idle_period: periods.max().unwrap_or_default(),
-            own_tasks: tasks.len(),
+            task_count_of_robot: tasks.len(),
             sets,
         }
     }
 
     /// Checks that a broadcast comes from a teammate and that any task it names exists in this mission.
-    pub fn admits(&self, broadcast: &Broadcast) -> bool {
+    pub fn accepts(&self, broadcast: &Broadcast) -> bool {
         let task = match &broadcast.body {
             BroadcastContent::Heartbeat(heartbeat) => heartbeat.task,
             BroadcastContent::Bulletin(bulletin) => bulletin.about.map(|about| about.task),
@@ -189,19 +189,19 @@ impl Config {
     pub fn own_task(&self, task: TaskId) -> Option<usize> {
         // The list is short and inline, so that a linear search is fast.
         let set = self.sets.iter().find(|set| set.task == task);
-        set.map(|set| set.own_task)
+        set.map(|set| set.task_index)
     }
 }
 
 impl Params {
     fn new(values: &BehaviorParams, roster: &Roster) -> Self {
-        let toward = |name: &str| Toward {
+        let toward = |name: &str| TowardTeammate {
             slow: values.slow_impatience_toward(name),
             phi: SimTime::from_secs_f64(values.willing_to_affect_toward_s(name)),
         };
         let listed = values.slow_impatience.keys();
         let listed = listed.filter_map(|name| Some((roster.find(name)?, toward(name))));
-        let mut listed: Vec<(RobotId, Toward)> = listed.collect();
+        let mut listed: Vec<(RobotId, TowardTeammate)> = listed.collect();
         listed.sort_unstable_by_key(|&(robot, _)| robot);
         let toward_most = match listed.first() {
             // A large team has one value for all unlisted teammates. Other teams list each one, mostly with equal
@@ -223,7 +223,7 @@ impl Params {
         }
     }
 
-    pub fn toward(&self, teammate: RobotId) -> Option<Toward> {
+    pub fn toward(&self, teammate: RobotId) -> Option<TowardTeammate> {
         let listed = self
             .toward
             .binary_search_by_key(&teammate, |&(robot, _)| robot);

@@ -5,7 +5,7 @@
 
 use scenario::time::SimTime;
 
-use super::behavior::{Awake, Stance};
+use super::behavior::{NonHibernating, SetState};
 use super::engine::Engine;
 use crate::allocator::Input;
 
@@ -28,22 +28,22 @@ impl Engine {
     /// rises.
     pub(super) fn next_turn(&self, now: SimTime) -> Option<SimTime> {
         let mut next = match self.awake {
-            Awake {
+            NonHibernating {
                 active: Some(active),
                 waiting: 0,
             } => self.end_of_activity(active, now)?,
-            Awake { active: None, .. } => self.end_of_waiting(now)?,
-            Awake { .. } => return None,
+            NonHibernating { active: None, .. } => self.end_of_waiting(now)?,
+            NonHibernating { .. } => return None,
         };
         for set in &self.config.sets {
-            for (teammate, record) in self.history.about(set.own_task) {
+            for (teammate, record) in self.history.records_of(set.task_index) {
                 // A robot outside the team has no rate, so that it causes no change.
                 let phi = set
                     .params
                     .toward(*teammate)
                     .map_or(SimTime::ZERO, |toward| toward.phi);
                 next = record
-                    .turns(set.params.tau, phi, now)
+                    .changes_after(set.params.tau, phi, now)
                     .fold(next, SimTime::min);
             }
         }
@@ -52,7 +52,7 @@ impl Engine {
 
     /// Returns the time of the next time-driven change of the active set. Aging claims never make it yield.
     fn end_of_activity(&self, active: usize, now: SimTime) -> Option<SimTime> {
-        let Stance::Active { since, .. } = self.behaviors[active].stance else {
+        let SetState::Active { since, .. } = self.behaviors[active].stance else {
             return None;
         };
         let since = since.max(self.learned_of(active).trial);
@@ -69,7 +69,7 @@ impl Engine {
         let sets = self.behaviors.iter().zip(&self.config.sets);
         for (index, (behavior, set)) in sets.enumerate() {
             match behavior.stance {
-                Stance::Waiting { since } => {
+                SetState::Waiting { since } => {
                     let left = set.params.waiting_bound().since(behavior.spent_waiting());
                     // The wait ends when it is longer than its bound.
                     let bound = since + left + SimTime(1);

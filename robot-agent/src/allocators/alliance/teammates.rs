@@ -31,7 +31,7 @@ struct Activity {
 impl Teammates {
     /// Stores a broadcast received at `now`. Returns whether it states or ends a claim or wish. A claim to another
     /// robot's task only ends the sender's earlier claims.
-    pub fn hear(
+    pub fn receive(
         &mut self,
         now: SimTime,
         broadcast: &Broadcast,
@@ -113,13 +113,13 @@ impl Teammates {
     }
 
     /// Returns whether `max_robots` teammates execute the task; teammates silent for τ do not count.
-    pub fn occupy(&self, task: TaskId, max_robots: usize, tau: SimTime, now: SimTime) -> bool {
+    pub fn is_occupied(&self, task: TaskId, max_robots: usize, tau: SimTime, now: SimTime) -> bool {
         self.executing(task, tau, now).count() >= max_robots
     }
 
     /// Returns whether the task has a place left for the robot with `wish`. Executing teammates and earlier wishes take
     /// places first.
-    pub fn leave_to(
+    pub fn has_place_for(
         &self,
         wish: Claim,
         task: TaskId,

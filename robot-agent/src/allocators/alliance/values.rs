@@ -3,27 +3,27 @@
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
-use super::params::Toward;
+use super::params::TowardTeammate;
 
 /// The learned parameters of a behavior set, valid from a step on.
 #[derive(Clone, Copy, Debug)]
-pub struct Values<'a> {
+pub struct LearnedValues<'a> {
     /// δ_fast, in motivation/s.
     pub fast: f64,
     /// δ_slow and φ toward teammates not listed in `toward`.
-    pub toward_most: Toward,
+    pub toward_most: TowardTeammate,
     /// δ_slow and φ that differ from `toward_most`, by rank.
-    pub toward: &'a [(RobotId, Toward)],
+    pub toward: &'a [(RobotId, TowardTeammate)],
     /// The time active before yielding (ψ).
     pub psi: SimTime,
     /// The time active before giving up (λ).
     pub lambda: SimTime,
-    pub learned: Learned,
+    pub learned: LearnedTerms,
 }
 
 /// The terms that learning adds to the equations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Learned {
+pub struct LearnedTerms {
     /// True if the motivation of a hibernating set stays 0: the factor learned_robot_influence.
     pub is_withheld: bool,
     /// The start of the trial. ψ and λ count from here if it is later than the activation.

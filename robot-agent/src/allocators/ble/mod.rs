@@ -26,20 +26,20 @@ use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 use smallvec::SmallVec;
 
-use crate::allocator::utility::{Bid, UnderWay};
-use crate::allocator::{Allocator, Choice, Decision, Input, Me};
-use table::{News, Table};
+use crate::allocator::utility::{Bid, WorkInProgress};
+use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
+use table::{Table, Update};
 
 /// The number of steps after activation before a unit counts as under way.
 const SETTLED: u8 = 2;
 
 #[derive(Clone, Debug)]
 pub struct Ble {
-    me: Me,
+    me: SelfState,
     period: SimTime,
     ceased_after: SimTime,
     commit: bool,
-    under_way: UnderWay,
+    under_way: WorkInProgress,
     table: Table,
     /// The number of steps for which the task has been the same, at most [`SETTLED`].
     unchanged: u8,
@@ -110,13 +110,13 @@ impl Allocator for Ble {
         ]
     }
 
-    fn new(me: &Me, config: &Config) -> Self {
+    fn new(me: &SelfState, config: &Config) -> Self {
         Self {
             me: me.clone(),
             period: SimTime::from_secs_f64(1.0 / config.rate_hz),
             ceased_after: SimTime::from_secs_f64(config.ceased_after_s),
             commit: config.commit,
-            under_way: UnderWay::default(),
+            under_way: WorkInProgress::default(),
             table: Table::default(),
             last_sent: None,
             next_expiry: SimTime::ZERO,
@@ -129,7 +129,7 @@ impl Allocator for Ble {
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         let before = decision.active;
-        self.under_way.note_progress(&self.me, input);
+        self.under_way.record_progress(&self.me, input);
         self.weigh(input);
 
         let news = self.receive(input);
@@ -137,7 +137,7 @@ impl Allocator for Ble {
         let is_due = self
             .last_sent
             .is_none_or(|sent| input.now.since(sent) >= self.period);
-        if is_due || news.newcomer || !self.has_broadcast_this_order() {
+        if is_due || news.is_newcomer || !self.has_broadcast_this_order() {
             self.update_row(input.now, decision);
             has_changed = true;
         }
@@ -159,7 +159,7 @@ impl Allocator for Ble {
         self.under_way.log(&self.me, input, decision, holder);
         let settled = decision.active.filter(|_| self.unchanged == SETTLED);
         if self.commit {
-            self.under_way.note_active(settled, input.now);
+            self.under_way.record_active(settled, input.now);
         }
     }
 }
@@ -201,9 +201,9 @@ impl Ble {
         })
     }
 
-    fn receive(&mut self, input: &Input<'_>) -> News {
-        let mut all = News::default();
-        for broadcast in input.heard {
+    fn receive(&mut self, input: &Input<'_>) -> Update {
+        let mut all = Update::default();
+        for broadcast in input.received {
             let BroadcastContent::Allocation(AllocationMessage::Ble(eligibility)) = &broadcast.body
             else {
                 continue;
@@ -219,9 +219,9 @@ impl Ble {
                     && entry.utility.is_finite()
             });
             let stamp = (broadcast.incarnation, broadcast.seq);
-            let news = self.table.hear(robot, stamp, sound, input.now);
+            let news = self.table.receive(robot, stamp, sound, input.now);
             all.changed |= news.changed;
-            all.newcomer |= news.newcomer;
+            all.is_newcomer |= news.is_newcomer;
         }
         all
     }
@@ -249,7 +249,7 @@ impl Ble {
     /// Replaces the robot's row by the current offers and broadcasts it.
     fn update_row(&mut self, now: SimTime, decision: &mut Decision) {
         let entries = self.offers.iter().map(|offer| offer.entry);
-        self.table.set_own(self.me.robot, entries);
+        self.table.set_row_of(self.me.robot, entries);
         self.broadcast_row(now, decision);
     }
 

@@ -12,7 +12,7 @@ use crate::allocator::utility::Bid;
 use crate::by_rank::ByRank;
 
 /// The incarnation and sequence number of a message.
-pub type Word = (Incarnation, u64);
+pub type MessageNumber = (Incarnation, u64);
 
 #[derive(Clone, Debug, Default)]
 pub struct Table {
@@ -23,16 +23,16 @@ pub struct Table {
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct News {
+pub struct Update {
     pub changed: bool,
     /// True if the table had no row of the sender before.
-    pub newcomer: bool,
+    pub is_newcomer: bool,
 }
 
 /// The last broadcast of a robot. An expired row stays without entries, so that older messages are still rejected.
 #[derive(Clone, Debug, Default)]
 struct Row {
-    stamp: Word,
+    stamp: MessageNumber,
     /// The receive time; `None` once the row has expired.
     received: Option<SimTime>,
     entries: SmallVec<[EligibleTask; 6]>,
@@ -63,27 +63,27 @@ struct Task {
 
 impl Table {
     /// Stores a row if its message is newer than the last one.
-    pub fn hear(
+    pub fn receive(
         &mut self,
         robot: RobotId,
-        stamp: Word,
+        stamp: MessageNumber,
         entries: impl Iterator<Item = EligibleTask> + Clone,
         now: SimTime,
-    ) -> News {
+    ) -> Update {
         let row = self.rows.get_or_insert_with(robot, Row::default);
         if stamp <= row.stamp {
-            return News::default();
+            return Update::default();
         }
         let newcomer = row.received.is_none() || stamp.0 > row.stamp.0;
         (row.stamp, row.received) = (stamp, Some(now));
-        News {
+        Update {
             changed: set(&mut row.entries, entries),
-            newcomer,
+            is_newcomer: newcomer,
         }
     }
 
     /// Replaces the row of the robot that owns the table.
-    pub fn set_own(&mut self, me: RobotId, entries: impl Iterator<Item = EligibleTask> + Clone) {
+    pub fn set_row_of(&mut self, me: RobotId, entries: impl Iterator<Item = EligibleTask> + Clone) {
         let row = self.rows.get_or_insert_with(me, Row::default);
         set(&mut row.entries, entries);
     }

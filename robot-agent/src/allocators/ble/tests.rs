@@ -12,10 +12,10 @@ use rand_chacha::rand_core::SeedableRng;
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
-use super::table::{News, Table};
+use super::table::{Table, Update};
 use super::{Ble, Config};
 use crate::allocator::utility::{Bid, DISCOUNT_PER_S};
-use crate::allocators::team::{PERIOD, STEP, Situation, TAU, Task, Team, words};
+use crate::allocators::team::{PERIOD, STEP, Situation, TAU, Task, Team, allocator_messages};
 use crate::testkit;
 
 type Rows = BTreeMap<RobotId, Vec<EligibleTask>>;
@@ -59,7 +59,7 @@ fn greedy(rows: &Rows, tasks: &[Task]) -> BTreeMap<RobotId, TaskId> {
 /// Updates `rows` with the broadcasts of the latest step. Returns whether they changed.
 fn note(rows: &mut Rows, team: &Team<Ble>) -> bool {
     let before = rows.clone();
-    for (robot, message) in words(&team.air) {
+    for (robot, message) in allocator_messages(&team.in_flight) {
         if let AllocationMessage::Ble(eligibility) = message {
             rows.insert(robot, eligibility.entries.to_vec());
         }
@@ -89,7 +89,7 @@ proptest! {
     /// B1: robots with the same rows compute the central greedy assignment, so that an exclusive task has one executor.
     #[test]
     fn b1_the_same_rows_give_the_central_greedy_assignment(
-        situation in Situation::any(5, 5),
+        situation in Situation::arbitrary(5, 5),
         commit in any::<bool>(),
         seed in any::<u64>(),
     ) {
@@ -119,7 +119,7 @@ proptest! {
 
     /// B2: with equal priorities the sum of utilities is at least half of the optimum.
     #[test]
-    fn b2_the_utility_is_at_least_half_of_the_optimum(mut situation in Situation::any(4, 4)) {
+    fn b2_the_utility_is_at_least_half_of_the_optimum(mut situation in Situation::arbitrary(4, 4)) {
         for task in &mut situation.tasks {
             task.priority = 0;
         }
@@ -149,7 +149,7 @@ proptest! {
     /// B3: robots with the same rows never exceed a task's limit, for any message loss.
     #[test]
     fn b3_robots_with_the_same_rows_do_not_exceed_a_limit(
-        situation in Situation::any(4, 3),
+        situation in Situation::arbitrary(4, 3),
         seed in any::<u64>(),
         loss in 0.0..0.9_f64,
     ) {
@@ -166,12 +166,12 @@ proptest! {
             let now = team.now();
             team.step_with(|broadcast, receiver| {
                 let passes = !chance.random_bool(loss);
-                if passes && let Some((sender, AllocationMessage::Ble(eligibility))) = words(&[broadcast.clone().into()]).next() {
+                if passes && let Some((sender, AllocationMessage::Ble(eligibility))) = allocator_messages(&[broadcast.clone().into()]).next() {
                     known[receiver.index()][sender.index()] = (eligibility.entries.to_vec(), now);
                 }
                 passes
             });
-            for (sender, message) in words(&team.air) {
+            for (sender, message) in allocator_messages(&team.in_flight) {
                 if let AllocationMessage::Ble(eligibility) = message {
                     known[sender.index()][sender.index()] = (eligibility.entries.to_vec(), now);
                 }
@@ -199,7 +199,7 @@ proptest! {
     /// B4: an idle, able robot claims the task of a silent robot within τ + 2δt of its last message.
     #[test]
     fn b4_the_tasks_of_the_silent_are_claimed(
-        situation in Situation::any(5, 3),
+        situation in Situation::arbitrary(5, 3),
         victim in any::<prop::sample::Index>(),
         at in 3..60_u64,
     ) {
@@ -209,7 +209,7 @@ proptest! {
         for _ in 0..at {
             let now = team.now();
             team.step();
-            if words(&team.air).any(|(sender, _)| sender.index() == victim) {
+            if allocator_messages(&team.in_flight).any(|(sender, _)| sender.index() == victim) {
                 last_message = now;
             }
         }
@@ -229,7 +229,7 @@ proptest! {
     /// B5: a robot that raises its utility for its task keeps it.
     #[test]
     fn b5_more_utility_loses_no_task(
-        situation in Situation::any(5, 5),
+        situation in Situation::arbitrary(5, 5),
         raised_robot in any::<prop::sample::Index>(),
         more in 0.0..10.0_f32,
     ) {
@@ -242,7 +242,7 @@ proptest! {
                     let raise = if raised == Some(TaskId(task)) && me == RobotId(rank) { more } else { 0.0 };
                     Some(EligibleTask { task: TaskId(task), round: SimTime::ZERO, utility: 1.0 / (*cost_s)? as f32 + raise })
                 });
-                table.set_own(RobotId(rank), entries);
+                table.set_row_of(RobotId(rank), entries);
             }
             table.assign(&briefs);
             table
@@ -256,7 +256,7 @@ proptest! {
     #[test]
     fn g5_all_tasks_are_done_with_all_links_cut(robots in 1..4_usize, costs in prop::collection::vec(1..8_u32, 1..5)) {
         let costs: Vec<f64> = costs.into_iter().map(f64::from).collect();
-        let mut situation = Situation::of(&vec![&costs[..]; robots]);
+        let mut situation = Situation::from_costs(&vec![&costs[..]; robots]);
         for task in &mut situation.tasks {
             task.units = Some(2);
         }
@@ -274,7 +274,7 @@ proptest! {
 #[test]
 fn the_nearer_of_two_that_start_at_once_stays() {
     let mut team = Team::<Ble>::new(
-        Situation::of(&[&[20.0, 30.0], &[10.0, 80.0]]),
+        Situation::from_costs(&[&[20.0, 30.0], &[10.0, 80.0]]),
         Config::default(),
     );
     team.step();
@@ -292,11 +292,14 @@ fn the_nearer_of_two_that_start_at_once_stays() {
 /// A row is received one step after it was sent and is valid for τ; checked to the step.
 #[test]
 fn the_task_of_a_crashed_robot_is_claimed_exactly_after_tau() {
-    let mut team = Team::<Ble>::new(Situation::of(&[&[80.0], &[90.0]]), Config::default());
+    let mut team = Team::<Ble>::new(
+        Situation::from_costs(&[&[80.0], &[90.0]]),
+        Config::default(),
+    );
     // Both robots have answered each other's first rows, and broadcast again after 1/ρ.
     team.run(2 + PERIOD.0 / STEP.0);
     let last_message = team.now() - STEP;
-    assert!(words(&team.air).any(|(sender, _)| sender == RobotId(0)));
+    assert!(allocator_messages(&team.in_flight).any(|(sender, _)| sender == RobotId(0)));
     team.run(7);
     team.kill(0);
     while team.executors(0).is_empty() {
@@ -316,7 +319,10 @@ fn the_task_of_a_crashed_robot_is_claimed_exactly_after_tau() {
 /// Entries with an invalid number, a future round or an unknown task take no task away.
 #[test]
 fn forged_rows_change_nothing() {
-    let mut team = Team::<Ble>::new(Situation::of(&[&[80.0], &[90.0]]), Config::default());
+    let mut team = Team::<Ble>::new(
+        Situation::from_costs(&[&[80.0], &[90.0]]),
+        Config::default(),
+    );
     team.run(5);
     let sound = EligibleTask {
         task: TaskId(0),
@@ -342,12 +348,12 @@ fn forged_rows_change_nothing() {
         },
     ] {
         let entries = [entry].into_iter().collect();
-        team.forge(1, AllocationMessage::Ble(Eligibility { entries }));
+        team.inject(1, AllocationMessage::Ble(Eligibility { entries }));
         team.step();
         assert_eq!(team.executors(0), [0], "{entry:?}");
     }
     let entries = [sound].into_iter().collect();
-    team.forge(1, AllocationMessage::Ble(Eligibility { entries }));
+    team.inject(1, AllocationMessage::Ble(Eligibility { entries }));
     team.step();
     assert!(
         team.executors(0).is_empty(),
@@ -364,7 +370,7 @@ fn a_nearer_newcomer_takes_over_without_commitment() {
             commit,
             ..Config::default()
         };
-        let mut team = Team::<Ble>::new(Situation::of(&[&[90.0], &[100.0]]), config);
+        let mut team = Team::<Ble>::new(Situation::from_costs(&[&[90.0], &[100.0]]), config);
         team.run(60);
         assert_eq!(team.executors(0), [0]);
         team.situation.cost_s[1][0] = Some(1.0);
@@ -388,7 +394,7 @@ fn a_nearer_newcomer_takes_over_without_commitment() {
 fn a_third_row_received_by_one_robot_breaks_an_agreement_of_two() {
     // The second robot is best at both tasks. The third is better still at the second task, but the first robot does
     // not receive it.
-    let situation = Situation::of(&[&[50.0, 90.0], &[20.0, 10.0], &[99.0, 1.0]]);
+    let situation = Situation::from_costs(&[&[50.0, 90.0], &[20.0, 10.0], &[99.0, 1.0]]);
     let mut team = Team::<Ble>::new(situation, opportunist());
     for _ in 0..200 {
         team.step_with(|broadcast, receiver| {
@@ -404,7 +410,7 @@ fn a_third_row_received_by_one_robot_breaks_an_agreement_of_two() {
 /// incarnation change nothing.
 #[test]
 fn older_rounds_and_messages_are_ignored() {
-    let briefs = Team::<Ble>::new(Situation::of(&[&[1.0]]), Config::default()).briefs();
+    let briefs = Team::<Ble>::new(Situation::from_costs(&[&[1.0]]), Config::default()).briefs();
     let entry = |round_ms, utility| EligibleTask {
         task: TaskId(0),
         round: SimTime(round_ms),
@@ -412,9 +418,9 @@ fn older_rounds_and_messages_are_ignored() {
     };
     let (me, other) = (RobotId(1), RobotId(0));
     let mut table = Table::default();
-    table.set_own(me, [entry(1000, 0.9)].into_iter());
-    let news = table.hear(other, (2, 7), [entry(2000, 0.1)].into_iter(), SimTime(5000));
-    assert!(news.changed && news.newcomer);
+    table.set_row_of(me, [entry(1000, 0.9)].into_iter());
+    let news = table.receive(other, (2, 7), [entry(2000, 0.1)].into_iter(), SimTime(5000));
+    assert!(news.changed && news.is_newcomer);
     table.assign(&briefs);
     assert_eq!(
         (table.task_of(me), table.holder_of(TaskId(0))),
@@ -422,14 +428,14 @@ fn older_rounds_and_messages_are_ignored() {
     );
     for stamp in [(2, 7), (2, 6), (1, 99)] {
         assert_eq!(
-            table.hear(other, stamp, [].into_iter(), SimTime(6000)),
-            News::default()
+            table.receive(other, stamp, [].into_iter(), SimTime(6000)),
+            Update::default()
         );
     }
     // An expired row has no entries, and older messages are still rejected.
     assert_eq!(table.drop_older(SimTime(5000), me), (true, None));
-    let late = table.hear(other, (2, 5), [entry(2000, 0.1)].into_iter(), SimTime(6000));
-    assert_eq!(late, News::default());
+    let late = table.receive(other, (2, 5), [entry(2000, 0.1)].into_iter(), SimTime(6000));
+    assert_eq!(late, Update::default());
     table.assign(&briefs);
     assert_eq!(table.task_of(me), Some(TaskId(0)));
 }

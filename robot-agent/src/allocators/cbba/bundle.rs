@@ -4,8 +4,8 @@
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use smallvec::SmallVec;
 
-use super::winners::Beliefs;
-use crate::allocator::utility::{DISCOUNT_PER_S, UnderWay};
+use super::winners::Winners;
+use crate::allocator::utility::{DISCOUNT_PER_S, WorkInProgress};
 use crate::allocator::{Choice, Input};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,7 +90,7 @@ impl Bundle {
     }
 
     /// Removes the first task that the robot has lost, and all tasks chosen after it.
-    pub fn drop_lost(&mut self, beliefs: &mut Beliefs) {
+    pub fn drop_lost(&mut self, beliefs: &mut Winners) {
         let is_lost = |held: &Held| held.place.is_some_and(|place| !beliefs.is_mine(place));
         let Some(from) = self.held.iter().position(is_lost) else {
             return;
@@ -106,7 +106,7 @@ impl Bundle {
     }
 
     /// Releases all but the first `count` tasks of the bundle.
-    fn keep(&mut self, count: usize, beliefs: &mut Beliefs) {
+    fn keep(&mut self, count: usize, beliefs: &mut Winners) {
         for held in self.held.drain(count..) {
             if let Some(place) = held.place.filter(|&place| beliefs.is_mine(place)) {
                 beliefs.set(place, None);
@@ -118,7 +118,12 @@ impl Bundle {
     }
 
     /// Releases all tasks except the unit under way, and bids for that unit again at its current utility.
-    pub fn replan(&mut self, keeps_first: bool, worths: &Worths<'_, '_>, beliefs: &mut Beliefs) {
+    pub fn replan(
+        &mut self,
+        keeps_first: bool,
+        worths: &StepUtilities<'_, '_>,
+        beliefs: &mut Winners,
+    ) {
         self.weigh(worths, beliefs);
         let first = self.path.first().copied().filter(|_| keeps_first);
         let is_possible = |own: &usize| {
@@ -147,7 +152,12 @@ impl Bundle {
     }
 
     /// Adds the task with the largest winning bid, until the bundle is full or no bid wins.
-    pub fn build(&mut self, continues: bool, worths: &Worths<'_, '_>, beliefs: &mut Beliefs) {
+    pub fn build(
+        &mut self,
+        continues: bool,
+        worths: &StepUtilities<'_, '_>,
+        beliefs: &mut Winners,
+    ) {
         self.weigh(worths, beliefs);
         // A unit under way stays first.
         let fixed = self.path.first().copied().filter(|_| continues);
@@ -167,8 +177,8 @@ impl Bundle {
     fn best(
         &self,
         fixed: Option<usize>,
-        worths: &Worths<'_, '_>,
-        beliefs: &Beliefs,
+        worths: &StepUtilities<'_, '_>,
+        beliefs: &Winners,
     ) -> Option<Candidate> {
         let priority_of = |own: usize| beliefs.tasks()[own].priority;
         let mut best: Option<Candidate> = None;
@@ -190,7 +200,7 @@ impl Bundle {
             let earlier = self.held[..stem.count].iter();
             let same = earlier.filter(|held| priority_of(held.own) == task.priority);
             let value = same.fold(bid(gain), |least, held| least.min(held.value));
-            let Some(opening) = beliefs.opening(task, value) else {
+            let Some(opening) = beliefs.winnable_place(task, value) else {
                 continue;
             };
             let candidate = Candidate {
@@ -210,7 +220,7 @@ impl Bundle {
         best
     }
 
-    fn stem(&self, priority: i32, worths: &Worths<'_, '_>, beliefs: &Beliefs) -> Stem {
+    fn stem(&self, priority: i32, worths: &StepUtilities<'_, '_>, beliefs: &Winners) -> Stem {
         let is_lower = |held: &Held| beliefs.tasks()[held.own].priority < priority;
         let count = self.held.iter().position(is_lower);
         let count = count.unwrap_or(self.held.len());
@@ -231,8 +241,8 @@ impl Bundle {
         own: usize,
         fixed: Option<usize>,
         stem: &Stem,
-        worths: &Worths<'_, '_>,
-        beliefs: &Beliefs,
+        worths: &StepUtilities<'_, '_>,
+        beliefs: &Winners,
     ) -> Option<(usize, f64)> {
         let before = stem.score?;
         let earliest = usize::from(fixed.is_some() && stem.path.first().copied() == fixed);
@@ -252,7 +262,12 @@ impl Bundle {
     }
 
     /// Computes S(p); `None` if the time of a task is not known.
-    fn score(&self, path: &[usize], worths: &Worths<'_, '_>, beliefs: &Beliefs) -> Option<f64> {
+    fn score(
+        &self,
+        path: &[usize],
+        worths: &StepUtilities<'_, '_>,
+        beliefs: &Winners,
+    ) -> Option<f64> {
         let mut after: SmallVec<[TaskId; 4]> = SmallVec::new();
         let (mut time_s, mut score) = (0.0, 0.0);
         for &own in path {
@@ -271,7 +286,7 @@ impl Bundle {
     }
 
     /// Stores the behavior of highest utility for each task; the first of equal ones.
-    fn weigh(&mut self, worths: &Worths<'_, '_>, beliefs: &Beliefs) {
+    fn weigh(&mut self, worths: &StepUtilities<'_, '_>, beliefs: &Winners) {
         self.offers.clear();
         self.offers.resize(beliefs.tasks().len(), None);
         for choice in worths.input.choices {
@@ -290,33 +305,33 @@ impl Bundle {
     }
 
     #[cfg(test)]
-    pub fn bids(&self, beliefs: &Beliefs) -> Vec<(TaskId, f32)> {
+    pub fn bids(&self, beliefs: &Winners) -> Vec<(TaskId, f32)> {
         let bid = |held: &Held| (beliefs.tasks()[held.own].task, held.value);
         self.held.iter().map(bid).collect()
     }
 
     #[cfg(test)]
-    pub fn path(&self, beliefs: &Beliefs) -> Vec<TaskId> {
+    pub fn path(&self, beliefs: &Winners) -> Vec<TaskId> {
         let path = self.path.iter();
         path.map(|&own| beliefs.tasks()[own].task).collect()
     }
 
     #[cfg(test)]
-    pub fn holds(&self, place: usize) -> bool {
+    pub fn contains(&self, place: usize) -> bool {
         self.held.iter().any(|held| held.place == Some(place))
     }
 }
 
 /// The inputs for the utilities of one step.
-pub struct Worths<'a, 'i> {
+pub struct StepUtilities<'a, 'i> {
     pub input: &'a Input<'i>,
     /// The unit under way, once its work has started; see [`crate::allocator::unit`].
-    pub begun: UnderWay,
+    pub begun: WorkInProgress,
     /// The behavior that was active before the step.
     pub active: Option<BehaviorId>,
 }
 
-impl Worths<'_, '_> {
+impl StepUtilities<'_, '_> {
     fn offer(&self, choice: &Choice) -> Option<Offer> {
         Some(Offer {
             behavior: choice.behavior,

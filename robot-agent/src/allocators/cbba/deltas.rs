@@ -9,9 +9,9 @@ use scenario::time::SimTime;
 
 use super::bundle::Bundle;
 use super::records::Records;
-use super::winners::Beliefs;
+use super::winners::Winners;
 use super::{Consensus, Rules};
-use crate::allocator::{Input, Me};
+use crate::allocator::{Input, SelfState};
 
 #[derive(Clone, Debug)]
 pub struct Deltas {
@@ -48,7 +48,7 @@ impl Deltas {
     }
 
     /// Records a sign of life of the sender. Returns whether the sender is new.
-    fn note(&mut self, broadcast: &Broadcast, beliefs: &mut Beliefs) -> bool {
+    fn note(&mut self, broadcast: &Broadcast, beliefs: &mut Winners) -> bool {
         let (robot, sent) = (broadcast.sender, broadcast.sent);
         let incarnation = Some(broadcast.incarnation);
         match self.known(robot) {
@@ -107,11 +107,11 @@ impl Deltas {
 
     fn receive_entry(
         &mut self,
-        me: &Me,
+        me: &SelfState,
         broadcast: &Broadcast,
         delta: &BidChange,
         now: SimTime,
-        beliefs: &mut Beliefs,
+        beliefs: &mut Winners,
     ) {
         let TableEntry { task, round, claim } = delta.belief;
         let Some(place) = beliefs.find(task, delta.slot) else {
@@ -125,13 +125,13 @@ impl Deltas {
         if is_old || is_of_future || !claim.is_none_or(is_sound) {
             return;
         }
-        beliefs.renew(place, round);
+        beliefs.start_round(place, round);
         self.renew(place, round);
         let Some(claim) = claim else { return };
         let records = &mut self.places[place].records;
         // Reports about the robot itself are not applied. If one is wrong, the robot's current bid gets a new time.
-        if records.hear(claim, delta.made) && claim.robot != me.robot {
-            beliefs.set_others(place, records.best_but(me.robot));
+        if records.receive(claim, delta.made) && claim.robot != me.robot {
+            beliefs.set_others(place, records.best_except(me.robot));
             if claim.value > 0.0 {
                 self.note_bidder(claim.robot, broadcast.sent);
             }
@@ -148,25 +148,27 @@ impl Deltas {
     }
 
     /// Treats all bids of a robot as withdrawn at the time `then`.
-    fn strike(&mut self, robot: RobotId, then: SimTime, beliefs: &mut Beliefs) {
+    fn strike(&mut self, robot: RobotId, then: SimTime, beliefs: &mut Winners) {
         for (place, known) in self.places.iter_mut().enumerate() {
-            let record = known.records.of(robot);
+            let record = known.records.record_of(robot);
             if record.is_some_and(|record| record.claim.value > 0.0) {
                 let none = WinningBid { robot, value: 0.0 };
-                known.records.hear(none, then);
-                beliefs.set_others(place, known.records.best_but(self.me));
+                known.records.receive(none, then);
+                beliefs.set_others(place, known.records.best_except(self.me));
             }
         }
     }
 
     /// Records the robot's current bids with their times if they changed or others have them wrong.
-    fn note_own(&mut self, now: SimTime, beliefs: &Beliefs) {
+    fn note_own(&mut self, now: SimTime, beliefs: &Winners) {
         let robot = self.me;
         for (place, entry) in beliefs.entries().iter().enumerate() {
             let records = &mut self.places[place].records;
             let own = entry.claim.filter(|claim| claim.robot == robot);
             let value = own.map_or(0.0, |claim| claim.value);
-            let recorded = records.of(robot).map_or(0.0, |record| record.claim.value);
+            let recorded = records
+                .record_of(robot)
+                .map_or(0.0, |record| record.claim.value);
             if value != recorded {
                 records.set(WinningBid { robot, value }, now);
             }
@@ -174,7 +176,7 @@ impl Deltas {
     }
 
     /// Withdraws the bids of robots silent for τ. Returns whether there were any.
-    fn forget(&mut self, me: &Me, now: SimTime, beliefs: &mut Beliefs) -> bool {
+    fn forget(&mut self, me: &SelfState, now: SimTime, beliefs: &mut Winners) -> bool {
         let is_silent = |known: &Teammate| now.since(known.sent) >= me.ceased_after;
         let mut any_lost = false;
         while let Some(at) = self.known.iter().position(is_silent) {
@@ -187,7 +189,7 @@ impl Deltas {
 }
 
 impl Consensus for Deltas {
-    fn new(me: &Me, rules: &Rules, beliefs: &Beliefs) -> Self {
+    fn new(me: &SelfState, rules: &Rules, beliefs: &Winners) -> Self {
         Self {
             me: me.robot,
             repeat: rules.refresh,
@@ -200,9 +202,9 @@ impl Consensus for Deltas {
 
     fn receive(
         &mut self,
-        me: &Me,
+        me: &SelfState,
         input: &Input<'_>,
-        beliefs: &mut Beliefs,
+        beliefs: &mut Winners,
         bundle: &mut Bundle,
     ) -> bool {
         let now = input.now;
@@ -210,7 +212,7 @@ impl Consensus for Deltas {
         for (place, entry) in beliefs.entries().iter().enumerate() {
             self.renew(place, entry.round);
         }
-        for broadcast in input.heard {
+        for broadcast in input.received {
             let is_of_team = broadcast.sender.index() < me.team && broadcast.sender != me.robot;
             let is_fresh = broadcast.sent <= now && now.since(broadcast.sent) < me.ceased_after;
             if !is_of_team || !is_fresh {
@@ -233,8 +235,8 @@ impl Consensus for Deltas {
         has_changed
     }
 
-    fn send(&mut self, now: SimTime, beliefs: &mut Beliefs, messages: &mut Vec<AllocationMessage>) {
-        beliefs.yield_places();
+    fn send(&mut self, now: SimTime, beliefs: &mut Winners, messages: &mut Vec<AllocationMessage>) {
+        beliefs.give_free_places();
         self.note_own(now, beliefs);
         let count = beliefs.entries().len();
         let is_due = |last_repeat| now.since(last_repeat) >= self.repeat;
@@ -243,7 +245,7 @@ impl Consensus for Deltas {
             for place in 0..count {
                 match beliefs.entries()[place].claim {
                     Some(winner) => self.places[place].records.tell(winner.robot),
-                    None => beliefs.tell(place),
+                    None => beliefs.mark_for_sending(place),
                 }
             }
         }
@@ -269,7 +271,7 @@ impl Consensus for Deltas {
                 outgoing.push(delta(Some(record.claim), record.made));
             }
             // For a place without a winner only the round is sent.
-            let is_free = entry.is_unsaid && entry.claim.is_none();
+            let is_free = entry.must_send && entry.claim.is_none();
             if is_free && outgoing.len() == before && before < most {
                 outgoing.push(delta(None, SimTime::ZERO));
             }
@@ -277,7 +279,7 @@ impl Consensus for Deltas {
                 self.next = place;
                 break;
             }
-            beliefs.note_said(place);
+            beliefs.mark_sent(place);
         }
         let chunks = outgoing.chunks(DELTAS_MAX).map(|entries| Message {
             entries: entries.to_vec(),

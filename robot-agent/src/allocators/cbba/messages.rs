@@ -11,10 +11,10 @@ use scenario::ids::{Incarnation, RobotId};
 use scenario::time::SimTime;
 
 use super::bundle::Bundle;
-use super::rules::{Action, Stamps, consensus};
-use super::winners::{Beliefs, Entry};
+use super::rules::{Action, Stamps, merge_action};
+use super::winners::{Entry, Winners};
 use super::{Consensus, Rules};
-use crate::allocator::{Input, Me};
+use crate::allocator::{Input, SelfState};
 
 #[derive(Clone, Debug)]
 pub struct Tables {
@@ -72,7 +72,7 @@ impl Part {
         }
     }
 
-    fn table(&self, beliefs: &Beliefs, now: SimTime) -> BidTable {
+    fn table(&self, beliefs: &Winners, now: SimTime) -> BidTable {
         let entries = || beliefs.entries().iter().filter(|entry| self.has(entry));
         let mut all_news: Vec<TimeStamp> = self
             .known
@@ -116,12 +116,12 @@ struct Both<'a> {
 }
 
 impl Stamps for Both<'_> {
-    fn mine(&self, robot: RobotId) -> Option<SimTime> {
+    fn own_news(&self, robot: RobotId) -> Option<SimTime> {
         let at = self.part.known(robot).ok()?;
         Some(self.part.known[at].sent)
     }
 
-    fn theirs(&self, robot: RobotId) -> Option<SimTime> {
+    fn sender_news(&self, robot: RobotId) -> Option<SimTime> {
         if robot == self.sender {
             return Some(self.sent);
         }
@@ -140,11 +140,11 @@ impl Tables {
     /// Merges one message into the entries. Returns whether it contains the first news of a robot.
     fn receive_table(
         &mut self,
-        me: &Me,
+        me: &SelfState,
         broadcast: &Broadcast,
         table: &BidTable,
         now: SimTime,
-        beliefs: &mut Beliefs,
+        beliefs: &mut Winners,
     ) -> bool {
         let (sender, sent) = (broadcast.sender, broadcast.sent);
         let is_of_team = |robot: RobotId| robot.index() < me.team;
@@ -165,7 +165,7 @@ impl Tables {
                 return false;
             }
             if latest.0 < number.0 {
-                beliefs.strike(sender, |entry| part.has(entry));
+                beliefs.remove_claims_of(sender, |entry| part.has(entry));
             }
         }
         let stamps = Both {
@@ -185,9 +185,9 @@ impl Tables {
             if is_old || belief.round > now || !belief.claim.is_none_or(is_sound) {
                 continue;
             }
-            beliefs.renew(place, belief.round);
+            beliefs.start_round(place, belief.round);
             let own_claim = beliefs.entries()[place].claim;
-            match consensus(me.robot, sender, belief.claim, own_claim, &stamps) {
+            match merge_action(me.robot, sender, belief.claim, own_claim, &stamps) {
                 Action::Leave => {}
                 Action::Update => beliefs.set(place, belief.claim),
                 Action::Reset => beliefs.set(place, None),
@@ -210,13 +210,13 @@ impl Tables {
     }
 
     /// Removes the claims of robots silent for τ. Returns whether there were any.
-    fn forget(&mut self, me: &Me, now: SimTime, beliefs: &mut Beliefs) -> bool {
+    fn forget(&mut self, me: &SelfState, now: SimTime, beliefs: &mut Winners) -> bool {
         let is_silent = |known: &Teammate| now.since(known.sent) >= me.ceased_after;
         let mut any_lost = false;
         for part in &mut self.parts {
             while let Some(at) = part.known.iter().position(is_silent) {
                 let lost = part.known.remove(at).robot;
-                beliefs.strike(lost, |entry| part.has(entry));
+                beliefs.remove_claims_of(lost, |entry| part.has(entry));
                 any_lost = true;
             }
         }
@@ -225,7 +225,7 @@ impl Tables {
 }
 
 impl Consensus for Tables {
-    fn new(_: &Me, rules: &Rules, beliefs: &Beliefs) -> Self {
+    fn new(_: &SelfState, rules: &Rules, beliefs: &Winners) -> Self {
         let mut keys: Vec<(u16, u16)> = beliefs
             .entries()
             .iter()
@@ -247,13 +247,13 @@ impl Consensus for Tables {
 
     fn receive(
         &mut self,
-        me: &Me,
+        me: &SelfState,
         input: &Input<'_>,
-        beliefs: &mut Beliefs,
+        beliefs: &mut Winners,
         bundle: &mut Bundle,
     ) -> bool {
         let mut has_changed = false;
-        for broadcast in input.heard {
+        for broadcast in input.received {
             if let BroadcastContent::Allocation(AllocationMessage::Table(table)) = &broadcast.body {
                 has_changed |= self.receive_table(me, broadcast, table, input.now, beliefs);
                 bundle.drop_lost(beliefs);
@@ -266,13 +266,13 @@ impl Consensus for Tables {
         has_changed
     }
 
-    fn send(&mut self, now: SimTime, beliefs: &mut Beliefs, messages: &mut Vec<AllocationMessage>) {
+    fn send(&mut self, now: SimTime, beliefs: &mut Winners, messages: &mut Vec<AllocationMessage>) {
         // The remaining parts are sent in the next step, the longest unsent part first.
         while messages.len() <= beliefs.tasks().len() {
             let is_due = |part: &&mut Part| {
                 let is_late = |last_sent| now.since(last_sent) >= self.refresh;
                 let mut entries = beliefs.entries().iter();
-                let has_news = |entry: &Entry| entry.is_unsaid && part.has(entry);
+                let has_news = |entry: &Entry| entry.must_send && part.has(entry);
                 part.last_sent != Some(now)
                     && (part.last_sent.is_none_or(is_late) || entries.any(has_news))
             };
@@ -283,7 +283,7 @@ impl Consensus for Tables {
             messages.push(AllocationMessage::Table(part.table(beliefs, now)));
             for place in 0..beliefs.entries().len() {
                 if part.has(&beliefs.entries()[place]) {
-                    beliefs.note_said(place);
+                    beliefs.mark_sent(place);
                 }
             }
             part.last_sent = Some(now);

@@ -24,27 +24,27 @@ use scenario::time::SimTime;
 use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 
-use crate::allocator::unit::Unit;
-use crate::allocator::{Allocator, Decision, Input, Me};
-use bundle::{Bundle, Worths};
+use crate::allocator::unit::WorkUnit;
+use crate::allocator::{Allocator, Decision, Input, SelfState};
+use bundle::{Bundle, StepUtilities};
 use deltas::Deltas;
 use messages::Tables;
-use winners::Beliefs;
+use winners::Winners;
 
 /// The parameters in `[allocators.cbba]`.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct BundleConfig {
+pub struct CbbaConfig {
     /// L_t, the maximum number of tasks in a bundle.
     pub bundle: usize,
     pub refresh_s: f64,
 }
 
-impl Default for BundleConfig {
+impl Default for CbbaConfig {
     fn default() -> Self {
         Self {
             bundle: 2,
-            refresh_s: SingleConfig::default().refresh_s,
+            refresh_s: CbaaConfig::default().refresh_s,
         }
     }
 }
@@ -52,11 +52,11 @@ impl Default for BundleConfig {
 /// The parameters in `[allocators.cbaa]`.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct SingleConfig {
+pub struct CbaaConfig {
     pub refresh_s: f64,
 }
 
-impl Default for SingleConfig {
+impl Default for CbaaConfig {
     fn default() -> Self {
         Self { refresh_s: 1.0 }
     }
@@ -66,7 +66,7 @@ fn refresh_spec() -> ParameterSpec {
     ParameterSpec {
         key: "refresh_s",
         unit: "s",
-        default: ParameterDefault::Number(SingleConfig::default().refresh_s),
+        default: ParameterDefault::Number(CbaaConfig::default().refresh_s),
         about: "time between two broadcasts of a robot's list of winners; shorter than τ, or teammates count it as lost",
         range: ParameterRange::Above(0.0, 1e9),
     }
@@ -76,7 +76,7 @@ fn bundle_spec() -> ParameterSpec {
     ParameterSpec {
         key: "bundle",
         unit: "",
-        default: ParameterDefault::Whole(BundleConfig::default().bundle as i64),
+        default: ParameterDefault::Whole(CbbaConfig::default().bundle as i64),
         about: "maximum number of tasks that a robot bids for at once (L_t in the paper)",
         range: ParameterRange::Whole(1, 16),
     }
@@ -90,36 +90,36 @@ struct Rules {
 
 /// The exchange of messages by which robots agree on the winners.
 trait Consensus: Clone + std::fmt::Debug + Send + 'static {
-    fn new(me: &Me, rules: &Rules, beliefs: &Beliefs) -> Self;
+    fn new(me: &SelfState, rules: &Rules, beliefs: &Winners) -> Self;
 
     /// Receives messages and removes silent robots (FORGET). Tasks that the robot loses leave its bundle at once.
     /// Returns whether a robot was added or lost.
     fn receive(
         &mut self,
-        me: &Me,
+        me: &SelfState,
         input: &Input<'_>,
-        beliefs: &mut Beliefs,
+        beliefs: &mut Winners,
         bundle: &mut Bundle,
     ) -> bool;
 
-    fn send(&mut self, now: SimTime, beliefs: &mut Beliefs, messages: &mut Vec<AllocationMessage>);
+    fn send(&mut self, now: SimTime, beliefs: &mut Winners, messages: &mut Vec<AllocationMessage>);
 }
 
 /// The bidding rule of one robot, with any consensus method.
 #[derive(Clone, Debug)]
 struct Bidder<C> {
-    me: Me,
-    unit: Unit,
-    beliefs: Beliefs,
+    me: SelfState,
+    unit: WorkUnit,
+    beliefs: Winners,
     bundle: Bundle,
     consensus: C,
 }
 
 impl<C: Consensus> Bidder<C> {
-    fn new(me: &Me, rules: Rules) -> Self {
-        let beliefs = Beliefs::new(me);
+    fn new(me: &SelfState, rules: Rules) -> Self {
+        let beliefs = Winners::new(me);
         Self {
-            unit: Unit::default(),
+            unit: WorkUnit::default(),
             bundle: Bundle::new(me.robot, rules.bundle),
             consensus: C::new(me, &rules, &beliefs),
             beliefs,
@@ -129,22 +129,22 @@ impl<C: Consensus> Bidder<C> {
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         let before = decision.active;
-        let mut must_replan = self.unit.look(&self.me, input, before);
-        self.beliefs.note_rounds(input.choices);
+        let mut must_replan = self.unit.update(&self.me, input, before);
+        self.beliefs.apply_rounds(input.choices);
         self.bundle.drop_lost(&mut self.beliefs);
         let (beliefs, bundle) = (&mut self.beliefs, &mut self.bundle);
         must_replan |= self.consensus.receive(&self.me, input, beliefs, bundle);
 
-        let worths = Worths {
+        let worths = StepUtilities {
             input,
-            begun: self.unit.begun(),
+            begun: self.unit.committed(),
             active: before,
         };
         if must_replan {
-            bundle.replan(self.unit.goes_on(), &worths, beliefs);
+            bundle.replan(self.unit.should_continue(), &worths, beliefs);
         }
         if beliefs.take_changed() || must_replan {
-            bundle.build(self.unit.goes_on(), &worths, beliefs);
+            bundle.build(self.unit.should_continue(), &worths, beliefs);
             // The robot's own new bids are no reason to bid again.
             beliefs.take_changed();
         }
@@ -171,13 +171,13 @@ impl<C: Consensus> Bidder<C> {
 pub struct Cbba(Bidder<Tables>);
 
 impl Allocator for Cbba {
-    type Config = BundleConfig;
+    type Config = CbbaConfig;
 
     fn parameters() -> Vec<ParameterSpec> {
         vec![bundle_spec(), refresh_spec()]
     }
 
-    fn new(me: &Me, config: &BundleConfig) -> Self {
+    fn new(me: &SelfState, config: &CbbaConfig) -> Self {
         Self(Bidder::new(
             me,
             Rules {
@@ -195,16 +195,16 @@ impl Allocator for Cbba {
 /// The parameters in `[allocators.acbba]`.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct DeltaConfig {
+pub struct AcbbaConfig {
     /// L_t, the maximum number of tasks in a bundle.
     pub bundle: usize,
     pub repeat_s: f64,
 }
 
-impl Default for DeltaConfig {
+impl Default for AcbbaConfig {
     fn default() -> Self {
         Self {
-            bundle: BundleConfig::default().bundle,
+            bundle: CbbaConfig::default().bundle,
             repeat_s: 5.0,
         }
     }
@@ -215,20 +215,20 @@ impl Default for DeltaConfig {
 pub struct Acbba(Bidder<Deltas>);
 
 impl Allocator for Acbba {
-    type Config = DeltaConfig;
+    type Config = AcbbaConfig;
 
     fn parameters() -> Vec<ParameterSpec> {
         let repeat = ParameterSpec {
             key: "repeat_s",
             unit: "s",
-            default: ParameterDefault::Number(DeltaConfig::default().repeat_s),
+            default: ParameterDefault::Number(AcbbaConfig::default().repeat_s),
             about: "time between two broadcasts of a robot's whole list, which repair lost changes",
             range: ParameterRange::Above(0.0, 1e9),
         };
         vec![bundle_spec(), repeat]
     }
 
-    fn new(me: &Me, config: &DeltaConfig) -> Self {
+    fn new(me: &SelfState, config: &AcbbaConfig) -> Self {
         Self(Bidder::new(
             me,
             Rules {
@@ -248,14 +248,14 @@ impl Allocator for Acbba {
 pub struct Cbaa(Cbba);
 
 impl Allocator for Cbaa {
-    type Config = SingleConfig;
+    type Config = CbaaConfig;
 
     fn parameters() -> Vec<ParameterSpec> {
         vec![refresh_spec()]
     }
 
-    fn new(me: &Me, config: &SingleConfig) -> Self {
-        let single = BundleConfig {
+    fn new(me: &SelfState, config: &CbaaConfig) -> Self {
+        let single = CbbaConfig {
             bundle: 1,
             refresh_s: config.refresh_s,
         };

@@ -37,7 +37,7 @@ impl Records {
             .binary_search_by_key(&robot, |record| record.claim.robot)
     }
 
-    pub fn of(&self, robot: RobotId) -> Option<&Record> {
+    pub fn record_of(&self, robot: RobotId) -> Option<&Record> {
         self.find(robot).ok().map(|at| &self.0[at])
     }
 
@@ -47,7 +47,7 @@ impl Records {
 
     /// Stores a report about a robot's bid and returns whether it was newer. A newer report, or the known record after
     /// an older one, is marked for sending.
-    pub fn hear(&mut self, claim: WinningBid, made: SimTime) -> bool {
+    pub fn receive(&mut self, claim: WinningBid, made: SimTime) -> bool {
         let report = Record {
             claim,
             made,
@@ -87,7 +87,7 @@ impl Records {
     }
 
     /// Returns the largest bid except that of `me`.
-    pub fn best_but(&self, me: RobotId) -> Option<WinningBid> {
+    pub fn best_except(&self, me: RobotId) -> Option<WinningBid> {
         let claims = self.0.iter().map(|record| record.claim);
         let others = claims.filter(|claim| claim.robot != me && claim.value > 0.0);
         others.reduce(|best, claim| if claim.beats(&best) { claim } else { best })

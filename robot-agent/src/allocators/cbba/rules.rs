@@ -17,21 +17,21 @@ pub enum Action {
 /// The times of news s_i and s_k on both sides; `None` without news.
 pub trait Stamps {
     /// Returns the send time of the latest news of a robot that has reached the receiver.
-    fn mine(&self, robot: RobotId) -> Option<SimTime>;
+    fn own_news(&self, robot: RobotId) -> Option<SimTime>;
     /// Returns the same time for the sender; for the sender itself it is the time of the message.
-    fn theirs(&self, robot: RobotId) -> Option<SimTime>;
+    fn sender_news(&self, robot: RobotId) -> Option<SimTime>;
 }
 
 /// Returns the action of the receiver `me` (i) on the claim of the `sender` (k), given its own stored claim. Of equal
 /// bids the lower rank's counts as larger.
-pub fn consensus(
+pub fn merge_action(
     me: RobotId,
     sender: RobotId,
     sender_claim: Option<WinningBid>,
     own_claim: Option<WinningBid>,
     stamps: &impl Stamps,
 ) -> Action {
-    let newer = |robot| stamps.theirs(robot) > stamps.mine(robot);
+    let newer = |robot| stamps.sender_news(robot) > stamps.own_news(robot);
     let update_if = |holds| {
         if holds { Action::Update } else { Action::Leave }
     };
@@ -70,7 +70,7 @@ pub fn consensus(
         (Some(k), Some(i)) if i.robot == k.robot => update_if(newer(k.robot)),
         (Some(k), Some(i)) => {
             let (of_theirs, of_mine) = (newer(k.robot), newer(i.robot));
-            let is_known_better = stamps.mine(k.robot) > stamps.theirs(k.robot);
+            let is_known_better = stamps.own_news(k.robot) > stamps.sender_news(k.robot);
             if of_theirs && (of_mine || k.beats(&i)) {
                 Action::Update
             } else if of_mine && is_known_better {

@@ -6,7 +6,7 @@ use proto::allocation::consensus::WinningBid;
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
-use crate::allocator::{Choice, Me};
+use crate::allocator::{Choice, SelfState};
 
 /// The view of one place of one task.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +20,7 @@ pub struct Entry {
     /// The best claim of the other robots, if it is known.
     others: Option<WinningBid>,
     /// True if the entry must be sent.
-    pub is_unsaid: bool,
+    pub must_send: bool,
 }
 
 /// A task for which the robot has a behavior.
@@ -35,7 +35,7 @@ pub struct OwnTask {
 }
 
 #[derive(Clone, Debug)]
-pub struct Beliefs {
+pub struct Winners {
     me: RobotId,
     tasks: Vec<OwnTask>,
     entries: Vec<Entry>,
@@ -43,8 +43,8 @@ pub struct Beliefs {
     has_changed: bool,
 }
 
-impl Beliefs {
-    pub fn new(me: &Me) -> Self {
+impl Winners {
+    pub fn new(me: &SelfState) -> Self {
         let mut behaviors = me.behaviors.clone();
         behaviors.sort_by_key(|behavior| behavior.task);
         behaviors.dedup_by_key(|behavior| behavior.task);
@@ -68,7 +68,7 @@ impl Beliefs {
                 round: SimTime::ZERO,
                 claim: None,
                 others: None,
-                is_unsaid: false,
+                must_send: false,
             }));
         }
         Self {
@@ -98,7 +98,7 @@ impl Beliefs {
         let entry = &mut self.entries[place];
         if entry.claim != claim {
             entry.claim = claim;
-            entry.is_unsaid = true;
+            entry.must_send = true;
             self.has_changed = true;
         }
     }
@@ -128,7 +128,7 @@ impl Beliefs {
 
     /// Gives each place without a winner to the best other claim. Called after the robot has made its choice: earlier,
     /// others could see the robot in two places of a task.
-    pub fn yield_places(&mut self) {
+    pub fn give_free_places(&mut self) {
         for place in 0..self.entries.len() {
             let entry = &self.entries[place];
             if entry.claim.is_none() && entry.others.is_some() {
@@ -138,27 +138,27 @@ impl Beliefs {
     }
 
     /// Clears the claims if `round` is newer.
-    pub fn renew(&mut self, place: usize, round: SimTime) {
+    pub fn start_round(&mut self, place: usize, round: SimTime) {
         let entry = &mut self.entries[place];
         if entry.round < round {
             entry.round = round;
             entry.claim = None;
             entry.others = None;
-            entry.is_unsaid = true;
+            entry.must_send = true;
             self.has_changed = true;
         }
     }
 
-    pub fn note_rounds(&mut self, choices: &[Choice]) {
+    pub fn apply_rounds(&mut self, choices: &[Choice]) {
         for choice in choices {
             for place in self.places(choice.task) {
-                self.renew(place, choice.round);
+                self.start_round(place, choice.round);
             }
         }
     }
 
     /// Removes a robot's claims from all entries for which `concerns` is true.
-    pub fn strike(&mut self, robot: RobotId, mut concerns: impl FnMut(&Entry) -> bool) {
+    pub fn remove_claims_of(&mut self, robot: RobotId, mut concerns: impl FnMut(&Entry) -> bool) {
         for place in 0..self.entries.len() {
             let entry = &self.entries[place];
             if entry.claim.is_some_and(|claim| claim.robot == robot) && concerns(entry) {
@@ -190,7 +190,7 @@ impl Beliefs {
     }
 
     /// Returns the place that a bid wins: the one with the lowest claim, if the bid beats it.
-    pub fn opening(&self, own: &OwnTask, value: f32) -> Option<Opening> {
+    pub fn winnable_place(&self, own: &OwnTask, value: f32) -> Option<Opening> {
         if own.slots == 0 {
             return Some(Opening { place: None });
         }
@@ -216,12 +216,12 @@ impl Beliefs {
         std::mem::take(&mut self.has_changed)
     }
 
-    pub fn tell(&mut self, place: usize) {
-        self.entries[place].is_unsaid = true;
+    pub fn mark_for_sending(&mut self, place: usize) {
+        self.entries[place].must_send = true;
     }
 
-    pub fn note_said(&mut self, place: usize) {
-        self.entries[place].is_unsaid = false;
+    pub fn mark_sent(&mut self, place: usize) {
+        self.entries[place].must_send = false;
     }
 }
 

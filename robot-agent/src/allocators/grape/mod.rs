@@ -17,17 +17,17 @@ use scenario::time::SimTime;
 use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 
-use crate::allocator::unit::Unit;
-use crate::allocator::{Allocator, Choice, Decision, Input, Me};
-use partition::{Inbox, Partition};
+use crate::allocator::unit::WorkUnit;
+use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
+use partition::{PartReceiver, Partition};
 
 #[derive(Clone, Debug)]
 pub struct Grape {
-    me: Me,
+    me: SelfState,
     refresh: SimTime,
-    unit: Unit,
+    unit: WorkUnit,
     partition: Partition,
-    inbox: Inbox,
+    inbox: PartReceiver,
     /// The teammates from which anything was received, by rank. Heartbeats count only as signs of life.
     met: Vec<RobotId>,
     last_sent: Option<SimTime>,
@@ -56,7 +56,7 @@ impl Grape {
     fn receive(&mut self, input: &Input<'_>) -> bool {
         let now = input.now;
         let mut has_changed = false;
-        for broadcast in input.heard {
+        for broadcast in input.received {
             let (sender, sent) = (broadcast.sender, broadcast.sent);
             let is_fresh = sent <= now && now.since(sent) < self.me.ceased_after;
             if sender == self.me.robot || sender.index() >= self.me.team || !is_fresh {
@@ -69,9 +69,9 @@ impl Grape {
                 &broadcast.body
             {
                 let size = (self.me.team, self.me.tasks);
-                has_changed |= self.inbox.take(message, &mut self.partition, size, now);
+                has_changed |= self.inbox.receive(message, &mut self.partition, size, now);
             }
-            self.partition.saw(sender, sent);
+            self.partition.record_sign_of_life(sender, sent);
         }
         has_changed
     }
@@ -80,13 +80,13 @@ impl Grape {
     fn remove_silent(&mut self, input: &Input<'_>) -> bool {
         let has_met = |robot| self.met.binary_search(&robot).is_ok();
         self.partition
-            .strike(input.now, self.me.ceased_after, has_met)
+            .remove_silent(input.now, self.me.ceased_after, has_met)
     }
 
     /// Returns the value of a task to the robot with this behavior; `None` if it cannot join.
     fn worth(&self, choice: &Choice, input: &Input<'_>) -> Option<Worth> {
-        let utility = self.unit.begun().utility(choice, input)?;
-        let members = 1 + self.partition.others(choice.task, self.me.robot);
+        let utility = self.unit.committed().utility(choice, input)?;
+        let members = 1 + self.partition.other_members(choice.task, self.me.robot);
         let has_room = members <= choice.max_robots;
         has_room.then_some((choice.priority, utility / members as f64))
     }
@@ -112,7 +112,7 @@ impl Grape {
         };
         if moves {
             let task = best.map(|(_, task)| task);
-            self.partition.put(self.me.robot, task, input.now);
+            self.partition.move_robot(self.me.robot, task, input.now);
         }
         moves
     }
@@ -122,7 +122,7 @@ impl Grape {
         let task = self.partition.task_of(self.me.robot)?;
         let mut best: Option<(f64, BehaviorId)> = None;
         for choice in input.choices.iter().filter(|choice| choice.task == task) {
-            if let Some(utility) = self.unit.begun().utility(choice, input)
+            if let Some(utility) = self.unit.committed().utility(choice, input)
                 && best.is_none_or(|(most, _)| utility > most)
             {
                 best = Some((utility, choice.behavior));
@@ -143,7 +143,7 @@ impl Grape {
             self.next_part = Some(0);
             self.last_sent = Some(now);
         }
-        self.partition.saw(self.me.robot, now);
+        self.partition.record_sign_of_life(self.me.robot, now);
         // The remaining parts are sent in the next step.
         while let Some(part) = self.next_part
             && messages.len() <= self.me.tasks
@@ -171,13 +171,13 @@ impl Allocator for Grape {
         }]
     }
 
-    fn new(me: &Me, config: &Config) -> Self {
+    fn new(me: &SelfState, config: &Config) -> Self {
         Self {
             me: me.clone(),
             refresh: SimTime::from_secs_f64(config.refresh_s),
-            unit: Unit::default(),
+            unit: WorkUnit::default(),
             partition: Partition::default(),
-            inbox: Inbox::default(),
+            inbox: PartReceiver::default(),
             met: Vec::new(),
             last_sent: None,
             next_part: None,
@@ -186,7 +186,7 @@ impl Allocator for Grape {
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         let before = decision.active;
-        let must_decide = self.unit.look(&self.me, input, before);
+        let must_decide = self.unit.update(&self.me, input, before);
         let is_adopted = self.receive(input);
         let is_struck = self.remove_silent(input);
         let is_pushed_out = before.is_some() && self.partition.task_of(self.me.robot).is_none();
@@ -195,7 +195,7 @@ impl Allocator for Grape {
             has_moved |= self.decide(input);
         }
         if has_moved {
-            self.partition.evolve(input.draws.stream().random());
+            self.partition.count_decision(input.draws.stream().random());
         }
         if must_decide || is_adopted || has_moved {
             decision.active = self.behavior(input);
@@ -208,7 +208,7 @@ impl Allocator for Grape {
             });
         }
         self.send_partition(is_adopted || has_moved, input.now, &mut decision.say);
-        let holder = |task| self.partition.first_of(task);
+        let holder = |task| self.partition.lowest_member(task);
         let under_way = self.unit.under_way();
         under_way.log(&self.me, input, decision, holder);
         self.unit.note_active(before, decision.active, input.now);

@@ -37,7 +37,7 @@ struct Incomplete {
 
 /// The received parts of the newest partition.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Inbox(Option<Incomplete>);
+pub struct PartReceiver(Option<Incomplete>);
 
 impl Partition {
     pub fn task_of(&self, robot: RobotId) -> Option<TaskId> {
@@ -45,19 +45,19 @@ impl Partition {
         Some(self.members[at].task)
     }
 
-    pub fn others(&self, task: TaskId, me: RobotId) -> usize {
+    pub fn other_members(&self, task: TaskId, me: RobotId) -> usize {
         let of = |member: &&CoalitionMember| member.task == task && member.robot != me;
         self.members.iter().filter(of).count()
     }
 
-    pub fn first_of(&self, task: TaskId) -> Option<RobotId> {
+    pub fn lowest_member(&self, task: TaskId) -> Option<RobotId> {
         let mut members = self.members.iter();
         members
             .find(|member| member.task == task)
             .map(|member| member.robot)
     }
 
-    pub fn put(&mut self, robot: RobotId, task: Option<TaskId>, seen: SimTime) {
+    pub fn move_robot(&mut self, robot: RobotId, task: Option<TaskId>, seen: SimTime) {
         match (self.place(robot), task) {
             (Ok(at), Some(task)) => self.members[at] = CoalitionMember { robot, task, seen },
             (Ok(at), None) => {
@@ -70,7 +70,7 @@ impl Partition {
         }
     }
 
-    pub fn saw(&mut self, robot: RobotId, seen: SimTime) {
+    pub fn record_sign_of_life(&mut self, robot: RobotId, seen: SimTime) {
         if let Ok(at) = self.place(robot) {
             let member = &mut self.members[at];
             member.seen = member.seen.max(seen);
@@ -78,7 +78,7 @@ impl Partition {
     }
 
     /// Removes the members without a sign of life for τ for which `has_met` is true. Returns whether there were any.
-    pub fn strike(
+    pub fn remove_silent(
         &mut self,
         now: SimTime,
         tau: SimTime,
@@ -94,12 +94,12 @@ impl Partition {
     fn merge_seen(&mut self, members: &[CoalitionMember], now: SimTime) {
         // Times in the future are invalid.
         for member in members.iter().filter(|member| member.seen <= now) {
-            self.saw(member.robot, member.seen);
+            self.record_sign_of_life(member.robot, member.seen);
         }
     }
 
     /// Counts a decision and stores its stamp.
-    pub fn evolve(&mut self, stamp: f64) {
+    pub fn count_decision(&mut self, stamp: f64) {
         self.version = Version {
             evolution: self.version.evolution.saturating_add(1),
             stamp,
@@ -130,10 +130,10 @@ impl Partition {
     }
 }
 
-impl Inbox {
+impl PartReceiver {
     /// Stores a part. Returns whether it completed a newer partition, which then replaces `known`. Invalid messages are
     /// ignored.
-    pub fn take(
+    pub fn receive(
         &mut self,
         message: &Message,
         known: &mut Partition,

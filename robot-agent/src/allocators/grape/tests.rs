@@ -9,7 +9,7 @@ use rand_chacha::rand_core::SeedableRng;
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
-use super::partition::{Inbox, Partition, Version};
+use super::partition::{PartReceiver, Partition, Version};
 use super::{Config, Grape};
 use crate::allocators::cbba::tests::team::{Team, Work};
 use crate::testkit;
@@ -121,7 +121,7 @@ fn crashed_robots_are_removed() {
         team.step();
     }
     let holder = team.active().iter().position(Option::is_some).unwrap();
-    team.dead[holder] = true;
+    team.crashed[holder] = true;
     let last_message = SimTime(1000);
     while team.active().iter().flatten().count() < 2 {
         team.step();
@@ -183,7 +183,7 @@ fn invalid_messages_are_ignored() {
     let take = |message: &Message| {
         let mut at = Partition::default();
         at.version = known;
-        Inbox::default().take(message, &mut at, (3, 2), SimTime(0))
+        PartReceiver::default().receive(message, &mut at, (3, 2), SimTime(0))
     };
     assert!(take(&sound));
     let member = |robot, task| CoalitionMember {
@@ -219,17 +219,17 @@ fn parts_combine_to_the_whole_partition() {
     let mut partition = Partition::default();
     for robot in 0..1000 {
         let seen = SimTime(1 << 40);
-        partition.put(RobotId(60_000 + robot), Some(TaskId(60_000 + robot)), seen);
+        partition.move_robot(RobotId(60_000 + robot), Some(TaskId(60_000 + robot)), seen);
     }
-    partition.evolve(0.5);
-    let mut inbox = Inbox::default();
+    partition.count_decision(0.5);
+    let mut inbox = PartReceiver::default();
     let mut whole = Partition::default();
     for part in (0..partition.parts()).rev() {
         let message = partition.message(part);
         assert!(message.members.len() <= MEMBERS_MAX);
         let length = encoded_len(&AllocationMessage::Partition(message.clone())).unwrap();
         assert!(length <= 1200, "{length}");
-        let is_whole = inbox.take(&message, &mut whole, (65_536, 65_536), SimTime(1 << 41));
+        let is_whole = inbox.receive(&message, &mut whole, (65_536, 65_536), SimTime(1 << 41));
         assert_eq!(is_whole, part == 0);
     }
     assert_eq!(whole, partition);

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use scenario::{AllocatorSpec, Setup};
 
 use super::{Config, Learner};
-use crate::allocator::{ConfigError, Kind, Me, Mind, Prepared, config};
+use crate::allocator::{
+    AllocatorKind, ConfigError, ConfiguredAllocator, RunningAllocator, SelfState, read_config,
+};
 
 #[derive(Clone, Copy, Debug)]
 pub struct LAlliance;
@@ -14,7 +16,7 @@ impl LAlliance {
     const NAME: &str = "l-alliance";
 }
 
-impl Kind for LAlliance {
+impl AllocatorKind for LAlliance {
     fn spec(&self) -> AllocatorSpec {
         AllocatorSpec {
             name: Self::NAME,
@@ -25,17 +27,17 @@ impl Kind for LAlliance {
         }
     }
 
-    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
-        let config: Config = config(setup, Self::NAME)?;
+    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
+        let config: Config = read_config(setup, Self::NAME)?;
         Ok(Arc::new(config))
     }
 }
 
-impl Prepared for Config {
-    fn mind(&self, me: Me, setup: &Setup) -> Box<dyn Mind> {
+impl ConfiguredAllocator for Config {
+    fn start(&self, me: SelfState, setup: &Setup) -> Box<dyn RunningAllocator> {
         let alliance = &setup.alliance;
         let mut learner = Learner::new(&me, self, alliance.threshold, alliance.switches);
-        learner.recall(setup);
+        learner.load(setup);
         Box::new(learner)
     }
 }

@@ -19,17 +19,17 @@ use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{LearnedTimes, Setup, Switches};
 
-use super::alliance::{Engine, Learned, Toward, Values};
-use crate::allocator::{Input, Me, Mind, Outcome};
+use super::alliance::{Engine, LearnedTerms, LearnedValues, TowardTeammate};
+use crate::allocator::{Input, RunningAllocator, SelfState, StepOutcome};
 use monitor::Monitor;
-use rates::{Category, Knowledge, Rates};
+use rates::{Category, Rates, TaskTimes};
 
 pub use config::{Config, Ordering, Strategy};
 pub use kind::LAlliance;
 
 #[derive(Clone, Debug)]
 pub struct Learner {
-    me: Me,
+    me: SelfState,
     config: Config,
     threshold: f64,
     engine: Engine,
@@ -44,12 +44,12 @@ pub struct Learner {
     /// The values of the robot's tasks in the latest step.
     task_values: Vec<TaskValues>,
     /// A buffer for φ and δ_slow toward single teammates.
-    toward: Vec<(RobotId, Toward)>,
+    toward: Vec<(RobotId, TowardTeammate)>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct TaskValues {
-    knowledge: Knowledge,
+    knowledge: TaskTimes,
     rates: Rates,
     /// The step of active learning; `None` once it has ended.
     learning: Option<LearningStep>,
@@ -69,7 +69,7 @@ enum LearningStep {
 impl Learner {
     /// Creates a robot at the start of an incarnation, with θ and the switches of `[alliance]`.
     #[must_use]
-    pub fn new(me: &Me, config: &Config, threshold: f64, switches: Switches) -> Self {
+    pub fn new(me: &SelfState, config: &Config, threshold: f64, switches: Switches) -> Self {
         let mut tasks: Vec<TaskId> = me.behaviors.iter().map(|behavior| behavior.task).collect();
         tasks.sort_unstable();
         tasks.dedup();
@@ -91,7 +91,7 @@ impl Learner {
     }
 
     /// Loads the times that the robot has learned in earlier runs.
-    pub(super) fn recall(&mut self, setup: &Setup) {
+    pub(super) fn load(&mut self, setup: &Setup) {
         let profile = setup.profile.robots.get(setup.roster.name(self.me.robot));
         for (task, times) in profile.into_iter().flatten() {
             for (robot, times) in times {
@@ -129,10 +129,14 @@ impl Learner {
         self.began.get_or_insert(input.now);
     }
 
-    fn knowledge_of(&self, task: TaskId, now: SimTime) -> Knowledge {
+    fn knowledge_of(&self, task: TaskId, now: SimTime) -> TaskTimes {
         let (me, brief) = (self.me.robot, &self.me.briefs[task.index()]);
         let own_s = self.monitor.time_s(task, me);
-        let has_tried = |robot| self.monitor.tried(task).any(|(other, _)| other == robot);
+        let has_tried = |robot| {
+            self.monitor
+                .trials_of(task)
+                .any(|(other, _)| other == robot)
+        };
         let able = self
             .monitor
             .present(now)
@@ -141,16 +145,16 @@ impl Learner {
         let (mut best_s, mut is_best) = (own_s, true);
         for other in able {
             best_s = best_s.min(other.0);
-            is_best &= rates::goes_before((own_s, me), other);
+            is_best &= rates::is_better((own_s, me), other);
         }
-        let is_free = self.monitor.executing(task) < brief.max_robots;
-        let times = self.monitor.tried(task).map(|(_, time_s)| time_s);
-        Knowledge {
+        let is_free = self.monitor.executing_count(task) < brief.max_robots;
+        let times = self.monitor.trials_of(task).map(|(_, time_s)| time_s);
+        TaskTimes {
             own_s,
             best_s,
             shortest_s: times.fold(own_s, f64::min),
             category: if is_best && is_free {
-                Category::Mine
+                Category::BestHere
             } else {
                 Category::Others
             },
@@ -162,7 +166,7 @@ impl Learner {
         let (mut low_s, mut high_s) = (f64::INFINITY, 0.0_f64);
         for &task in &self.tasks {
             let own_s = self.monitor.time_s(task, self.me.robot);
-            let times = self.monitor.tried(task).map(|(_, time_s)| time_s);
+            let times = self.monitor.trials_of(task).map(|(_, time_s)| time_s);
             for time_s in times.chain([own_s]) {
                 (low_s, high_s) = (low_s.min(time_s), high_s.max(time_s));
             }
@@ -185,7 +189,7 @@ impl Learner {
         let required = self.config.learning_trials;
         let since = input.now.since(self.began.unwrap_or_default());
         let is_over = since >= SimTime::from_secs_f64(self.config.learning_limit_s)
-            || (self.tasks.iter()).all(|&task| self.monitor.own_trials(task) >= required);
+            || (self.tasks.iter()).all(|&task| self.monitor.trial_count(task) >= required);
         if is_over {
             return;
         }
@@ -194,9 +198,9 @@ impl Learner {
             pairs.any(|(behavior, applicable)| behavior.task == task && *applicable)
         };
         let free = self.tasks.iter().copied();
-        let free = free.filter(|&task| can(task) && self.monitor.executing(task) == 0);
-        let next = free.min_by_key(|&task| self.monitor.own_trials(task));
-        let at = self.monitor.own().map(|(task, _)| task);
+        let free = free.filter(|&task| can(task) && self.monitor.executing_count(task) == 0);
+        let next = free.min_by_key(|&task| self.monitor.trial_count(task));
+        let at = self.monitor.current_trial().map(|(task, _)| task);
         for (&task, values) in self.tasks.iter().zip(&mut self.task_values) {
             let has_ended = at == Some(task) && input.progressed.contains(&task);
             values.learning = Some(if next == Some(task) {
@@ -220,7 +224,8 @@ impl Learner {
                 Some(step) => self.active(behavior.task, step),
             };
             let toward = &list;
-            self.engine.learn(place, &Values { toward, ..values });
+            self.engine
+                .set_learned(place, &LearnedValues { toward, ..values });
         }
         self.toward = list;
     }
@@ -231,8 +236,8 @@ impl Learner {
         &self,
         task: TaskId,
         values: &TaskValues,
-        list: &mut Vec<(RobotId, Toward)>,
-    ) -> Values<'static> {
+        list: &mut Vec<(RobotId, TowardTeammate)>,
+    ) -> LearnedValues<'static> {
         let TaskValues {
             knowledge, rates, ..
         } = values;
@@ -241,7 +246,7 @@ impl Learner {
             self.toward_within(rates::patience_s(strategy, knowledge, theirs_s))
         };
         let toward_most = toward(self.monitor.prior_s(task));
-        for (robot, theirs_s) in self.monitor.tried(task) {
+        for (robot, theirs_s) in self.monitor.trials_of(task) {
             let theirs = toward(theirs_s);
             if robot != self.me.robot && theirs != toward_most {
                 list.push((robot, theirs));
@@ -253,13 +258,13 @@ impl Learner {
         let is_withheld = rates::has_categories(&self.config)
             && knowledge.category == Category::Others
             && !is_bored;
-        Values {
-            fast: self.threshold / rates::clamped_s(rates.delay_s, shortest.as_secs_f64()),
+        LearnedValues {
+            fast: self.threshold / rates::clamp_delay_s(rates.delay_s, shortest.as_secs_f64()),
             toward_most,
             toward: &[],
             psi: SimTime::from_secs_f64(rates.psi_s),
             lambda: SimTime::from_secs_f64(rates.lambda_s),
-            learned: Learned {
+            learned: LearnedTerms {
                 is_withheld,
                 trial: self.trial_of(task),
             },
@@ -267,22 +272,22 @@ impl Learner {
     }
 
     /// Computes the values of active learning: patience until its end, and no ψ.
-    fn active(&self, task: TaskId, step: LearningStep) -> Values<'static> {
+    fn active(&self, task: TaskId, step: LearningStep) -> LearnedValues<'static> {
         let prior_s = self.monitor.prior_s(task);
         let longest_s = self.config.learning_limit_s.max(prior_s);
         let leaves = step == LearningStep::Leave;
         let lambda_s = if leaves {
             0.0
         } else {
-            rates::GIVING_UP * prior_s
+            rates::LAMBDA_PER_PSI * prior_s
         };
-        Values {
-            fast: self.threshold / rates::clamped_s(self.config.min_delay_s, longest_s),
+        LearnedValues {
+            fast: self.threshold / rates::clamp_delay_s(self.config.min_delay_s, longest_s),
             toward_most: self.toward_within(longest_s),
             toward: &[],
             psi: SimTime(u64::MAX),
             lambda: SimTime::from_secs_f64(lambda_s),
-            learned: Learned {
+            learned: LearnedTerms {
                 is_withheld: step != LearningStep::Try,
                 // A robot that leaves does so at once, because its time counts from activation.
                 trial: if leaves {
@@ -296,22 +301,22 @@ impl Learner {
 
     /// Returns the start of the robot's current trial of a task; 0 if there is none.
     fn trial_of(&self, task: TaskId) -> SimTime {
-        let trial = self.monitor.own().filter(|(at, _)| *at == task);
+        let trial = self.monitor.current_trial().filter(|(at, _)| *at == task);
         trial.map_or(SimTime::ZERO, |(_, began)| began)
     }
 
-    fn toward_within(&self, patience_s: f64) -> Toward {
+    fn toward_within(&self, patience_s: f64) -> TowardTeammate {
         // Rounded to the millisecond as all times, so that the motivation reaches θ when φ ends.
         let phi = SimTime::from_secs_f64(patience_s).max(SimTime(1));
-        Toward {
+        TowardTeammate {
             slow: self.threshold / phi.as_secs_f64(),
             phi,
         }
     }
 }
 
-impl Mind for Learner {
-    fn checkpoint(&self) -> Box<dyn Mind> {
+impl RunningAllocator for Learner {
+    fn checkpoint(&self) -> Box<dyn RunningAllocator> {
         Box::new(self.clone())
     }
 
@@ -323,14 +328,14 @@ impl Mind for Learner {
         self.monitor.learned()
     }
 
-    fn step(&mut self, input: &Input<'_>, outcome: &mut Outcome) {
-        self.monitor.hear(input.now, input.heard);
+    fn step(&mut self, input: &Input<'_>, outcome: &mut StepOutcome) {
+        self.monitor.receive(input.now, input.received);
         self.monitor.note_progress(input.now, input.progressed);
         self.update_boredom(input);
         self.update_values(input.now);
         self.plan_learning(input);
         self.apply();
-        Mind::step(&mut self.engine, input, outcome);
+        RunningAllocator::step(&mut self.engine, input, outcome);
         let active = outcome.active.and_then(|active| self.task_of(active));
         self.monitor.note_active(input.now, active);
     }

@@ -12,7 +12,7 @@ use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 use smallvec::SmallVec;
 
-use crate::allocator::Me;
+use crate::allocator::SelfState;
 use crate::by_rank::ByRank;
 
 /// The task times of all robots, as one robot measures them.
@@ -60,7 +60,7 @@ struct Trials {
 
 impl Monitor {
     /// Creates a monitor without trials, with an assumed time of `prior_units` units of each task's work.
-    pub fn new(me: &Me, window: usize, prior_units: f64, wishes_at_work: bool) -> Self {
+    pub fn new(me: &SelfState, window: usize, prior_units: f64, wishes_at_work: bool) -> Self {
         let is_own = |task: usize| {
             me.behaviors
                 .iter()
@@ -106,9 +106,13 @@ impl Monitor {
     }
 
     /// Processes the messages of a step, and ends the trials of teammates silent for τ.
-    pub fn hear<'a>(&mut self, now: SimTime, heard: impl IntoIterator<Item = &'a Arc<Broadcast>>) {
+    pub fn receive<'a>(
+        &mut self,
+        now: SimTime,
+        heard: impl IntoIterator<Item = &'a Arc<Broadcast>>,
+    ) {
         for broadcast in heard {
-            self.receive(now, broadcast);
+            self.receive_broadcast(now, broadcast);
         }
         for place in self.teammates.places() {
             let (robot, teammate) = self.teammates.entry_mut(place);
@@ -121,7 +125,7 @@ impl Monitor {
         }
     }
 
-    fn receive(&mut self, now: SimTime, broadcast: &Broadcast) {
+    fn receive_broadcast(&mut self, now: SimTime, broadcast: &Broadcast) {
         let sender = broadcast.sender;
         let task = match &broadcast.body {
             BroadcastContent::Heartbeat(heartbeat) => heartbeat.task,
@@ -211,7 +215,7 @@ impl Monitor {
     }
 
     /// Returns the robot's own current task and the start of its trial.
-    pub fn own(&self) -> Option<(TaskId, SimTime)> {
+    pub fn current_trial(&self) -> Option<(TaskId, SimTime)> {
         self.own.map(|attempt| (attempt.task, attempt.began))
     }
 
@@ -228,20 +232,20 @@ impl Monitor {
     }
 
     /// Returns the robots with trials of a task and their times, s, by rank. This robot is included.
-    pub fn tried(&self, task: TaskId) -> impl Iterator<Item = (RobotId, f64)> {
+    pub fn trials_of(&self, task: TaskId) -> impl Iterator<Item = (RobotId, f64)> {
         let from = self.trials.partition_point(|((other, _), _)| *other < task);
         let rest = self.trials[from..].iter();
         rest.take_while(move |((other, _), _)| *other == task)
             .map(|((_, robot), trials)| (*robot, trials.estimate))
     }
 
-    pub fn own_trials(&self, task: TaskId) -> u32 {
+    pub fn trial_count(&self, task: TaskId) -> u32 {
         let known = self.place(task, self.me);
         known.map_or(0, |place| self.trials[place].1.count)
     }
 
     /// Returns the number of teammates that report executing a task.
-    pub fn executing(&self, task: TaskId) -> usize {
+    pub fn executing_count(&self, task: TaskId) -> usize {
         let teammates = self.teammates.iter();
         teammates
             .filter(|(_, teammate)| teammate.at.is_some_and(|at| at.task == task))

@@ -10,7 +10,7 @@ use super::config::{Config, Ordering, Strategy};
 pub(super) const PATIENCE_CAP: f64 = 3.0;
 
 /// The value of λ in units of ψ.
-pub(super) const GIVING_UP: f64 = 3.0;
+pub(super) const LAMBDA_PER_PSI: f64 = 3.0;
 
 /// The limit of a delay as a share of the shortest φ, so that δ_slow < δ_fast.
 const SLOWEST: f64 = 0.9;
@@ -18,12 +18,12 @@ const SLOWEST: f64 = 0.9;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Category {
     /// The robot is the best of those present, and the task has a free place.
-    Mine,
+    BestHere,
     Others,
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Knowledge {
+pub(super) struct TaskTimes {
     pub own_s: f64,
     /// The shortest time of the present robots that can do the task, this one included, s.
     pub best_s: f64,
@@ -43,7 +43,7 @@ pub(super) struct Rates {
 }
 
 /// Returns whether the first of two robots is better at a task; of equal times the lower rank is better.
-pub(super) fn goes_before(one: (f64, RobotId), other: (f64, RobotId)) -> bool {
+pub(super) fn is_better(one: (f64, RobotId), other: (f64, RobotId)) -> bool {
     one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)).is_lt()
 }
 
@@ -51,7 +51,7 @@ pub(super) fn goes_before(one: (f64, RobotId), other: (f64, RobotId)) -> bool {
 /// in [0, 1).
 pub(super) fn rates(
     config: &Config,
-    knowledge: &Knowledge,
+    knowledge: &TaskTimes,
     span_s: (f64, f64),
     draw: f64,
 ) -> Rates {
@@ -67,7 +67,7 @@ pub(super) fn rates(
     let shortest_first = config.min_delay_s + share * range_s;
     let delay_s = match (config.strategy, config.ordering) {
         (Strategy::IV, _) => match knowledge.category {
-            Category::Mine => longest_first,
+            Category::BestHere => longest_first,
             Category::Others => shortest_first,
         },
         (_, Ordering::LongestFirst) => longest_first,
@@ -81,12 +81,12 @@ pub(super) fn rates(
     Rates {
         delay_s,
         psi_s,
-        lambda_s: GIVING_UP * psi_s,
+        lambda_s: LAMBDA_PER_PSI * psi_s,
     }
 }
 
 /// Returns φ toward a teammate with the time `theirs_s`, s.
-pub(super) fn patience_s(strategy: Strategy, knowledge: &Knowledge, theirs_s: f64) -> f64 {
+pub(super) fn patience_s(strategy: Strategy, knowledge: &TaskTimes, theirs_s: f64) -> f64 {
     let by_strategy = match strategy {
         Strategy::I => knowledge.own_s,
         Strategy::II => knowledge.best_s,
@@ -96,7 +96,7 @@ pub(super) fn patience_s(strategy: Strategy, knowledge: &Knowledge, theirs_s: f6
 }
 
 /// Limits a delay to a share of the shortest patience.
-pub(super) fn clamped_s(delay_s: f64, shortest_patience_s: f64) -> f64 {
+pub(super) fn clamp_delay_s(delay_s: f64, shortest_patience_s: f64) -> f64 {
     delay_s.min(SLOWEST * shortest_patience_s)
 }
 

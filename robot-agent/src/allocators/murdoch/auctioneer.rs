@@ -10,7 +10,7 @@ use smallvec::SmallVec;
 use super::ledger::Ledger;
 use super::{Monitor, Offers, Settings, Teammate};
 use crate::allocator::utility::Bid;
-use crate::allocator::{Input, Me};
+use crate::allocator::{Input, SelfState};
 use crate::by_rank::ByRank;
 
 #[derive(Clone, Debug)]
@@ -46,7 +46,7 @@ struct Open {
 }
 
 impl Auctioneer {
-    pub fn new(me: &Me, tasks: &[TaskId], settings: Settings) -> Self {
+    pub fn new(me: &SelfState, tasks: &[TaskId], settings: Settings) -> Self {
         let entry = |task: &TaskId| {
             let brief = &me.briefs[task.index()];
             Entry {
@@ -69,7 +69,7 @@ impl Auctioneer {
     }
 
     /// Records a message of another auctioneer about a task.
-    pub fn attended(&mut self, place: usize, by: RobotId, now: SimTime) {
+    pub fn note_auctioneer(&mut self, place: usize, by: RobotId, now: SimTime) {
         if by < self.me {
             self.entries[place].attended = now;
         }
@@ -93,11 +93,11 @@ impl Auctioneer {
         })
     }
 
-    pub fn act(
+    pub fn step(
         &mut self,
         offers: &Offers<'_>,
         input: &Input<'_>,
-        me: &Me,
+        me: &SelfState,
         teammates: &ByRank<Teammate>,
         ledger: &mut Ledger,
         outgoing: &mut Vec<Negotiation>,
@@ -107,7 +107,7 @@ impl Auctioneer {
         for place in 0..self.entries.len() {
             self.update_role(place, offers, me, teammates, now);
             if let Some(offer) = &offers[place] {
-                ledger.void(place, offer.choice.round);
+                ledger.end_older_rounds(place, offer.choice.round);
             }
             if self.entries[place].auctioneer_since.is_some() {
                 self.renew(place, ledger, outgoing, now);
@@ -121,7 +121,7 @@ impl Auctioneer {
         &mut self,
         place: usize,
         offers: &Offers<'_>,
-        me: &Me,
+        me: &SelfState,
         teammates: &ByRank<Teammate>,
         now: SimTime,
     ) {
@@ -160,7 +160,7 @@ impl Auctioneer {
     ) {
         let entry = &self.entries[place];
         let mut useless = None;
-        for contract in ledger.of_mut(place) {
+        for contract in ledger.valid_contracts_mut(place) {
             if self.settings.monitor == Monitor::Progress
                 && now.since(contract.progressed) > entry.patience
             {
@@ -197,7 +197,7 @@ impl Auctioneer {
             let Some(open) = entry.open.take() else { break };
             ledger.award(place, open.auction, open.round, robot, now);
             if let Some(contract) = ledger
-                .of_mut(place)
+                .valid_contracts_mut(place)
                 .iter_mut()
                 .find(|contract| contract.winner == robot)
             {
@@ -233,7 +233,7 @@ impl Auctioneer {
                     task: entry.task,
                 };
                 let is_better = best.is_none_or(|(_, known)| bid.order(&known).is_gt());
-                if is_better && !ledger.is_busy(robot) && !self.is_banned(place, robot, now) {
+                if is_better && !ledger.has_contract(robot) && !self.is_banned(place, robot, now) {
                     best = Some((place, bid));
                 }
             }

@@ -9,7 +9,7 @@ use smallvec::SmallVec;
 use super::ledger::Ledger;
 use super::{Offer, Offers, Settings};
 use crate::allocator::utility::COMMIT;
-use crate::allocator::{Decision, Input, Me};
+use crate::allocator::{Decision, Input, SelfState};
 
 #[derive(Clone, Debug)]
 pub struct Bidder {
@@ -36,7 +36,7 @@ struct Held {
 }
 
 impl Bidder {
-    pub fn new(me: &Me, tasks: &[TaskId], settings: Settings) -> Self {
+    pub fn new(me: &SelfState, tasks: &[TaskId], settings: Settings) -> Self {
         Self {
             me: me.robot,
             settings,
@@ -49,7 +49,7 @@ impl Bidder {
     }
 
     /// Bids once in an open auction if the robot is free and can do the task.
-    pub fn invited(
+    pub fn receive_announcement(
         &mut self,
         place: usize,
         message: &Negotiation,
@@ -75,7 +75,7 @@ impl Bidder {
     }
 
     /// Applies an award or a renewal of this robot's contract.
-    pub fn renewed(
+    pub fn receive_renewal(
         &mut self,
         place: usize,
         message: &Negotiation,

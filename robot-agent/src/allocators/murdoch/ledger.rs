@@ -8,7 +8,7 @@ use scenario::time::SimTime;
 use smallvec::SmallVec;
 
 use super::Settings;
-use crate::allocator::Me;
+use crate::allocator::SelfState;
 
 #[derive(Clone, Copy, Debug)]
 pub struct Contract {
@@ -39,7 +39,7 @@ pub fn precedence(one: &AuctionId, other: &AuctionId) -> Ordering {
 }
 
 impl Ledger {
-    pub fn new(me: &Me, tasks: &[TaskId], settings: Settings) -> Self {
+    pub fn new(me: &SelfState, tasks: &[TaskId], settings: Settings) -> Self {
         let max_robots = tasks.iter().map(|task| me.briefs[task.index()].max_robots);
         Self {
             lease: settings.lease,
@@ -49,7 +49,7 @@ impl Ledger {
     }
 
     /// Returns the valid contracts for a task.
-    pub fn of_mut(&mut self, place: usize) -> &mut [Contract] {
+    pub fn valid_contracts_mut(&mut self, place: usize) -> &mut [Contract] {
         let all = &mut self.contracts[place];
         let most = all.len().min(self.max_robots[place]);
         &mut all[..most]
@@ -66,7 +66,7 @@ impl Ledger {
             .map(|contract| contract.winner)
     }
 
-    pub fn is_busy(&self, robot: RobotId) -> bool {
+    pub fn has_contract(&self, robot: RobotId) -> bool {
         let mut all = self.contracts.iter().flatten();
         all.any(|contract| contract.winner == robot)
     }
@@ -155,13 +155,13 @@ impl Ledger {
         }
     }
 
-    pub fn forget(&mut self, now: SimTime) {
+    pub fn end_expired(&mut self, now: SimTime) {
         for contracts in &mut self.contracts {
             contracts.retain(|contract| now.since(contract.answered) <= self.lease);
         }
     }
 
-    pub fn void(&mut self, place: usize, older_than: SimTime) {
+    pub fn end_older_rounds(&mut self, place: usize, older_than: SimTime) {
         self.contracts[place].retain(|contract| contract.round >= older_than);
     }
 

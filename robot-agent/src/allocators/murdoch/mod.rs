@@ -35,8 +35,8 @@ use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 use smallvec::SmallVec;
 
-use crate::allocator::utility::UnderWay;
-use crate::allocator::{Allocator, Choice, Decision, Input, Me};
+use crate::allocator::utility::WorkInProgress;
+use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
 use crate::by_rank::ByRank;
 use auctioneer::Auctioneer;
 use bidder::Bidder;
@@ -44,8 +44,8 @@ use ledger::Ledger;
 
 #[derive(Clone, Debug)]
 pub struct Murdoch {
-    me: Me,
-    under_way: UnderWay,
+    me: SelfState,
+    under_way: WorkInProgress,
     tasks: SmallVec<[TaskId; 6]>,
     teammates: ByRank<Teammate>,
     /// The number of each teammate's latest message, by index of the task.
@@ -116,7 +116,7 @@ struct Settings {
 }
 
 impl Settings {
-    fn of(config: &Config, me: &Me) -> Self {
+    fn of(config: &Config, me: &SelfState) -> Self {
         let span = SimTime::from_secs_f64;
         // The announcement, its receipt with the bid, and the receipt of the bid take three steps.
         let least = span(3.0 * me.step_s);
@@ -199,14 +199,14 @@ impl Allocator for Murdoch {
         ]
     }
 
-    fn new(me: &Me, config: &Config) -> Self {
+    fn new(me: &SelfState, config: &Config) -> Self {
         let mut tasks: SmallVec<[TaskId; 6]> =
             me.behaviors.iter().map(|behavior| behavior.task).collect();
         tasks.sort_unstable();
         tasks.dedup();
         let settings = Settings::of(config, me);
         Self {
-            under_way: UnderWay::default(),
+            under_way: WorkInProgress::default(),
             teammates: ByRank::default(),
             latest: tasks.iter().map(|_| ByRank::default()).collect(),
             ledger: Ledger::new(me, &tasks, settings),
@@ -220,11 +220,11 @@ impl Allocator for Murdoch {
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
-        self.under_way.note_progress(&self.me, input);
+        self.under_way.record_progress(&self.me, input);
         let mut outgoing = std::mem::take(&mut self.spare);
         let offers = self.offers(input);
 
-        for broadcast in input.heard {
+        for broadcast in input.received {
             let sender = broadcast.sender;
             if sender == self.me.robot || sender.index() >= self.me.team {
                 continue;
@@ -262,10 +262,10 @@ impl Allocator for Murdoch {
             );
         }
 
-        self.ledger.forget(input.now);
+        self.ledger.end_expired(input.now);
         self.bidder
             .act(&offers, input, &self.ledger, decision, &mut outgoing);
-        self.auctioneer.act(
+        self.auctioneer.step(
             &offers,
             input,
             &self.me,
@@ -290,7 +290,7 @@ impl Allocator for Murdoch {
 
         let holder = |task| self.ledger.holder_of(self.place_of(task)?);
         self.under_way.log(&self.me, input, decision, holder);
-        self.under_way.note_active(decision.active, input.now);
+        self.under_way.record_active(decision.active, input.now);
     }
 }
 
@@ -355,9 +355,15 @@ impl Murdoch {
         }
         match message.word {
             NegotiationKind::Announce { closes } => {
-                self.auctioneer.attended(place, sender, input.now);
-                self.bidder
-                    .invited(place, message, closes, &offers[place], input.now, answers);
+                self.auctioneer.note_auctioneer(place, sender, input.now);
+                self.bidder.receive_announcement(
+                    place,
+                    message,
+                    closes,
+                    &offers[place],
+                    input.now,
+                    answers,
+                );
             }
             NegotiationKind::Bid { utility } => {
                 self.auctioneer.bid(place, message.auction, sender, utility);
@@ -366,19 +372,19 @@ impl Murdoch {
                 if winner.index() >= self.me.team {
                     return;
                 }
-                self.auctioneer.attended(place, sender, input.now);
+                self.auctioneer.note_auctioneer(place, sender, input.now);
                 // The ledger already contains the robot's own awards, unless they were returned since.
                 if sender != self.me.robot {
                     self.ledger.note_award(place, message, winner, input.now);
                 }
                 if winner == self.me.robot {
                     self.bidder
-                        .renewed(place, message, &offers[place], input.now, answers);
+                        .receive_renewal(place, message, &offers[place], input.now, answers);
                 }
             }
             NegotiationKind::Ack { status, progress } => {
                 self.auctioneer
-                    .attended(place, message.auction.auctioneer, input.now);
+                    .note_auctioneer(place, message.auction.auctioneer, input.now);
                 let continues = status == ContractStatus::Ongoing;
                 if !continues || !self.auctioneer.is_banned(place, sender, input.now) {
                     let progress = continues.then_some(progress);

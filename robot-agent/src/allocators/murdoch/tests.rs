@@ -14,7 +14,7 @@ use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 
 use super::{Config, Monitor, Murdoch};
-use crate::allocators::team::{STEP, Situation, TAU, Task, Team, words};
+use crate::allocators::team::{STEP, Situation, TAU, Task, Team, allocator_messages};
 use crate::testkit;
 
 const LEASE: SimTime = SimTime(6000);
@@ -33,7 +33,7 @@ fn steps(count: u64) -> SimTime {
 }
 
 fn negotiations(team: &Team<Murdoch>) -> Vec<(RobotId, Negotiation)> {
-    words(&team.air)
+    allocator_messages(&team.in_flight)
         .filter_map(|(robot, message)| match message {
             AllocationMessage::Murdoch(negotiation) => Some((robot, *negotiation)),
             _ => None,
@@ -94,7 +94,7 @@ fn murdoch_keeps_the_properties_of_all_allocators() {
 #[test]
 fn an_auction_from_announcement_to_work() {
     let mut team = Team::<Murdoch>::new(
-        Situation::of(&[&[30.0], &[20.0], &[40.0]]),
+        Situation::from_costs(&[&[30.0], &[20.0], &[40.0]]),
         Config::default(),
     );
     until_taken(&mut team, 0);
@@ -120,7 +120,7 @@ proptest! {
     ) {
         let costs: Vec<[f64; 1]> = costs.into_iter().map(|cost| [f64::from(cost)]).collect();
         let rows: Vec<&[f64]> = costs.iter().map(|row| &row[..]).collect();
-        let mut team = Team::<Murdoch>::new(Situation::of(&rows), Config::default());
+        let mut team = Team::<Murdoch>::new(Situation::from_costs(&rows), Config::default());
         until_taken(&mut team, 0);
         let mut answered = team.now() - STEP;
         for _ in 0..wait {
@@ -132,7 +132,7 @@ proptest! {
         }
         let winner = team.executors(0)[0];
         let (mut last_received, mut announced) = (SimTime::ZERO, None);
-        for (robot, _) in team.air.iter().map(|broadcast| (broadcast.sender, ())) {
+        for (robot, _) in team.in_flight.iter().map(|broadcast| (broadcast.sender, ())) {
             if robot.index() == winner {
                 last_received = team.now();
             }
@@ -163,7 +163,7 @@ proptest! {
     /// robot with one does not bid. M4: without message loss and with one auctioneer, no task exceeds its limit.
     #[test]
     fn m2_m3_m4_in_lossless_teams(
-        situation in Situation::any(5, 4),
+        situation in Situation::arbitrary(5, 4),
         seed in any::<u64>(),
     ) {
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
@@ -250,7 +250,7 @@ proptest! {
     /// M3: no robot acknowledges two contracts at once, for any message loss.
     #[test]
     fn m3_no_robot_holds_two_contracts(
-        situation in Situation::any(4, 4),
+        situation in Situation::arbitrary(4, 4),
         seed in any::<u64>(),
         loss in 0.0..0.8_f64,
     ) {
@@ -286,11 +286,11 @@ proptest! {
         let config = watchful();
         let (progress_units, ban) = (config.progress_units, SimTime::from_secs_f64(config.ban_s));
         let useless = useless.index(robots);
-        let mut situation = Situation::of(&vec![&costs[..]; robots]);
+        let mut situation = Situation::from_costs(&vec![&costs[..]; robots]);
         // The useless robot always has the best bid.
         situation.cost_s[useless] = costs.iter().map(|cost| Some(cost / 2.0)).collect();
         let mut team = Team::<Murdoch>::new(situation, config);
-        team.robots[useless].works = false;
+        team.robots[useless].makes_progress = false;
         let (mut since, mut left, mut stints) = (SimTime::ZERO, BTreeMap::new(), 0);
         let mut before: Option<TaskId> = None;
         while team.now() < SimTime(120_000) {
@@ -322,7 +322,7 @@ proptest! {
     #[test]
     fn g5_all_tasks_are_done_with_all_links_cut(robots in 1..4_usize, costs in prop::collection::vec(1..8_u32, 1..5)) {
         let costs: Vec<f64> = costs.into_iter().map(f64::from).collect();
-        let mut situation = Situation::of(&vec![&costs[..]; robots]);
+        let mut situation = Situation::from_costs(&vec![&costs[..]; robots]);
         for task in &mut situation.tasks {
             task.units = Some(2);
         }
@@ -345,7 +345,7 @@ proptest! {
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
         let costs: Vec<Vec<f64>> = costs.iter().map(|row| row.iter().map(|&cost| f64::from(cost)).collect()).collect();
         let rows: Vec<&[f64]> = costs.iter().map(|row| &row[..]).collect();
-        let mut situation = Situation::of(&rows);
+        let mut situation = Situation::from_costs(&rows);
         for task in &mut situation.tasks {
             task.units = Some(3);
         }
@@ -362,7 +362,7 @@ proptest! {
 #[test]
 fn a_partition_that_heals_leaves_the_contract_of_the_lower_rank() {
     let mut team = Team::<Murdoch>::new(
-        Situation::of(&[&[50.0], &[90.0], &[10.0]]),
+        Situation::from_costs(&[&[50.0], &[90.0], &[10.0]]),
         Config::default(),
     );
     let cut =
@@ -379,7 +379,7 @@ fn a_partition_that_heals_leaves_the_contract_of_the_lower_rank() {
 #[test]
 fn a_new_auctioneer_adopts_running_contracts() {
     let mut team = Team::<Murdoch>::new(
-        Situation::of(&[&[70.0], &[60.0], &[50.0]]),
+        Situation::from_costs(&[&[70.0], &[60.0], &[50.0]]),
         Config::default(),
     );
     until_taken(&mut team, 0);
@@ -401,7 +401,7 @@ fn a_new_auctioneer_adopts_running_contracts() {
 /// and a lease, and waits for another lease.
 #[test]
 fn a_task_without_announcements_is_auctioned_by_the_next_robot() {
-    let mut situation = Situation::of(&[&[90.0, 90.0], &[50.0, 10.0]]);
+    let mut situation = Situation::from_costs(&[&[90.0, 90.0], &[50.0, 10.0]]);
     situation.tasks[0] = Task {
         max_robots: 2,
         ..Task::default()
@@ -422,7 +422,7 @@ fn a_task_without_announcements_is_auctioned_by_the_next_robot() {
 #[test]
 fn forged_messages_change_nothing() {
     let mut team = Team::<Murdoch>::new(
-        Situation::of(&[&[30.0], &[20.0], &[40.0]]),
+        Situation::from_costs(&[&[30.0], &[20.0], &[40.0]]),
         Config::default(),
     );
     let mut open = None;
@@ -432,7 +432,7 @@ fn forged_messages_change_nothing() {
     }
     let (_, announced) = open.unwrap();
     let forge =
-        |team: &mut Team<Murdoch>, message| team.forge(2, AllocationMessage::Murdoch(message));
+        |team: &mut Team<Murdoch>, message| team.inject(2, AllocationMessage::Murdoch(message));
     for utility in [f32::NAN, f32::INFINITY] {
         forge(
             &mut team,
@@ -476,7 +476,7 @@ fn forged_messages_change_nothing() {
 #[test]
 fn a_new_incarnation_returns_its_old_contract() {
     let mut team = Team::<Murdoch>::new(
-        Situation::of(&[&[90.0], &[10.0], &[50.0]]),
+        Situation::from_costs(&[&[90.0], &[10.0], &[50.0]]),
         Config::default(),
     );
     until_taken(&mut team, 0);
@@ -512,9 +512,12 @@ fn a_new_incarnation_returns_its_old_contract() {
 /// An overtaken or repeated answer is ignored.
 #[test]
 fn old_messages_restore_no_contract() {
-    let mut team = Team::<Murdoch>::new(Situation::of(&[&[90.0], &[10.0]]), Config::default());
+    let mut team = Team::<Murdoch>::new(
+        Situation::from_costs(&[&[90.0], &[10.0]]),
+        Config::default(),
+    );
     until_taken(&mut team, 0);
-    let answer = team.air.iter().find(|broadcast| {
+    let answer = team.in_flight.iter().find(|broadcast| {
         broadcast.sender == RobotId(1) && matches!(broadcast.body, BroadcastContent::Allocation(_))
     });
     let answer = answer.unwrap().clone();
@@ -522,7 +525,7 @@ fn old_messages_restore_no_contract() {
     team.situation.tasks[0].units = Some(0);
     team.run(5);
     assert!(team.executors(0).is_empty());
-    team.air.push(answer);
+    team.in_flight.push(answer);
     team.step();
     team.situation.tasks[0].units = None;
     let due = team.now();

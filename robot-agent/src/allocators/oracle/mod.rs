@@ -8,36 +8,36 @@ mod tests;
 
 use proto::telemetry::Reason;
 
-use crate::allocator::utility::UnderWay;
-use crate::allocator::{Allocator, Decision, Input, Me, NoParameters};
+use crate::allocator::utility::WorkInProgress;
+use crate::allocator::{Allocator, Decision, Input, NoParameters, SelfState};
 use plan::Plan;
 
 #[derive(Clone, Debug)]
 pub struct Oracle {
-    me: Me,
-    under_way: UnderWay,
+    me: SelfState,
+    under_way: WorkInProgress,
     plan: Plan,
 }
 
 impl Allocator for Oracle {
     type Config = NoParameters;
 
-    fn wants_truth() -> bool {
+    fn uses_ground_truth() -> bool {
         true
     }
 
-    fn new(me: &Me, _: &NoParameters) -> Self {
+    fn new(me: &SelfState, _: &NoParameters) -> Self {
         Self {
             me: me.clone(),
-            under_way: UnderWay::default(),
+            under_way: WorkInProgress::default(),
             plan: Plan::default(),
         }
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
-        self.under_way.note_progress(&self.me, input);
-        self.plan.make(input.truth, &self.me.briefs);
-        let plan = || self.plan.taken(input.truth);
+        self.under_way.record_progress(&self.me, input);
+        self.plan.compute(input.ground_truth, &self.me.briefs);
+        let plan = || self.plan.assigned(input.ground_truth);
         let mine = plan().find(|offer| offer.robot == self.me.robot);
         // An offer of the previous step may not be applicable any more.
         decision.active = mine.map(|offer| offer.behavior).filter(|behavior| {
@@ -52,7 +52,7 @@ impl Allocator for Oracle {
         };
         // The next step weighs the offers logged now. They need the bonus of the new behavior, or the plan would take
         // it away again.
-        self.under_way.note_active(decision.active, input.now);
+        self.under_way.record_active(decision.active, input.now);
         self.under_way.log(&self.me, input, decision, holder);
     }
 }

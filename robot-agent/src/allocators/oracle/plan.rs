@@ -57,7 +57,7 @@ enum End {
 impl Plan {
     /// Computes the best plan: first by the higher priorities, then by the sum of utilities. The offers are sorted by
     /// robot.
-    pub fn make(&mut self, offers: &[TaskOffer], briefs: &[TaskBrief]) {
+    pub fn compute(&mut self, offers: &[TaskOffer], briefs: &[TaskBrief]) {
         self.weigh(offers, briefs);
         self.tasks.resize_with(briefs.len(), Task::default);
         for task in &mut self.tasks {
@@ -78,7 +78,7 @@ impl Plan {
         }
     }
 
-    pub fn taken<'a>(&'a self, offers: &'a [TaskOffer]) -> impl Iterator<Item = &'a TaskOffer> {
+    pub fn assigned<'a>(&'a self, offers: &'a [TaskOffer]) -> impl Iterator<Item = &'a TaskOffer> {
         let taken = self.robots.iter().filter_map(|robot| robot.assigned);
         taken.map(|offer| &offers[offer])
     }

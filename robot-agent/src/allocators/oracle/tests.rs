@@ -50,8 +50,8 @@ fn exhaustive_best(rows: &[Vec<Option<f64>>], left: &mut [usize], rank: &[usize]
 
 fn best(offers: &[TaskOffer], briefs: &[TaskBrief]) -> Vec<TaskOffer> {
     let mut plan = Plan::default();
-    plan.make(offers, briefs);
-    plan.taken(offers).copied().collect()
+    plan.compute(offers, briefs);
+    plan.assigned(offers).copied().collect()
 }
 
 fn offer(robot: usize, task: usize, utility: f64) -> TaskOffer {
@@ -108,7 +108,7 @@ proptest! {
     /// All robots compute the same plan without messages. A robot that cannot work has no task from the next step on,
     /// and a returning robot gets one again.
     #[test]
-    fn all_robots_compute_the_same_plan(situation in Situation::any(4, 4), victim in 0..4_usize, dies: bool) {
+    fn all_robots_compute_the_same_plan(situation in Situation::arbitrary(4, 4), victim in 0..4_usize, dies: bool) {
         let robots = situation.cost_s.len();
         let victim = victim % robots;
         let most: Vec<usize> = situation.tasks.iter().map(|task| task.max_robots).collect();
@@ -116,9 +116,9 @@ proptest! {
         for step in 0..90 {
             match step {
                 30 if dies => team.kill(victim),
-                30 => team.robots[victim].works = false,
+                30 => team.robots[victim].makes_progress = false,
                 60 if dies => team.restart(victim),
-                60 => team.robots[victim].works = true,
+                60 => team.robots[victim].makes_progress = true,
                 _ => {}
             }
             team.step_with(|_, _| false);

@@ -12,11 +12,11 @@ use scenario::time::SimTime;
 use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 
-use crate::allocator::{Allocator, Choice, Decision, Input, Me};
+use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
 
 #[derive(Clone, Debug)]
 pub struct Threshold {
-    me: Me,
+    me: SelfState,
     config: Config,
     tasks: Vec<Response>,
 }
@@ -218,7 +218,7 @@ impl Allocator for Threshold {
         ]
     }
 
-    fn new(me: &Me, config: &Config) -> Self {
+    fn new(me: &SelfState, config: &Config) -> Self {
         let response = |task| Response {
             task,
             stimulus: 0.0,

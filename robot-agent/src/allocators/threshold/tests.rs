@@ -6,7 +6,7 @@ use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
 use super::{Config, Response, Threshold};
-use crate::allocator::{Allocator, Choice, Decision, Draws, Input, RouteCost};
+use crate::allocator::{Allocator, Choice, Decision, Input, RandomDraws, RouteCost};
 use crate::allocators::team::{STEP, Situation, Team};
 use crate::testkit;
 
@@ -78,7 +78,7 @@ proptest! {
     /// θ stays within its limits and s is never negative, for any team and duration.
     #[test]
     fn thresholds_stay_in_bounds(
-        situation in Situation::any(3, 4), least in 1.0..50.0, span in 0.0..50.0, start in 0.1..200.0,
+        situation in Situation::arbitrary(3, 4), least in 1.0..50.0, span in 0.0..50.0, start in 0.1..200.0,
     ) {
         let config = Config { theta_min: least, theta_max: least + span, theta_start: start, ..Config::default() };
         let mut team = Team::<Threshold>::new(situation, config);
@@ -100,7 +100,7 @@ proptest! {
     /// An able robot finally takes each due task with the published parameters, although other tasks are always
     /// available.
     #[test]
-    fn tasks_that_are_due_are_taken(situation in Situation::any(3, 4)) {
+    fn tasks_that_are_due_are_taken(situation in Situation::arbitrary(3, 4)) {
         let tasks = situation.tasks.len();
         let able = |task: usize| situation.cost_s.iter().any(|row| row[task].is_some());
         let mut left: Vec<usize> = (0..tasks).filter(|&task| able(task)).collect();
@@ -136,7 +136,7 @@ struct Solo {
 
 impl Solo {
     fn new(config: Config, seed: u64) -> Self {
-        let team = Team::<Threshold>::new(Situation::of(&[&[10.0, 20.0]]), config);
+        let team = Team::<Threshold>::new(Situation::from_costs(&[&[10.0, 20.0]]), config);
         Self {
             allocator: team.allocator(0).clone(),
             decision: Decision::default(),
@@ -169,10 +169,10 @@ impl Solo {
             applicable: &self.due,
             choices: &choices,
             progressed,
-            heard: &[],
+            received: &[],
             route: &NoRoute,
-            truth: &[],
-            draws: Draws::of(self.seed, RobotId(0), self.tick),
+            ground_truth: &[],
+            draws: RandomDraws::new(self.seed, RobotId(0), self.tick),
         };
         self.decision.rows.clear();
         self.allocator.step(&input, &mut self.decision);

@@ -2,8 +2,8 @@
 
 use crate::Registry;
 use crate::waste::data::{
-    Deposit, ReportSite, Spill, Spot, WASTE, WasteSection, default_scenario, default_setup,
-    move_waste, strew,
+    Deposit, ReportSite, Spill, Spot, WASTE, WasteSection, add_waste, default_scenario,
+    default_setup, move_waste,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -83,7 +83,7 @@ fn every_fault() -> impl Iterator<Item = Fault> {
         .into_iter()
         // The clean-up has no skills.
         .filter(|fault| !matches!(fault, Fault::Mission(_) | Fault::Skill(_)));
-    common.chain([add, strew(3.0, 4.0, 2), move_waste(7, 3.0, 4.0)])
+    common.chain([add, add_waste(3.0, 4.0, 2), move_waste(7, 3.0, 4.0)])
 }
 
 /// Returns name and mode of a fault. `reference.toml` has one example of each.

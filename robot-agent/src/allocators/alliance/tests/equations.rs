@@ -5,11 +5,11 @@ use crate::allocators::alliance::history::History;
 use crate::allocators::alliance::motivation::{
     Factors, acquiescence, impatience, impatience_reset, motivation,
 };
-use crate::allocators::alliance::params::{Params, Toward};
+use crate::allocators::alliance::params::{Params, TowardTeammate};
 
 /// Returns parameters with τ = 5 s, δ_slow = 1 and φ = 30 s toward gold, δ_slow = 2 and φ = 10 s toward green.
 fn params() -> Params {
-    let toward = |slow, phi| Toward { slow, phi: ms(phi) };
+    let toward = |slow, phi| TowardTeammate { slow, phi: ms(phi) };
     Params {
         period: ms(1000),
         tau: ms(5000),
@@ -26,7 +26,7 @@ fn history_of(messages: &[(u64, RobotId, TaskState)], switches: &Switches) -> Hi
     let mut history = History::new(ALL.len());
     for (seq, &(at, sender, state)) in (1..).zip(messages) {
         let message = heartbeat(sender, seq, ms(at), state, ms(0), TOP);
-        history.hear(ms(at), &message, switches, |task| Some(task.index()));
+        history.receive(ms(at), &message, switches, |task| Some(task.index()));
     }
     history
 }
@@ -55,7 +55,7 @@ fn impatience_is_slow_within_tau_and_before_phi() {
         (&late, 31_000, 5.0),
     ];
     for (history, now, expected) in table {
-        let rate = impatience(&params(), history.about(task(TOP).index()), ms(now));
+        let rate = impatience(&params(), history.records_of(task(TOP).index()), ms(now));
         assert_eq!(rate, expected, "at {now} ms");
     }
 }
@@ -79,7 +79,7 @@ fn impatience_takes_the_slowest_rate_of_the_teammates_that_count() {
         (11_000, 5.0),
     ];
     for (now, expected) in table {
-        let rate = impatience(&params(), history.about(task(TOP).index()), ms(now));
+        let rate = impatience(&params(), history.records_of(task(TOP).index()), ms(now));
         assert_eq!(rate, expected, "at {now} ms");
     }
 }
@@ -88,7 +88,11 @@ fn impatience_takes_the_slowest_rate_of_the_teammates_that_count() {
 fn impatience_ignores_other_tasks() {
     let switches = Preset::Par98.switches();
     let history = history_of(&[(1000, GOLD, Executing)], &switches);
-    let rate = impatience(&params(), history.about(task(BOTTOM).index()), ms(1000));
+    let rate = impatience(
+        &params(),
+        history.records_of(task(BOTTOM).index()),
+        ms(1000),
+    );
     assert_eq!(rate, 5.0);
 }
 
@@ -108,9 +112,9 @@ fn reset_comes_once_per_teammate_with_its_first_message() {
         for &sender in senders {
             seq += 1;
             let message = heartbeat(sender, seq, ms(at), Executing, ms(0), TOP);
-            history.hear(ms(at), &message, &switches, |task| Some(task.index()));
+            history.receive(ms(at), &message, &switches, |task| Some(task.index()));
         }
-        let reset = impatience_reset(history.about(task(TOP).index()), ms(at));
+        let reset = impatience_reset(history.records_of(task(TOP).index()), ms(at));
         assert_eq!(reset, expected, "at {at} ms");
     }
 }
@@ -123,7 +127,7 @@ fn reset_names_the_lowest_rank_of_two() {
         &switches,
     );
     assert_eq!(
-        impatience_reset(history.about(task(TOP).index()), ms(1000)),
+        impatience_reset(history.records_of(task(TOP).index()), ms(1000)),
         Some(GOLD)
     );
 }
@@ -154,7 +158,7 @@ fn acquiescence_after_psi_if_wanted_and_after_lambda_anyway() {
         (&none, 70_001, gives_up),
     ];
     for (history, now, expected) in table {
-        let records = history.about(task(TOP).index());
+        let records = history.records_of(task(TOP).index());
         let reason = acquiescence(&params(), ms(10_000), records, ms(now));
         assert_eq!(reason, expected, "at {now} ms");
     }

@@ -5,7 +5,7 @@ use super::*;
 use TaskState::{Executing, Idle, Released, Waiting};
 
 /// Returns (time in ms, state, since in ms, task) of each announcement of a step.
-fn announced(at: SimTime, output: &Outcome) -> Vec<(u64, TaskState, u64, Option<TaskId>)> {
+fn announced(at: SimTime, output: &StepOutcome) -> Vec<(u64, TaskState, u64, Option<TaskId>)> {
     let announcements = output.announcements.iter();
     announcements
         .map(|announcement| {
@@ -103,7 +103,7 @@ fn progress_is_announced_at_once_and_counted() {
             &mut gold.engine,
             &StepInput {
                 now: gold.now,
-                heard: &[],
+                received: &[],
                 applicable: &ONLY_TOP,
                 progressed,
             },
@@ -185,7 +185,7 @@ fn no_release_while_another_set_continues_the_task() {
             &mut blue,
             &StepInput {
                 now,
-                heard: &shared(&[message]),
+                received: &shared(&[message]),
                 applicable: &[true, true, false, false, false],
                 progressed: &[],
             },

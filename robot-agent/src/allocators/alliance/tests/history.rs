@@ -11,7 +11,7 @@ use TaskState::{Executing, Released, Waiting};
 
 /// Returns the record of gold about move(top).
 fn gold(history: &History) -> &Record {
-    let mut about = history.about(task(TOP).index()).iter();
+    let mut about = history.records_of(task(TOP).index()).iter();
     let (_, record) = about.find(|(teammate, _)| *teammate == GOLD).unwrap();
     record
 }
@@ -41,7 +41,7 @@ impl Gold {
             heartbeat.progress = progress;
         }
         self.history
-            .hear(ms(at), &message, &self.switches, |task| Some(task.index()));
+            .receive(ms(at), &message, &self.switches, |task| Some(task.index()));
         self
     }
 
@@ -145,7 +145,7 @@ fn release_ends_the_window_at_once_and_the_next_message_opens_it() {
     assert!(gold.within(5000, 1000));
     gold.reports(1500, Released, 0);
     assert!(!gold.within(5000, 1500));
-    assert!(!gold.record().wanted_within(ms(5000), ms(1500)));
+    assert!(!gold.record().within_for_acquiescence(ms(5000), ms(1500)));
     gold.reports(2000, Executing, 0);
     assert!(gold.within(5000, 2000));
 }
@@ -158,7 +158,7 @@ fn a_wish_counts_in_acquiescence_and_elsewhere_if_the_switch_is_set() {
             ..Preset::Team.switches()
         });
         gold.reports(1000, Waiting, 0);
-        assert!(gold.record().wanted_within(ms(5000), ms(1000)));
+        assert!(gold.record().within_for_acquiescence(ms(5000), ms(1000)));
         assert_eq!(gold.within(5000, 1000), counts);
         assert_eq!(gold.begins(1000), counts);
         assert_eq!(gold.reports(2000, Executing, 0).begins(2000), !counts);
@@ -172,7 +172,7 @@ fn a_position_update_counts_for_its_task_and_carries_progress() {
     let mut update = heartbeat(GOLD, 2, ms(4000), Executing, ms(0), TOP);
     update.body = position_update(1);
     gold.history
-        .hear(ms(4000), &update, &gold.switches, |task| Some(task.index()));
+        .receive(ms(4000), &update, &gold.switches, |task| Some(task.index()));
     assert!(gold.within(5000, 8999));
     assert!(gold.begins(4000));
 }
@@ -195,13 +195,13 @@ fn idle_and_overtaken_messages_do_not_count() {
     let switches = Preset::Team.switches();
     let mut history = History::new(ALL.len());
     let idle = heartbeat(GOLD, 1, ms(0), TaskState::Idle, ms(0), TOP);
-    history.hear(ms(0), &idle, &switches, |task| Some(task.index()));
-    assert_eq!(history.about(task(TOP).index()).iter().count(), 0);
+    history.receive(ms(0), &idle, &switches, |task| Some(task.index()));
+    assert_eq!(history.records_of(task(TOP).index()).iter().count(), 0);
 
     let executing = heartbeat(GOLD, 2, ms(0), Executing, ms(0), TOP);
     let released = heartbeat(GOLD, 3, ms(0), Released, ms(0), TOP);
-    history.hear(ms(500), &released, &switches, |task| Some(task.index()));
-    history.hear(ms(1000), &executing, &switches, |task| Some(task.index()));
+    history.receive(ms(500), &released, &switches, |task| Some(task.index()));
+    history.receive(ms(1000), &executing, &switches, |task| Some(task.index()));
     let record = gold(&history);
     assert!(!record.within(ms(5000), ms(1000)));
 }
@@ -225,7 +225,7 @@ fn memory_does_not_grow_with_the_mission() {
                 &mut engine,
                 &StepInput {
                     now,
-                    heard: &shared(&received),
+                    received: &shared(&received),
                     applicable: &ALL,
                     progressed: &[],
                 },

@@ -24,7 +24,7 @@ use scenario::{
 };
 
 use super::{Engine, StepInput};
-use crate::allocator::{Announcement, Outcome};
+use crate::allocator::{Announcement, StepOutcome};
 
 /// The index of each set of the default mission for a robot without a side sensor. The tasks have the same numbers.
 const FIND: usize = 0;
@@ -175,13 +175,13 @@ impl Solo {
     }
 
     /// Makes one step at `now` and advances the time.
-    fn step(&mut self, applicable: [bool; 4], messages: &[Broadcast]) -> Outcome {
+    fn step(&mut self, applicable: [bool; 4], messages: &[Broadcast]) -> StepOutcome {
         let received = &shared(messages);
         let output = step_of(
             &mut self.engine,
             &StepInput {
                 now: self.now,
-                heard: received,
+                received: received,
                 applicable: &applicable,
                 progressed: &[],
             },
@@ -204,8 +204,8 @@ impl Solo {
     }
 }
 
-fn step_of(engine: &mut Engine, input: &StepInput<'_>) -> Outcome {
-    let mut output = Outcome::default();
+fn step_of(engine: &mut Engine, input: &StepInput<'_>) -> StepOutcome {
+    let mut output = StepOutcome::default();
     engine.step(input, &mut output);
     output
 }
@@ -243,7 +243,7 @@ impl Team {
     }
 
     /// Makes one step of all robots; `applicable` is indexed by rank.
-    fn step(&mut self, applicable: &[[bool; 4]]) -> Vec<Outcome> {
+    fn step(&mut self, applicable: &[[bool; 4]]) -> Vec<StepOutcome> {
         self.step_with(applicable, &[])
     }
 
@@ -252,7 +252,7 @@ impl Team {
         &mut self,
         applicable: &[[bool; 4]],
         progressed: &[(RobotId, TaskId)],
-    ) -> Vec<Outcome> {
+    ) -> Vec<StepOutcome> {
         let mut later = vec![Vec::new(); self.engines.len()];
         let mut outputs = Vec::new();
         for (rank, applicable) in applicable.iter().enumerate() {
@@ -268,7 +268,7 @@ impl Team {
                 &mut self.engines[rank],
                 &StepInput {
                     now: self.now,
-                    heard: &shared(&received),
+                    received: &shared(&received),
                     applicable,
                     progressed: &tasks,
                 },

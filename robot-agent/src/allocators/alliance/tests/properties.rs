@@ -163,7 +163,7 @@ fn compare_with_full_evaluation(switches: Switches, steps: &[Step]) -> Result<()
         let [evaluated, skipped] = engines.each_mut().map(|engine| {
             let input = StepInput {
                 now: ms(200 * number),
-                heard: &shared(&step.received),
+                received: &shared(&step.received),
                 applicable: &step.applicable,
                 progressed: &step.progressed,
             };
@@ -201,7 +201,7 @@ proptest! {
         for (number, step) in (0..).zip(&steps) {
             let output = super::step_of(&mut engine, &StepInput {
                 now: ms(200 * number),
-                heard: &shared(&step.received),
+                received: &shared(&step.received),
                 applicable: &step.applicable,
                 progressed: &step.progressed,
             });
@@ -335,7 +335,7 @@ proptest! {
         for (number, step) in (0..).zip(&steps) {
             super::step_of(&mut engine, &StepInput {
                 now: ms(200 * number),
-                heard: &shared(&step.received),
+                received: &shared(&step.received),
                 applicable: &step.applicable,
                 progressed: &step.progressed,
             });
@@ -362,14 +362,14 @@ prop_compose! {
     }
 }
 
-fn lossy_step(team: &mut Team, links: [bool; 9], progress: bool) -> Vec<Outcome> {
+fn lossy_step(team: &mut Team, links: [bool; 9], progress: bool) -> Vec<StepOutcome> {
     team.link = Box::new(move |from, to| links[3 * from.index() + to.index()]);
     let progressed = progress.then_some((BLUE, task(TOP)));
     team.step_with(&[ONLY_TOP; 3], progressed.as_slice())
 }
 
 /// Checks that announcements match the states, and that an executing set is announced last.
-fn check_announcements(switches: &Switches, output: &Outcome, states: &[BehaviorState; 4]) {
+fn check_announcements(switches: &Switches, output: &StepOutcome, states: &[BehaviorState; 4]) {
     for (place, announcement) in output.announcements.iter().enumerate() {
         let index = announcement.behavior.map(|id| id.index() - 1);
         let state = index.map(|index| states[index]);

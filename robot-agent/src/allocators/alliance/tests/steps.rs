@@ -11,7 +11,7 @@ fn staggered(step_ms: u64) -> Setup {
     setup
 }
 
-fn motivations(output: &Outcome) -> Vec<f64> {
+fn motivations(output: &StepOutcome) -> Vec<f64> {
     output
         .motivations
         .iter()
@@ -168,7 +168,7 @@ fn a_clone_continues_like_the_original() {
     let mut snapshot = team.engines[1].clone();
     let input = StepInput {
         now: team.now,
-        heard: &shared(&team.inboxes[1]),
+        received: &shared(&team.inboxes[1]),
         applicable: &ALL,
         progressed: &[],
     };

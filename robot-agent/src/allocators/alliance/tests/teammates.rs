@@ -16,10 +16,10 @@ fn after(messages: &[Message], now: u64) -> (bool, bool) {
     for &(incarnation, seq, state, index) in messages {
         let mut message = heartbeat(GOLD, seq, ms(1000), state, ms(500), index);
         message.incarnation = incarnation;
-        teammates.hear(ms(1000), &message, |_| true);
+        teammates.receive(ms(1000), &message, |_| true);
     }
-    let executes = teammates.occupy(task(TOP), 1, TAU, ms(now));
-    let has_turn = teammates.leave_to((ms(800), GREEN), task(TOP), 1, TAU, ms(now));
+    let executes = teammates.is_occupied(task(TOP), 1, TAU, ms(now));
+    let has_turn = teammates.has_place_for((ms(800), GREEN), task(TOP), 1, TAU, ms(now));
     (executes, !executes && !has_turn)
 }
 
@@ -63,7 +63,7 @@ fn a_message_is_valid_for_tau() {
 fn wishes_are_ordered_by_age_and_then_by_rank() {
     let mut teammates = Teammates::default();
     let wish = heartbeat(GOLD, 1, ms(1000), Waiting, ms(500), TOP);
-    teammates.hear(ms(1000), &wish, |_| true);
+    teammates.receive(ms(1000), &wish, |_| true);
     let table = [
         ((499, GREEN), true),
         ((500, BLUE), true),
@@ -73,10 +73,10 @@ fn wishes_are_ordered_by_age_and_then_by_rank() {
     for ((since, robot), has_turn) in table {
         let wish = (ms(since), robot);
         assert_eq!(
-            teammates.leave_to(wish, task(TOP), 1, TAU, ms(1000)),
+            teammates.has_place_for(wish, task(TOP), 1, TAU, ms(1000)),
             has_turn
         );
         // With two places, one earlier wish does not matter.
-        assert!(teammates.leave_to(wish, task(TOP), 2, TAU, ms(1000)));
+        assert!(teammates.has_place_for(wish, task(TOP), 2, TAU, ms(1000)));
     }
 }

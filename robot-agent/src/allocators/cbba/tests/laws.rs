@@ -11,8 +11,8 @@ use super::reference::{Assignment, greedy, optimum};
 use super::team::{STEP_MS, Team, Work};
 use crate::allocator::Allocator;
 use crate::allocators::cbba::bundle::Bundle;
-use crate::allocators::cbba::winners::{Beliefs, Entry};
-use crate::allocators::cbba::{Acbba, BundleConfig, Cbaa, Cbba, DeltaConfig, SingleConfig};
+use crate::allocators::cbba::winners::{Entry, Winners};
+use crate::allocators::cbba::{Acbba, AcbbaConfig, Cbaa, CbaaConfig, Cbba, CbbaConfig};
 use crate::testkit;
 
 /// A τ after which no robot counts as lost within a test.
@@ -25,23 +25,23 @@ const REFRESHES: [f64; 2] = [1e6, STEP_MS as f64 / 1000.0];
 trait Open: Allocator {
     /// Returns the configuration for bundles of that size, with a broadcast of everything after that time.
     fn config(bundle: usize, refresh_s: f64) -> Self::Config;
-    fn parts(&self) -> (&Beliefs, &Bundle);
+    fn parts(&self) -> (&Winners, &Bundle);
 }
 
 impl Open for Cbba {
-    fn config(bundle: usize, refresh_s: f64) -> BundleConfig {
-        BundleConfig { bundle, refresh_s }
+    fn config(bundle: usize, refresh_s: f64) -> CbbaConfig {
+        CbbaConfig { bundle, refresh_s }
     }
-    fn parts(&self) -> (&Beliefs, &Bundle) {
+    fn parts(&self) -> (&Winners, &Bundle) {
         (&self.0.beliefs, &self.0.bundle)
     }
 }
 
 impl Open for Acbba {
-    fn config(bundle: usize, repeat_s: f64) -> DeltaConfig {
-        DeltaConfig { bundle, repeat_s }
+    fn config(bundle: usize, repeat_s: f64) -> AcbbaConfig {
+        AcbbaConfig { bundle, repeat_s }
     }
-    fn parts(&self) -> (&Beliefs, &Bundle) {
+    fn parts(&self) -> (&Winners, &Bundle) {
         (&self.0.beliefs, &self.0.bundle)
     }
 }
@@ -74,7 +74,7 @@ fn check_beliefs<A: Open>(team: &Team<A>) {
     for member in &team.members {
         let (beliefs, bundle) = member.allocator.parts();
         for (place, entry) in beliefs.entries().iter().enumerate() {
-            assert_eq!(beliefs.is_mine(place), bundle.holds(place), "C4");
+            assert_eq!(beliefs.is_mine(place), bundle.contains(place), "C4");
             assert!(entry.claim.is_none_or(|claim| claim.value >= 0.0));
         }
     }
@@ -104,14 +104,14 @@ fn random_team<A: Open>(seed: u64, refresh_s: f64) -> (Team<A>, usize) {
 
 #[test]
 fn bidders_keep_the_properties_of_all_allocators() {
-    testkit::allocator::<Cbba>(&BundleConfig::default());
-    testkit::allocator::<Cbba>(&BundleConfig {
+    testkit::allocator::<Cbba>(&CbbaConfig::default());
+    testkit::allocator::<Cbba>(&CbbaConfig {
         bundle: 4,
         refresh_s: 0.1,
     });
-    testkit::allocator::<Cbaa>(&SingleConfig::default());
-    testkit::allocator::<Acbba>(&DeltaConfig::default());
-    testkit::allocator::<Acbba>(&DeltaConfig {
+    testkit::allocator::<Cbaa>(&CbaaConfig::default());
+    testkit::allocator::<Acbba>(&AcbbaConfig::default());
+    testkit::allocator::<Acbba>(&AcbbaConfig {
         bundle: 4,
         repeat_s: 0.1,
     });
@@ -140,7 +140,7 @@ fn without_loss_all_robots_agree_on_the_greedy_assignment() {
         }
         assert_eq!(beliefs(&team), agreed, "C1, seed {seed}");
         if seed % 2 == 0 {
-            assert_eq!(team.on_air(), 0, "messages remain, seed {seed}");
+            assert_eq!(team.in_flight(), 0, "messages remain, seed {seed}");
         }
     }
 }
@@ -153,7 +153,7 @@ fn the_score_is_at_least_half_of_the_optimum() {
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
         let (robots, tasks) = (chance.random_range(1..4), chance.random_range(1..5));
         let bundle = chance.random_range(1..3);
-        let config = BundleConfig {
+        let config = CbbaConfig {
             bundle,
             refresh_s: 1e6,
         };
@@ -241,7 +241,7 @@ fn acbba_agrees_with_and_without_loss() {
             }
             assert_eq!(beliefs(&team), agreed, "C1, seed {seed}");
             if repeat_s == REFRESHES[0] {
-                assert_eq!(team.on_air(), 0, "messages remain, seed {seed}");
+                assert_eq!(team.in_flight(), 0, "messages remain, seed {seed}");
             }
         }
     }
@@ -258,7 +258,7 @@ fn agrees_after_trouble<A: Open>() {
         let config = A::config(bundle, 1.0);
         let robots = team.members.len();
         for robot in 0..robots {
-            team.members[robot] = team.newborn(robot, 1, &config, tau);
+            team.members[robot] = team.fresh_member(robot, 1, &config, tau);
         }
         let mut incarnations = vec![1; robots];
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
@@ -269,11 +269,12 @@ fn agrees_after_trouble<A: Open>() {
             }
             let robot = chance.random_range(0..robots);
             match chance.random_range(0..4) {
-                0 => team.dead[robot] = true,
+                0 => team.crashed[robot] = true,
                 1 => {
                     incarnations[robot] += 1;
-                    team.members[robot] = team.newborn(robot, incarnations[robot], &config, tau);
-                    team.dead[robot] = false;
+                    team.members[robot] =
+                        team.fresh_member(robot, incarnations[robot], &config, tau);
+                    team.crashed[robot] = false;
                 }
                 2 => {
                     let task = chance.random_range(0..team.work.tasks());
@@ -294,7 +295,7 @@ fn agrees_after_trouble<A: Open>() {
         for _ in 0..200 {
             team.step();
         }
-        let alive = (0..robots).filter(|robot| !team.dead[*robot]);
+        let alive = (0..robots).filter(|robot| !team.crashed[*robot]);
         let views = beliefs(&team);
         let agreed = alive.clone().map(|robot| &views[robot]).next();
         for robot in alive {
@@ -305,7 +306,7 @@ fn agrees_after_trouble<A: Open>() {
             let Some(claim) = claim else { continue };
             let holder = claim.robot.index();
             let is_made = assignment[holder].contains(&(task.index(), claim.value));
-            assert!(!team.dead[holder] && is_made, "seed {seed}: {claim:?}");
+            assert!(!team.crashed[holder] && is_made, "seed {seed}: {claim:?}");
         }
     }
 }

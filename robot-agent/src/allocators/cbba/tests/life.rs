@@ -13,7 +13,7 @@ use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
 use super::team::{Team, Work};
-use crate::allocators::cbba::{Acbba, BundleConfig, Cbba, DeltaConfig};
+use crate::allocators::cbba::{Acbba, AcbbaConfig, Cbba, CbbaConfig};
 
 const TAU: SimTime = SimTime(5000);
 
@@ -32,10 +32,10 @@ fn spread(robots: usize, tasks: usize) -> Work {
     }
 }
 
-fn single() -> BundleConfig {
-    BundleConfig {
+fn single() -> CbbaConfig {
+    CbbaConfig {
         bundle: 1,
-        ..BundleConfig::default()
+        ..CbbaConfig::default()
     }
 }
 
@@ -75,7 +75,7 @@ fn the_task_of_a_crashed_robot_is_free_after_tau() {
         team.step();
     }
     assert_eq!(team.active(), [Some(0), Some(1), None]);
-    team.dead[1] = true;
+    team.crashed[1] = true;
     // The robot sent at 0 s, at 1 s and during the first consensus.
     let last_message = SimTime(1000 * (team.now().0 / 1000));
     while team.active()[2].is_none() {
@@ -97,9 +97,9 @@ fn a_new_incarnation_holds_no_task() {
         team.step();
     }
     assert_eq!(team.active(), [Some(0), None]);
-    team.members[0] = team.newborn(0, 2, &single(), TAU);
+    team.members[0] = team.fresh_member(0, 2, &single(), TAU);
     // The robot cannot do the task any more and reports that. Otherwise the task would stay reserved for τ.
-    team.can[0][0] = false;
+    team.applicable[0][0] = false;
     team.step();
     team.step();
     assert_eq!(team.active(), [None, Some(0)]);
@@ -135,7 +135,7 @@ fn empty_and_forged_messages_take_no_task() {
         }
         assert_eq!(team.active(), [Some(0), None, None]);
         let now = team.now();
-        team.whisper(0, sent_by(1, 1000, now.since(SimTime(50)), table.clone()));
+        team.deliver_to(0, sent_by(1, 1000, now.since(SimTime(50)), table.clone()));
         team.step();
         assert_eq!(team.active()[0], Some(0), "{table:?}");
         // The robot does not claim the task again either, because it would broadcast that.
@@ -148,7 +148,7 @@ fn empty_and_forged_messages_take_no_task() {
     }
     let sent = team.now().since(SimTime(50));
     let better = claims(0, SimTime::ZERO, Some((1, 1e9)));
-    team.whisper(0, sent_by(1, 1000, sent, better.clone()));
+    team.deliver_to(0, sent_by(1, 1000, sent, better.clone()));
     team.step();
     assert_eq!(team.active()[0], None);
     assert_eq!(team.members[0].decision.reason, Some(Reason::Outbid));
@@ -159,9 +159,9 @@ fn empty_and_forged_messages_take_no_task() {
             team.step();
         }
         let idle = claims(0, SimTime::ZERO, None);
-        team.whisper(0, sent_by(1, 1000, team.now().since(SimTime(50)), idle));
+        team.deliver_to(0, sent_by(1, 1000, team.now().since(SimTime(50)), idle));
         team.step();
-        team.whisper(0, sent_by(1, seq, sent, better.clone()));
+        team.deliver_to(0, sent_by(1, seq, sent, better.clone()));
         team.step();
         assert_eq!(team.active()[0], Some(0), "{seq} {sent:?}");
     }
@@ -195,14 +195,14 @@ fn older_rounds_are_void() {
     assert_eq!(team.active(), [Some(0), None]);
     let sent = team.now().since(SimTime(50));
     let better = claims(0, SimTime(50), Some((1, 1e9)));
-    team.whisper(0, sent_by(1, 1000, sent, better));
+    team.deliver_to(0, sent_by(1, 1000, sent, better));
     team.step();
     assert_eq!(team.active(), [Some(0), None]);
 
-    team.dead[0] = true;
+    team.crashed[0] = true;
     let mut restarted = sent_by(0, 0, sent, claims(0, SimTime::ZERO, None));
     Arc::make_mut(&mut restarted).incarnation = 2;
-    team.whisper(1, restarted);
+    team.deliver_to(1, restarted);
     team.step();
     assert_eq!(team.active()[1], Some(0));
 }
@@ -213,11 +213,11 @@ fn older_rounds_are_void() {
 fn a_unit_that_has_really_started_is_kept() {
     for (steps, keeps) in [(40, false), (110, true)] {
         let mut team = Team::<Cbba>::new(1, spread(2, 1), &single(), TAU);
-        team.can[1][0] = false;
+        team.applicable[1][0] = false;
         for _ in 0..steps {
             team.step();
         }
-        team.can[1][0] = true;
+        team.applicable[1][0] = true;
         team.work.first_s[1][0] = 1.0;
         for _ in 0..3 {
             team.step();
@@ -237,12 +237,12 @@ fn higher_priority_goes_first() {
     let mut work = spread(1, 2);
     work.priority[1] = 1;
     let mut team = Team::<Cbba>::new(1, work, &single(), TAU);
-    team.can[0][1] = false;
+    team.applicable[0][1] = false;
     for _ in 0..110 {
         team.step();
     }
     assert_eq!(team.active(), [Some(0)]);
-    team.can[0][1] = true;
+    team.applicable[0][1] = true;
     team.step();
     assert_eq!(team.active(), [Some(1)]);
 }
@@ -251,11 +251,11 @@ fn higher_priority_goes_first() {
 #[test]
 fn a_claim_without_progress_loses_its_bonus() {
     let mut team = Team::<Cbba>::new(1, spread(2, 1), &single(), TAU);
-    team.can[1][0] = false;
+    team.applicable[1][0] = false;
     for _ in 0..110 {
         team.step();
     }
-    team.can[1][0] = true;
+    team.applicable[1][0] = true;
     team.work.first_s[1][0] = 1.0;
     let mut progressed = false;
     while team.active()[1].is_none() {
@@ -279,7 +279,7 @@ fn messages_are_bounded_in_any_team() {
     for task in 0..tasks {
         work.max_robots[task] = 1 + task % 4;
     }
-    let config = BundleConfig {
+    let config = CbbaConfig {
         bundle: 4,
         refresh_s: 0.2,
     };
@@ -328,8 +328,8 @@ fn the_largest_table_fits_a_message() {
 /// ACBBA: a robot that releases a task adopts the best known bid of the others, which may be smaller than its own was.
 #[test]
 fn a_released_task_goes_to_the_next_bidder() {
-    let mut team = Team::<Acbba>::new(1, spread(2, 1), &DeltaConfig::default(), TAU);
-    team.dead[1] = true;
+    let mut team = Team::<Acbba>::new(1, spread(2, 1), &AcbbaConfig::default(), TAU);
+    team.crashed[1] = true;
     for _ in 0..4 {
         team.step();
     }
@@ -343,11 +343,11 @@ fn a_released_task_goes_to_the_next_bidder() {
     let entries = vec![delta];
     Arc::make_mut(&mut message).body =
         BroadcastContent::Allocation(AllocationMessage::Deltas(Deltas { entries }));
-    team.whisper(0, message);
+    team.deliver_to(0, message);
     let holder = |team: &Team<Acbba>| team.members[0].allocator.0.beliefs.holder(TaskId(0));
     team.step();
     assert_eq!(holder(&team), Some(RobotId(0)));
-    team.can[0][0] = false;
+    team.applicable[0][0] = false;
     team.step();
     assert_eq!(holder(&team), Some(RobotId(1)));
 }

@@ -20,7 +20,7 @@ fn report() -> impl Strategy<Value = (WinningBid, SimTime)> {
 fn records_after(reports: &[(WinningBid, SimTime)]) -> Records {
     let mut records = Records::default();
     for &(claim, made) in reports {
-        records.hear(claim, made);
+        records.receive(claim, made);
     }
     for record in records.iter_mut() {
         record.is_unsaid = false;
@@ -48,15 +48,15 @@ proptest! {
     fn withdrawn_bids_stay_withdrawn(reports in prop::collection::vec(report(), 0..20), robot in 0..4_u16) {
         let robot = RobotId(robot);
         let mut records = records_after(&reports);
-        records.hear(WinningBid { robot, value: 0.0 }, SimTime(10));
+        records.receive(WinningBid { robot, value: 0.0 }, SimTime(10));
         for &(claim, made) in reports.iter().filter(|(claim, _)| claim.robot == robot) {
             for record in records.iter_mut() {
                 record.is_unsaid = false;
             }
-            prop_assert!(!records.hear(claim, made));
-            prop_assert!(records.of(robot).unwrap().is_unsaid);
+            prop_assert!(!records.receive(claim, made));
+            prop_assert!(records.record_of(robot).unwrap().is_unsaid);
         }
-        let best = records.best_but(RobotId(9));
+        let best = records.best_except(RobotId(9));
         prop_assert!(best.is_none_or(|best| best.robot != robot));
     }
 
@@ -72,7 +72,7 @@ proptest! {
         }
         let bids = last.into_iter().filter(|(robot, (_, value))| robot.0 != me && *value > 0.0);
         let expected = bids.rev().max_by(|a, b| a.1.1.total_cmp(&b.1.1)).map(|(robot, _)| robot);
-        let best = records_after(&reports).best_but(RobotId(me));
+        let best = records_after(&reports).best_except(RobotId(me));
         prop_assert_eq!(best.map(|claim| claim.robot), expected);
     }
 }

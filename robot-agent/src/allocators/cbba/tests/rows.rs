@@ -4,7 +4,7 @@ use proto::allocation::consensus::WinningBid;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
-use crate::allocators::cbba::rules::{Action, Stamps, consensus};
+use crate::allocators::cbba::rules::{Action, Stamps, merge_action};
 
 /// The robots of the paper: the receiver i, the sender k, and two others, m and n.
 const I: RobotId = RobotId(1);
@@ -110,10 +110,10 @@ fn time_of(times: &[Option<u64>; 2], robot: RobotId) -> Option<SimTime> {
 }
 
 impl Stamps for News {
-    fn mine(&self, robot: RobotId) -> Option<SimTime> {
+    fn own_news(&self, robot: RobotId) -> Option<SimTime> {
         time_of(&self.mine, robot)
     }
-    fn theirs(&self, robot: RobotId) -> Option<SimTime> {
+    fn sender_news(&self, robot: RobotId) -> Option<SimTime> {
         time_of(&self.theirs, robot)
     }
 }
@@ -139,7 +139,7 @@ fn every_row_matches_the_paper() {
                     older_m: a > c,
                     newer_n: d > b,
                 };
-                let done = consensus(
+                let done = merge_action(
                     I,
                     K,
                     claim(sender_claim, theirs),

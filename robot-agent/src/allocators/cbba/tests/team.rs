@@ -11,7 +11,7 @@ use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 
 use crate::allocator::{
-    Allocator, Choice, Decision, Draws, Input, Me, OwnBehavior, RouteCost, TaskBrief,
+    Allocator, Choice, Decision, Input, OwnBehavior, RandomDraws, RouteCost, SelfState, TaskBrief,
 };
 
 /// The length of a step, ms.
@@ -102,7 +102,7 @@ impl RouteCost for Route<'_> {
 pub struct Member<A> {
     pub allocator: A,
     pub decision: Decision,
-    pub me: Me,
+    pub me: SelfState,
     seq: u64,
 }
 
@@ -114,9 +114,9 @@ pub struct Team<A: Allocator> {
     /// The probability of message loss.
     pub loss: f64,
     /// The robots that skip their steps.
-    pub dead: Vec<bool>,
+    pub crashed: Vec<bool>,
     /// The applicable tasks, as `can[robot][task]`.
-    pub can: Vec<Vec<bool>>,
+    pub applicable: Vec<Vec<bool>>,
     /// The time since which each task has been due.
     pub round: Vec<SimTime>,
     /// The progress of each robot before this step.
@@ -135,8 +135,8 @@ impl<A: Allocator> Team<A> {
             members: Vec::new(),
             links: vec![vec![true; robots]; robots],
             loss: 0.0,
-            dead: vec![false; robots],
-            can: vec![vec![true; work.tasks()]; robots],
+            crashed: vec![false; robots],
+            applicable: vec![vec![true; work.tasks()]; robots],
             round: vec![SimTime::ZERO; work.tasks()],
             progressed: vec![Vec::new(); robots],
             work,
@@ -146,14 +146,14 @@ impl<A: Allocator> Team<A> {
             whispers: Vec::new(),
         };
         for robot in 0..robots {
-            let member = team.newborn(robot, 1, config, ceased_after);
+            let member = team.fresh_member(robot, 1, config, ceased_after);
             team.members.push(member);
         }
         team
     }
 
     /// Creates a robot without any earlier state.
-    pub fn newborn(
+    pub fn fresh_member(
         &self,
         robot: usize,
         incarnation: Incarnation,
@@ -173,7 +173,7 @@ impl<A: Allocator> Team<A> {
             unit_s: 60.0,
             robots: (0..work.robots() as u16).map(RobotId).collect(),
         });
-        let me = Me {
+        let me = SelfState {
             robot: RobotId(robot as u16),
             incarnation,
             team: work.robots(),
@@ -233,7 +233,7 @@ impl<A: Allocator> Team<A> {
         let now = self.now();
         let mut outgoing = Vec::new();
         for (robot, member) in self.members.iter_mut().enumerate() {
-            if self.dead[robot] {
+            if self.crashed[robot] {
                 continue;
             }
             let mut received = Vec::new();
@@ -251,7 +251,7 @@ impl<A: Allocator> Team<A> {
                     behavior: BehaviorId(task as u16),
                     task: TaskId(task as u16),
                     round: self.round[task],
-                    applicable: self.can[robot][task],
+                    applicable: self.applicable[robot][task],
                     cost_s: Some(self.work.first_s[robot][task]),
                     reward: self.work.reward[task],
                     priority: self.work.priority[task],
@@ -267,13 +267,13 @@ impl<A: Allocator> Team<A> {
                 step_s: member.me.step_s,
                 position: None,
                 is_laden: false,
-                applicable: &self.can[robot],
+                applicable: &self.applicable[robot],
                 choices: &choices,
                 progressed: &std::mem::take(&mut self.progressed[robot]),
-                heard: &received,
+                received: &received,
                 route: &Route(&self.work, robot),
-                truth: &[],
-                draws: Draws::of(7, member.me.robot, self.tick),
+                ground_truth: &[],
+                draws: RandomDraws::new(7, member.me.robot, self.tick),
             };
             member.allocator.step(&input, decision);
             for (index, message) in decision.say.iter().enumerate() {
@@ -301,12 +301,12 @@ impl<A: Allocator> Team<A> {
     }
 
     /// Delivers a broadcast to one robot only, in the next step, after all others.
-    pub fn whisper(&mut self, robot: usize, broadcast: Arc<Broadcast>) {
+    pub fn deliver_to(&mut self, robot: usize, broadcast: Arc<Broadcast>) {
         self.whispers.push((robot, broadcast));
     }
 
     /// Returns the number of messages in flight.
-    pub fn on_air(&self) -> usize {
+    pub fn in_flight(&self) -> usize {
         self.on_air.len()
     }
 }

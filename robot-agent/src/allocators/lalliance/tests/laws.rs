@@ -6,7 +6,7 @@ use proto::telemetry::{BehaviorState, Reason};
 
 use super::super::config::Strategy;
 use super::super::monitor::Monitor;
-use super::super::rates::{Category, Knowledge, PATIENCE_CAP, rates};
+use super::super::rates::{Category, PATIENCE_CAP, TaskTimes, rates};
 use super::*;
 
 use TaskState::{Executing, Idle, Released, Waiting};
@@ -156,11 +156,11 @@ proptest! {
         one in 1.0..100.0_f64, more in 0.1..100.0_f64, low in 0.0..1.0_f64, high in 0.0..100.0_f64,
     ) {
         let delay_s = |own_s, category| {
-            let knowledge = Knowledge { own_s, best_s: own_s, shortest_s: own_s, category };
+            let knowledge = TaskTimes { own_s, best_s: own_s, shortest_s: own_s, category };
             rates(&Config::default(), &knowledge, (low, one + more + high), 0.0).delay_s
         };
         let longer = one + more;
-        prop_assert!(delay_s(longer, Category::Mine) < delay_s(one, Category::Mine));
+        prop_assert!(delay_s(longer, Category::BestHere) < delay_s(one, Category::BestHere));
         prop_assert!(delay_s(longer, Category::Others) > delay_s(one, Category::Others));
     }
 
@@ -183,7 +183,7 @@ proptest! {
             let received: Vec<_> = others.map(|rank| solo.report(rank, (Idle, None, 0))).collect();
             solo.step(&[false; 3], &received, &[]);
             for (count, values) in owners.iter_mut().zip(&solo.learner.task_values) {
-                *count += u32::from(values.knowledge.category == Category::Mine);
+                *count += u32::from(values.knowledge.category == Category::BestHere);
             }
         }
         prop_assert_eq!(owners, [1; 3]);

@@ -45,7 +45,7 @@ fn active_learning_tries_all_tasks_in_turn() {
     let order = work(&mut solo, SimTime(60_000), SimTime(5000), |_| Vec::new());
     assert_eq!(order[..6], [0, 1, 2, 0, 1, 2]);
     let counts: Vec<u32> = (0..3)
-        .map(|task| solo.learner.monitor.own_trials(TaskId(task)))
+        .map(|task| solo.learner.monitor.trial_count(TaskId(task)))
         .collect();
     assert!(counts.iter().all(|count| *count >= 2), "{counts:?}");
 }
@@ -67,7 +67,7 @@ fn active_learning_leaves_others_alone_until_its_limit() {
     let order = work(&mut solo, SimTime(100_000), SimTime(5000), babbles);
     assert_eq!(order, [0]);
     // The patience has ended, and no other robot continues the task.
-    assert!(solo.learner.monitor.own_trials(TaskId(0)) > 2);
+    assert!(solo.learner.monitor.trial_count(TaskId(0)) > 2);
 }
 
 /// A task at which the robot is best starts at once, the others when the robot is bored.

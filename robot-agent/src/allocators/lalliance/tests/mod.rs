@@ -14,7 +14,9 @@ use scenario::time::SimTime;
 use scenario::{Preset, Switches};
 
 use super::{Config, Learner, Ordering, Strategy};
-use crate::allocator::{Draws, Input, Me, Mind, Outcome, OwnBehavior, RouteCost, TaskBrief};
+use crate::allocator::{
+    Input, OwnBehavior, RandomDraws, RouteCost, RunningAllocator, SelfState, StepOutcome, TaskBrief,
+};
 
 const THRESHOLD: f64 = 100.0;
 const STEP: SimTime = SimTime(100);
@@ -27,7 +29,7 @@ const ORDERINGS: [Ordering; 3] = [
 ];
 
 /// Creates a robot of a team in which all robots can do all tasks; `unit_s` contains the work of each task.
-fn me(rank: u16, team: usize, unit_s: &[f64]) -> Me {
+fn me(rank: u16, team: usize, unit_s: &[f64]) -> SelfState {
     let brief = |unit_s: &f64| TaskBrief {
         max_robots: 1,
         priority: 0,
@@ -40,7 +42,7 @@ fn me(rank: u16, team: usize, unit_s: &[f64]) -> Me {
         max_robots: 1,
         priority: 0,
     });
-    Me {
+    SelfState {
         robot: RobotId(rank),
         incarnation: 1,
         team,
@@ -90,16 +92,16 @@ struct Solo {
     learner: Learner,
     now: SimTime,
     seq: u64,
-    outcome: Outcome,
+    outcome: StepOutcome,
 }
 
 impl Solo {
-    fn new(me: &Me, config: &Config, switches: Switches) -> Self {
+    fn new(me: &SelfState, config: &Config, switches: Switches) -> Self {
         Self {
             learner: Learner::new(me, config, THRESHOLD, switches),
             now: SimTime::ZERO,
             seq: 0,
-            outcome: Outcome::default(),
+            outcome: StepOutcome::default(),
         }
     }
 
@@ -119,10 +121,10 @@ impl Solo {
             applicable,
             choices: &[],
             progressed: &progressed,
-            heard: received,
+            received: received,
             route: &NoRoute,
-            truth: &[],
-            draws: Draws::of(7, RobotId(0), self.now.0 / STEP.0),
+            ground_truth: &[],
+            draws: RandomDraws::new(7, RobotId(0), self.now.0 / STEP.0),
         };
         self.learner.step(&input, &mut self.outcome);
         self.now = self.now + STEP;
@@ -159,6 +161,8 @@ fn l_alliance_keeps_the_properties_of_all_allocators() {
             ..Config::default()
         };
         let switches = preset.switches();
-        crate::testkit::minds(|me| Box::new(Learner::new(&me, &config, THRESHOLD, switches)));
+        crate::testkit::running_allocators(|me| {
+            Box::new(Learner::new(&me, &config, THRESHOLD, switches))
+        });
     }
 }

@@ -84,7 +84,7 @@ fn a_trial_fails_by_a_release_by_another_task_by_idleness_and_by_silence() {
     assert_time(&run_with(&reports, 28_900), 0, 0, 20.0);
     let silent = run_with(&reports, 29_000);
     assert_time(&silent, 0, 0, 24.0);
-    assert_eq!(silent.learner.monitor.executing(TaskId(0)), 0);
+    assert_eq!(silent.learner.monitor.executing_count(TaskId(0)), 0);
 }
 
 /// A release often reports the last unit.
@@ -112,7 +112,7 @@ fn times_are_those_of_the_sender() {
     solo.step(&[false; 2], &[done, late], &[]);
     solo.step(&[false; 2], &[send(2, 2000, (Released, Some(0), 0))], &[]);
     assert_time(&solo, 0, 0, 7.0);
-    assert_eq!(solo.learner.monitor.executing(TaskId(0)), 1);
+    assert_eq!(solo.learner.monitor.executing_count(TaskId(0)), 1);
     let now = solo.now;
     solo.step(
         &[false; 2],
