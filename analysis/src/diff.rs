@@ -15,7 +15,7 @@ use scenario::ids::Tick;
 use scenario::time::SimTime;
 use serde::Serialize;
 use serde_json::Value;
-use terminal::tell;
+use terminal::stderr_line;
 
 /// Name the first difference between two runs.
 #[derive(Args, Clone, Debug)]
@@ -40,7 +40,7 @@ impl DiffCommand {
         match compared {
             Ok(comparison) => comparison.show(self.json),
             Err(error) => {
-                tell!("alliance diff: {error}");
+                stderr_line!("alliance diff: {error}");
                 ExitCode::from(2)
             }
         }
@@ -92,7 +92,7 @@ impl Comparison {
             let text = serde_json::to_string(self).unwrap_or_default();
             return terminal::print_result("alliance", format_args!("{text}\n"), status);
         }
-        tell!("{self}");
+        stderr_line!("{self}");
         status
     }
 }

@@ -8,18 +8,18 @@ use tokio::runtime::{Builder, Runtime};
 use tokio::signal::unix::{SignalKind, signal};
 
 /// A flag that is set when the process receives SIGINT or SIGTERM.
-pub struct Interrupted {
+pub struct InterruptFlag {
     requested: Arc<AtomicBool>,
     /// The runtime of the signal handlers, kept alive with the flag.
     _runtime: Runtime,
 }
 
-impl Interrupted {
+impl InterruptFlag {
     /// Installs handlers for SIGINT and SIGTERM.
     ///
     /// # Errors
     /// Returns an error when the operating system refuses.
-    pub fn watch() -> anyhow::Result<Self> {
+    pub fn install() -> anyhow::Result<Self> {
         let runtime = Builder::new_multi_thread()
             .worker_threads(1)
             .enable_all()
@@ -45,7 +45,7 @@ impl Interrupted {
     }
 
     /// Returns whether a signal has arrived.
-    pub fn is_so(&self) -> bool {
+    pub fn is_set(&self) -> bool {
         self.requested.load(Ordering::Relaxed)
     }
 }

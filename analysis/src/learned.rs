@@ -17,7 +17,7 @@ use crate::replay::team_at_end;
 ///
 /// # Errors
 /// Returns an error when it cannot be written.
-pub fn check_place(path: &Path) -> anyhow::Result<()> {
+pub fn check_writable(path: &Path) -> anyhow::Result<()> {
     NewFile::create(path).map(drop)
 }
 
@@ -26,7 +26,7 @@ pub fn check_place(path: &Path) -> anyhow::Result<()> {
 /// # Errors
 /// Returns the errors of [`learned`], or an error when the file cannot be written.
 pub fn write_profile(path: &Path, logged: &RunLog) -> anyhow::Result<()> {
-    let text = learned(logged)?.to_toml();
+    let text = learned_profile(logged)?.to_toml();
     let mut file = NewFile::create(path)?;
     let mut writer = file.writer();
     writer.write_all(text.as_bytes())?;
@@ -39,7 +39,7 @@ pub fn write_profile(path: &Path, logged: &RunLog) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// Returns an error when the run cannot be replayed or the replay differs.
-pub fn learned(logged: &RunLog) -> anyhow::Result<Profile> {
+pub fn learned_profile(logged: &RunLog) -> anyhow::Result<Profile> {
     let (team, outcome) =
         team_at_end(logged, LogLevel::Off, |_| {}).context("reading the learned values")?;
     let profile = team.learned();

@@ -35,12 +35,12 @@ const OTHERS: [RGBColor; 7] = [
 ];
 
 /// The color of robots that share a row.
-pub const CROWD: RGBColor = OTHERS[0];
+pub const SHARED_ROW: RGBColor = OTHERS[0];
 
 /// Returns the color of a task by its catalog index: six hues, each full, pale and dark in turn. Gray and black have
 /// other meanings in task figures.
 #[must_use]
-pub fn of_task(task: usize) -> RGBColor {
+pub fn task_color(task: usize) -> RGBColor {
     let colors = OTHERS.len() - 1;
     let RGBColor(red, green, blue) = OTHERS[task % colors];
     let toned = |part: u8| match task / colors % 3 {
@@ -53,7 +53,7 @@ pub fn of_task(task: usize) -> RGBColor {
 
 /// Returns the readable text color on a background color: black or white.
 #[must_use]
-pub fn on(RGBColor(red, green, blue): RGBColor) -> RGBColor {
+pub fn text_color_on(RGBColor(red, green, blue): RGBColor) -> RGBColor {
     let light = 299 * u32::from(red) + 587 * u32::from(green) + 114 * u32::from(blue);
     if light > 140_000 {
         RGBColor(0, 0, 0)
@@ -70,7 +70,7 @@ const DONE: RGBColor = RGBColor(225, 225, 225);
 /// Returns the color of a mark. A mark without a kind becomes fuller with its done share; a mark with a kind becomes
 /// paler.
 #[must_use]
-pub fn of_mark(mark: &Mark) -> RGBColor {
+pub fn mark_color(mark: &Mark) -> RGBColor {
     let of_kind = |kind: usize| (OTHERS[kind % OTHERS.len()], DONE);
     let (light, full) = mark.kind().map_or_else(|| of_role(mark.role), of_kind);
     let share = mark.share.unwrap_or(0.0).clamp(0.0, 1.0);

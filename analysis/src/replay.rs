@@ -8,7 +8,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use proto::tick::Outcome;
 use run_log::{LogLevel, MemoryLog, RunLog, RunOutcome};
-use terminal::tell;
+use terminal::stderr_line;
 use world_server::simulation::Simulation;
 
 use crate::diff::{Comparison, Difference, compare};
@@ -24,40 +24,41 @@ pub struct ReplayCommand {
     out: Option<PathBuf>,
     /// Also run this external controller again and compare its answers with the log
     #[arg(long = "mind", value_name = "NAME=COMMAND")]
-    minds: Vec<String>,
+    controllers: Vec<String>,
     /// Print the result as JSON on stdout
     #[arg(long)]
     json: bool,
 }
 
 /// A function that runs external controllers beside their logged answers. Its strings are the values of `--mind`.
-pub type AskMinds = fn(&RunLog, &[String], LoggedAnswers) -> anyhow::Result<Box<dyn AnswerSource>>;
+pub type RunControllers =
+    fn(&RunLog, &[String], LoggedAnswers) -> anyhow::Result<Box<dyn AnswerSource>>;
 
 /// A difference between the answer of an external controller and the log.
 #[derive(Debug, thiserror::Error)]
 #[error("{robot} answers differently from the log", robot = .0.robot)]
-pub struct OtherAnswer(pub Difference);
+pub struct AnswerDifference(pub Difference);
 
 impl ReplayCommand {
     /// Replays the run. Returns exit status 0 if the replay is identical, 1 if it differs, and 2 if the folder contains
     /// no replayable run.
     #[must_use]
-    pub fn run(&self, ask_minds: AskMinds) -> ExitCode {
+    pub fn run(&self, ask_minds: RunControllers) -> ExitCode {
         match self.replay(ask_minds) {
             Ok(comparison) => comparison.show(self.json),
             Err(error) => {
                 if let Some(TickError::Foreign(AnswerError::Other(why))) = error.downcast_ref()
-                    && let Some(OtherAnswer(found)) = why.downcast_ref()
+                    && let Some(AnswerDifference(found)) = why.downcast_ref()
                 {
                     return Comparison::Differs(found.clone()).show(self.json);
                 }
-                tell!("alliance replay: {error:#}");
+                stderr_line!("alliance replay: {error:#}");
                 ExitCode::from(2)
             }
         }
     }
 
-    fn replay(&self, ask_minds: AskMinds) -> anyhow::Result<Comparison> {
+    fn replay(&self, ask_minds: RunControllers) -> anyhow::Result<Comparison> {
         if let Some(out) = &self.out
             && out.join("run.json").exists()
         {
@@ -69,15 +70,17 @@ impl ReplayCommand {
         let logged = RunLog::open(&self.folder, &Registry::current().vocabulary())?;
         let version = env!("CARGO_PKG_VERSION");
         if logged.run.version != version {
-            tell!(
+            stderr_line!(
                 "the run was recorded by version {}; this is version {version}",
                 logged.run.version
             );
         }
         let foreign: Option<Box<dyn AnswerSource>> = match LoggedAnswers::of(&logged)? {
-            Some(kept) if !self.minds.is_empty() => Some(ask_minds(&logged, &self.minds, kept)?),
+            Some(kept) if !self.controllers.is_empty() => {
+                Some(ask_minds(&logged, &self.controllers, kept)?)
+            }
             Some(kept) => Some(Box::new(kept)),
-            None if !self.minds.is_empty() => {
+            None if !self.controllers.is_empty() => {
                 bail!("--mind: this run has no external controllers; leave the option out")
             }
             None => None,

@@ -8,7 +8,7 @@ use run_log::{LogLevel, RunLog, RunOutcome};
 use crate::replay::replay;
 
 /// The result of a replay with views.
-pub struct Retraced {
+pub struct ReplayWithViews {
     pub log: RunLog,
     /// The difference from the logged run; `None` if the replay is identical to the byte.
     pub differs: Option<String>,
@@ -22,7 +22,7 @@ pub fn retrace(
     logged: &RunLog,
     level: LogLevel,
     mut see: impl FnMut(View),
-) -> anyhow::Result<Retraced> {
+) -> anyhow::Result<ReplayWithViews> {
     let (_, log) = replay(logged, level, |simulation| see(simulation.view()))?;
     let (first, again) = match logged.run.outcome {
         RunOutcome::Ended(_) => (logged.run.hash.clone(), log.run.hash.clone()),
@@ -42,5 +42,5 @@ pub fn retrace(
             "this program does not reproduce the logged run{versions} exactly; `alliance replay` shows the difference"
         )
     });
-    Ok(Retraced { log, differs })
+    Ok(ReplayWithViews { log, differs })
 }

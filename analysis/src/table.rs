@@ -23,7 +23,7 @@ pub fn new(header: impl Into<Row>) -> Table {
 }
 
 /// Prevents line breaks in columns that contain names, so that other columns shrink instead.
-pub fn keep_whole(table: &mut Table, columns: &[usize]) {
+pub fn no_wrap(table: &mut Table, columns: &[usize]) {
     for &column in columns {
         if let Some(column) = table.column_mut(column) {
             column.set_constraint(ColumnConstraint::ContentWidth);
@@ -32,7 +32,7 @@ pub fn keep_whole(table: &mut Table, columns: &[usize]) {
 }
 
 /// Hides a column if the terminal is too narrow for all columns.
-pub fn spare(table: &mut Table, column: usize) {
+pub fn hide_if_narrow(table: &mut Table, column: usize) {
     let widths = table.column_max_content_widths();
     let needed: u16 = widths.iter().map(|width| width + GAP).sum();
     if table.width().is_some_and(|available| available < needed)
@@ -82,8 +82,8 @@ mod tests {
             let mut table = new(["run", "scenario", "hash"]);
             table.add_row(["waste-cleanup-1", "waste-cleanup", "cf2fc051d99e95cf"]);
             table.set_width(width);
-            keep_whole(&mut table, &[0]);
-            spare(&mut table, 1);
+            no_wrap(&mut table, &[0]);
+            hide_if_narrow(&mut table, 1);
             table.to_string()
         };
         assert!(table_in(50).contains(" waste-cleanup "), "{}", table_in(50));

@@ -12,14 +12,14 @@ use x509_parser::certificate::X509Certificate;
 use x509_parser::extensions::GeneralName;
 use x509_parser::pem::parse_x509_pem;
 
-use crate::certificates::{Dates, KeyFile, Member, make};
+use crate::certificates::{CertificateDates, KeyFile, Member, make};
 use crate::store;
 use time::OffsetDateTime;
 
 fn member(identity: &str, at: &[&str]) -> Member {
     Member {
         identity: identity.to_owned(),
-        at: at.iter().map(|&at| at.to_owned()).collect(),
+        addresses: at.iter().map(|&at| at.to_owned()).collect(),
     }
 }
 
@@ -29,7 +29,7 @@ fn team_files() -> BTreeMap<String, String> {
         member("host-h2", &["2001:db8::2"]),
         member("robot-gold", &[]),
     ];
-    let dates = Dates::days(
+    let dates = CertificateDates::days(
         OffsetDateTime::from_unix_timestamp(1_000_000_000).unwrap(),
         2,
     );
@@ -133,7 +133,7 @@ fn the_folder_is_private_and_complete_or_absent() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path().join("keys");
     let members = [member("world", &["10.0.0.1"]), member("robot-gold", &[])];
-    let dates = Dates::days(OffsetDateTime::now_utc(), 1);
+    let dates = CertificateDates::days(OffsetDateTime::now_utc(), 1);
     let files = make(&members, dates).unwrap();
     store::write(&folder, &files).unwrap();
     let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o777;

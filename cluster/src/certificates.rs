@@ -10,7 +10,7 @@ use rcgen::{
 use time::{Duration, OffsetDateTime};
 
 /// The tolerance for clock differences between machines.
-const CLOCKS: Duration = Duration::minutes(5);
+const CLOCK_TOLERANCE: Duration = Duration::minutes(5);
 
 /// A member of a team: the world, a host or a robot.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,21 +18,21 @@ pub struct Member {
     /// The [identity](proto::member): stem of the file names and common name in the certificate.
     pub identity: String,
     /// The addresses and names by which others connect; empty for a member that only connects to others.
-    pub at: Vec<String>,
+    pub addresses: Vec<String>,
 }
 
 #[derive(Clone, Copy, Debug)]
-pub struct Dates {
+pub struct CertificateDates {
     from: OffsetDateTime,
     to: OffsetDateTime,
 }
 
-impl Dates {
+impl CertificateDates {
     /// Creates a period of `days` days from `now`. It starts a little earlier, for machines with slow clocks.
     #[must_use]
     pub fn days(now: OffsetDateTime, days: u32) -> Self {
         Self {
-            from: now - CLOCKS,
+            from: now - CLOCK_TOLERANCE,
             to: now + Duration::days(days.into()),
         }
     }
@@ -56,7 +56,7 @@ impl KeyFile {
 ///
 /// # Errors
 /// If the system has no random bits, or a member's address is invalid in a certificate.
-pub fn make(members: &[Member], dates: Dates) -> anyhow::Result<Vec<KeyFile>> {
+pub fn make(members: &[Member], dates: CertificateDates) -> anyhow::Result<Vec<KeyFile>> {
     let authority = Authority::new(dates)?;
     let mut files = authority.files();
     for member in members {
@@ -74,7 +74,7 @@ pub struct Authority {
 
 impl Authority {
     /// Creates an authority that may sign certificates of members, but not of other authorities.
-    pub fn new(dates: Dates) -> anyhow::Result<Self> {
+    pub fn new(dates: CertificateDates) -> anyhow::Result<Self> {
         let token = secret()?;
         // A unique name, so that a certificate of another team is detected before its signature is checked.
         let name = format!("alliance {}", &secret()?[..8]);
@@ -105,7 +105,7 @@ impl Authority {
     ///
     /// # Errors
     /// If the system has no random bits, or the member's address is invalid in a certificate.
-    pub fn issue(&self, member: &Member, dates: Dates) -> anyhow::Result<Vec<KeyFile>> {
+    pub fn issue(&self, member: &Member, dates: CertificateDates) -> anyhow::Result<Vec<KeyFile>> {
         let identity = &member.identity;
         let key = KeyPair::generate().context("making a key")?;
         let signed = leaf(member, dates).and_then(|params| params.signed_by(&key, &self.issuer));
@@ -128,19 +128,19 @@ fn secret() -> anyhow::Result<String> {
     Ok(format!("{bits:032x}"))
 }
 
-fn leaf(member: &Member, dates: Dates) -> Result<CertificateParams, rcgen::Error> {
-    let params = CertificateParams::new(member.at.clone())?;
+fn leaf(member: &Member, dates: CertificateDates) -> Result<CertificateParams, rcgen::Error> {
+    let params = CertificateParams::new(member.addresses.clone())?;
     let mut params = named(params, &member.identity, dates);
     params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
     params.extended_key_usages = vec![ExtendedKeyUsagePurpose::ClientAuth];
-    if !member.at.is_empty() {
+    if !member.addresses.is_empty() {
         let usage = ExtendedKeyUsagePurpose::ServerAuth;
         params.extended_key_usages.push(usage);
     }
     Ok(params)
 }
 
-fn named(mut params: CertificateParams, name: &str, dates: Dates) -> CertificateParams {
+fn named(mut params: CertificateParams, name: &str, dates: CertificateDates) -> CertificateParams {
     params.distinguished_name = DistinguishedName::new();
     params.distinguished_name.push(DnType::CommonName, name);
     params.not_before = dates.from;

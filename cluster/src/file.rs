@@ -22,13 +22,13 @@ pub struct Cluster {
     /// The index of the host that runs the world and the launcher.
     pub world: usize,
     /// The hosts in the order of the file.
-    pub hosts: Vec<Host>,
+    pub hosts: Vec<HostEntry>,
 }
 
 /// A machine that runs robots or the world.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Host {
+pub struct HostEntry {
     /// The name, independent of network names.
     pub name: String,
     /// The names of the robots on this host.
@@ -51,7 +51,7 @@ struct Contents {
     #[serde(default = "default_keys")]
     keys: String,
     world: String,
-    hosts: Vec<Host>,
+    hosts: Vec<HostEntry>,
 }
 
 fn default_keys() -> String {
@@ -103,12 +103,12 @@ impl Cluster {
 
     /// Returns the host of the world and the launcher.
     #[must_use]
-    pub fn home(&self) -> &Host {
+    pub fn world_host(&self) -> &HostEntry {
         &self.hosts[self.world]
     }
 
     /// Returns the other hosts, which run `alliance host`.
-    pub fn others(&self) -> impl Iterator<Item = &Host> {
+    pub fn others(&self) -> impl Iterator<Item = &HostEntry> {
         let all = self.hosts.iter().enumerate();
         all.filter(|(index, _)| *index != self.world)
             .map(|(_, host)| host)
@@ -116,16 +116,16 @@ impl Cluster {
 
     /// Returns the locator by which others connect to the world.
     #[must_use]
-    pub fn reached_at(&self) -> Locator {
+    pub fn world_locator(&self) -> Locator {
         let mut locator = self.listen.clone();
-        locator.host = self.world_at().swap_remove(0);
+        locator.host = self.world_addresses().swap_remove(0);
         locator
     }
 
     /// Returns the addresses and names by which others connect to the world; at least one.
     #[must_use]
-    pub fn world_at(&self) -> Vec<String> {
-        let mut at = self.home().at.clone();
+    pub fn world_addresses(&self) -> Vec<String> {
+        let mut at = self.world_host().at.clone();
         if !self.listen.is_unspecified() && !at.contains(&self.listen.host) {
             at.insert(0, self.listen.host.clone());
         }
@@ -143,7 +143,7 @@ fn path_beside(beside: &Path, source: &str) -> String {
 }
 
 /// Checks that names are valid and unique, and addresses are valid.
-fn check_hosts(file: &TomlFile<'_>, hosts: &[Host]) -> Result<(), ScenarioError> {
+fn check_hosts(file: &TomlFile<'_>, hosts: &[HostEntry]) -> Result<(), ScenarioError> {
     if hosts.is_empty() {
         let remedy = "write [[hosts]] for each machine, with its name and robots";
         return Err(file.error_at(&[key("hosts")], "there is no host", remedy));
@@ -211,7 +211,7 @@ fn listen(file: &TomlFile<'_>, contents: &Contents) -> Result<Locator, ScenarioE
 fn check_place(
     file: &TomlFile<'_>,
     listen: &Locator,
-    home: &Host,
+    home: &HostEntry,
     world: usize,
 ) -> Result<(), ScenarioError> {
     if listen.is_unspecified() && home.at.is_empty() {
@@ -229,7 +229,7 @@ fn check_place(
 /// Checks that each robot of the scenario is on exactly one host.
 fn check_robots(
     file: &TomlFile<'_>,
-    hosts: &[Host],
+    hosts: &[HostEntry],
     scenario: &Scenario,
 ) -> Result<(), ScenarioError> {
     let team = || scenario.robots.iter().map(|robot| robot.name.as_str());
@@ -260,7 +260,7 @@ fn check_robots(
 /// Checks that external controllers are on the world's host, because they connect by its local sockets.
 fn check_minds(
     file: &TomlFile<'_>,
-    hosts: &[Host],
+    hosts: &[HostEntry],
     world: usize,
     scenario: &Scenario,
 ) -> Result<(), ScenarioError> {
@@ -332,12 +332,12 @@ at = ["10.0.0.2"]
         assert_eq!(cluster.seed, Some(7));
         assert_eq!(cluster.listen.to_string(), "tls/10.0.0.1:7447");
         assert_eq!(cluster.keys, Path::new("lab/keys"));
-        assert_eq!(cluster.home().robots, ["blue"]);
+        assert_eq!(cluster.world_host().robots, ["blue"]);
         let others: Vec<&str> = cluster.others().map(|host| host.name.as_str()).collect();
         assert_eq!(others, ["h2"]);
         assert_eq!(cluster.hosts[1].at, ["10.0.0.2"]);
-        assert_eq!(cluster.world_at(), ["10.0.0.1"]);
-        assert_eq!(cluster.reached_at(), cluster.listen);
+        assert_eq!(cluster.world_addresses(), ["10.0.0.1"]);
+        assert_eq!(cluster.world_locator(), cluster.listen);
     }
 
     #[test]
@@ -366,8 +366,8 @@ at = ["10.0.0.2"]
             "robots = [\"blue\"]\nat = [\"world\"]",
         );
         let named = parse(&named).unwrap();
-        assert_eq!(named.world_at(), ["world"]);
-        assert_eq!(named.reached_at().to_string(), "tls/world:7447");
+        assert_eq!(named.world_addresses(), ["world"]);
+        assert_eq!(named.world_locator().to_string(), "tls/world:7447");
     }
 
     #[test]

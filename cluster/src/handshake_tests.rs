@@ -14,7 +14,7 @@ use tempfile::TempDir;
 use time::OffsetDateTime;
 use zenoh::{Session, Wait};
 
-use crate::certificates::{Authority, Dates, KeyFile, Member};
+use crate::certificates::{Authority, CertificateDates, KeyFile, Member};
 
 /// Returns a port without a listener.
 fn free_port() -> u16 {
@@ -26,26 +26,26 @@ fn now() -> OffsetDateTime {
     OffsetDateTime::now_utc()
 }
 
-fn days_from(now: OffsetDateTime) -> Dates {
-    Dates::days(now, 10)
+fn days_from(now: OffsetDateTime) -> CertificateDates {
+    CertificateDates::days(now, 10)
 }
 
-fn today() -> Dates {
+fn today() -> CertificateDates {
     days_from(now())
 }
 
-fn last_year() -> Dates {
+fn last_year() -> CertificateDates {
     days_from(now() - time::Duration::days(365))
 }
 
-fn next_year() -> Dates {
+fn next_year() -> CertificateDates {
     days_from(now() + time::Duration::days(365))
 }
 
 fn member(identity: &str, at: &[&str]) -> Member {
     Member {
         identity: identity.to_owned(),
-        at: at.iter().map(|&at| at.to_owned()).collect(),
+        addresses: at.iter().map(|&at| at.to_owned()).collect(),
     }
 }
 
@@ -132,7 +132,7 @@ impl Team {
         }
     }
 
-    fn gold(&self, dates: Dates) -> TempDir {
+    fn gold(&self, dates: CertificateDates) -> TempDir {
         gold(&self.authority, &self.authority, dates)
     }
 
@@ -142,14 +142,14 @@ impl Team {
     }
 }
 
-fn world_keys(authority: &Authority, at: &str, dates: Dates) -> TempDir {
+fn world_keys(authority: &Authority, at: &str, dates: CertificateDates) -> TempDir {
     let at: &[&str] = if at.is_empty() { &[] } else { &[at] };
     let files = authority.issue(&member("world", at), dates).unwrap();
     folder([authority.files(), files])
 }
 
 /// Creates gold's keys, signed by `by`, with the authority certificate of `ca`.
-fn gold(by: &Authority, ca: &Authority, dates: Dates) -> TempDir {
+fn gold(by: &Authority, ca: &Authority, dates: CertificateDates) -> TempDir {
     let files = by.issue(&member("gold", &[]), dates).unwrap();
     folder([ca.files(), files])
 }

@@ -59,7 +59,7 @@ pub enum KeyFilesError {
     /// Other users can access a secret file.
     #[error("{0}: other users can read or change it; run `chmod 600` on it")]
     NotPrivate(String),
-    /// The line is not an output of [`KeysInMemory::to_line`].
+    /// The line is not an output of [`MemoryKeyFiles::to_line`].
     #[error(
         "standard input: {0}; write one line of JSON: an object that maps file names to file contents"
     )]

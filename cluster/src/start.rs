@@ -10,21 +10,21 @@ use proto::identity::{self, WORLD};
 use scenario::Scenario;
 use time::OffsetDateTime;
 
-use super::file::{Cluster, Host};
-use crate::certificates::{Dates, KeyFile, make};
+use super::file::{Cluster, HostEntry};
+use crate::certificates::{CertificateDates, KeyFile, make};
 use crate::team::Team;
 
 /// The validity of certificates for one run, in days; longer than any run.
 const DAYS: u32 = 30;
 
 #[derive(Clone, Debug)]
-pub struct Start {
+pub struct StartPlan {
     pub world: MemoryKeyFiles,
-    pub hosts: Vec<HostStart>,
+    pub hosts: Vec<HostCommandLine>,
 }
 
 #[derive(Clone, Debug)]
-pub struct HostStart {
+pub struct HostCommandLine {
     pub name: String,
     /// The shell command that runs `alliance` on that host.
     pub command: String,
@@ -33,23 +33,23 @@ pub struct HostStart {
     pub keys: MemoryKeyFiles,
 }
 
-impl Start {
+impl StartPlan {
     /// Creates the keys. In the command, `{name}` and `{at}` are replaced with a host's name and its first address.
     ///
     /// # Errors
     /// If the system has no random bits, or an address is invalid in a certificate.
     pub fn new(command: &str, cluster: &Cluster, scenario: &Scenario) -> anyhow::Result<Self> {
         let members = Team::of_cluster(cluster, scenario).members();
-        let dates = Dates::days(OffsetDateTime::now_utc(), DAYS);
+        let dates = CertificateDates::days(OffsetDateTime::now_utc(), DAYS);
         let files = make(&members, dates)?;
         let hosts = cluster.others().filter(|host| !host.robots.is_empty());
         Ok(Self {
             world: keys_of(WORLD, &[], &files),
             hosts: hosts
-                .map(|host| HostStart {
+                .map(|host| HostCommandLine {
                     name: host.name.clone(),
                     command: command_of(command, host),
-                    arguments: arguments(host, &cluster.reached_at()),
+                    arguments: arguments(host, &cluster.world_locator()),
                     keys: keys_of(&identity::host(&host.name), &host.robots, &files),
                 })
                 .collect(),
@@ -57,12 +57,12 @@ impl Start {
     }
 }
 
-fn command_of(command: &str, host: &Host) -> String {
+fn command_of(command: &str, host: &HostEntry) -> String {
     let at = host.at.first().unwrap_or(&host.name);
     command.replace("{name}", &host.name).replace("{at}", at)
 }
 
-fn arguments(host: &Host, world: &Locator) -> Vec<String> {
+fn arguments(host: &HostEntry, world: &Locator) -> Vec<String> {
     let connect = world.to_string();
     let mut arguments = vec!["host", "--name", &host.name, "--connect", &connect];
     arguments.extend(["--keys", STANDARD_INPUT, "--once"]);
@@ -85,13 +85,13 @@ fn keys_of(identity: &str, robots: &[String], files: &[KeyFile]) -> MemoryKeyFil
 }
 
 /// An open standard input of a host. Dropping it requests the end of the host.
-pub struct Hold(
+pub struct InputHold(
     #[expect(dead_code, reason = "dropping it closes the host's standard input")] SyncSender<()>,
 );
 
-impl HostStart {
+impl HostCommandLine {
     /// Creates a standard input that contains the keys and ends when the hold is dropped.
-    pub fn input(&self) -> io::Result<(PipeReader, Hold)> {
+    pub fn input(&self) -> io::Result<(PipeReader, InputHold)> {
         let (reader, mut writer) = io::pipe()?;
         let (hold, closed) = sync_channel::<()>(0);
         let line = self.keys.to_line();
@@ -101,7 +101,7 @@ impl HostStart {
             let _ = writer.write_all(line.as_bytes());
             let _ = closed.recv();
         });
-        Ok((reader, Hold(hold)))
+        Ok((reader, InputHold(hold)))
     }
 }
 
@@ -134,12 +134,12 @@ robots = ["blue"]
 name = "h4"
 "#;
 
-    fn start(text: &str) -> Start {
+    fn start(text: &str) -> StartPlan {
         let known = test_scenarios::known();
         let scenario = |name: &str| read_scenario(name, &known);
         let (cluster, scenario) =
             Cluster::parse("c.toml", text, Path::new("lab"), scenario).unwrap();
-        Start::new("ssh {at} x={name} alliance", &cluster, &scenario).unwrap()
+        StartPlan::new("ssh {at} x={name} alliance", &cluster, &scenario).unwrap()
     }
 
     #[test]

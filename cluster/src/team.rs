@@ -4,7 +4,7 @@ use proto::identity;
 use scenario::Scenario;
 
 use crate::certificates::Member;
-use crate::file::{Cluster, Host};
+use crate::file::{Cluster, HostEntry};
 
 /// The members of a team and their addresses.
 #[derive(Clone, Debug)]
@@ -12,7 +12,7 @@ pub struct Team {
     pub world_at: Vec<String>,
     pub robots: Vec<String>,
     /// The hosts except the world's.
-    pub hosts: Vec<Host>,
+    pub hosts: Vec<HostEntry>,
     /// The name of the world's host in a cluster file. Then each host also has its robots.
     pub home: Option<String>,
 }
@@ -21,10 +21,10 @@ impl Team {
     #[must_use]
     pub fn of_cluster(cluster: &Cluster, scenario: &Scenario) -> Self {
         Self {
-            world_at: cluster.world_at(),
+            world_at: cluster.world_addresses(),
             robots: robot_names(scenario),
             hosts: cluster.others().cloned().collect(),
-            home: Some(cluster.home().name.clone()),
+            home: Some(cluster.world_host().name.clone()),
         }
     }
 
@@ -32,15 +32,15 @@ impl Team {
     pub fn members(&self) -> Vec<Member> {
         let world = Member {
             identity: identity::WORLD.to_owned(),
-            at: self.world_at.clone(),
+            addresses: self.world_at.clone(),
         };
         let hosts = self.hosts.iter().map(|host| Member {
             identity: identity::host(&host.name),
-            at: host.at.clone(),
+            addresses: host.at.clone(),
         });
         let robots = self.robots.iter().map(|robot| Member {
             identity: identity::robot(robot),
-            at: Vec::new(),
+            addresses: Vec::new(),
         });
         std::iter::once(world).chain(hosts).chain(robots).collect()
     }

@@ -6,7 +6,7 @@ use analysis::table;
 use clap::Args;
 use missions::Registry;
 use scenario::{AllocatorSpec, name_remedy};
-use terminal::tell;
+use terminal::stderr_line;
 
 use crate::parameters::blocks;
 
@@ -29,7 +29,7 @@ impl AllocatorsCommand {
         if let Some(spec) = specs.iter().find(|spec| spec.name == name) {
             return say(description(spec));
         }
-        tell!(
+        stderr_line!(
             "alliance allocators: there is no allocator '{name}'; {}",
             name_remedy(name, specs.iter().map(|spec| spec.name))
         );

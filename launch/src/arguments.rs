@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use clap::error::ErrorKind;
 use scenario::Vocabulary;
-use terminal::tell;
+use terminal::stderr_line;
 use world_server::size::with_size_options;
 
 /// Parses the arguments of this process. The size options of the missions are accepted like `--size`.
@@ -20,14 +20,14 @@ pub fn parse<C: Parser>(vocabulary: &Vocabulary) -> Result<C, ExitCode> {
         | ErrorKind::DisplayVersion
         | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
         _ => {
-            tell!("alliance: {}; try --help", one_line(&error.to_string()));
+            stderr_line!("alliance: {}; try --help", one_line(&error.to_string()));
             ExitCode::from(2)
         }
     })
 }
 
 /// Parses arguments from a list; the first is the name of the command.
-pub fn parse_words<C: Parser>(vocabulary: &Vocabulary, words: &[String]) -> Result<C, String> {
+pub fn parse_list<C: Parser>(vocabulary: &Vocabulary, words: &[String]) -> Result<C, String> {
     read(vocabulary, words.iter().map(OsString::from)).map_err(|error| one_line(&error.to_string()))
 }
 

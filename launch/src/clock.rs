@@ -57,10 +57,11 @@ impl ClockArgs {
             } => ClockCommand::Speed(Some(factor)),
         };
         let command = ControlCommand::Clock(command);
-        self.control.ask("clock", command, |reply| match reply {
-            Reply::Clock(clock) => format!("tick {}: {}", clock.tick, describe(clock)),
-            other => unexpected(other),
-        })
+        self.control
+            .send_command("clock", command, |reply| match reply {
+                Reply::Clock(clock) => format!("tick {}: {}", clock.tick, describe(clock)),
+                other => unexpected(other),
+            })
     }
 }
 

@@ -11,7 +11,7 @@ use proto::control::wire::{ControlTopic, Format};
 use proto::control::{ControlCommand, Reply, Request};
 use proto::secret::random;
 use serde::Serialize;
-use terminal::tell;
+use terminal::stderr_line;
 use tokio::time::timeout;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 
@@ -34,7 +34,7 @@ pub struct ControlArgs {
 
 impl ControlArgs {
     /// Returns the id of the selected run, and these options fixed to it, so that a later run is not selected. `None` if no run is live.
-    pub fn of_one_run(&self) -> Option<(String, Self)> {
+    pub fn fixed_to_run(&self) -> Option<(String, Self)> {
         let run = Rendezvous::find(self.run.as_deref()).ok()?.run;
         let control = Self {
             run: Some(run.clone()),
@@ -47,14 +47,14 @@ impl ControlArgs {
     ///
     /// Exit status 0, 2 if the world refuses or several runs are live, 3 if no run is live or none answers.
     #[must_use]
-    pub fn ask(
+    pub fn send_command(
         &self,
         name: &str,
         command: ControlCommand,
         words: impl FnOnce(&Reply) -> String,
     ) -> ExitCode {
         let failed = |error: anyhow::Error, status| {
-            tell!("alliance {name}: {error:#}");
+            stderr_line!("alliance {name}: {error:#}");
             ExitCode::from(status)
         };
         let live = match rendezvous::live() {
@@ -78,11 +78,11 @@ impl ControlArgs {
         if self.json
             && let Err(error) = print(&reply)
         {
-            tell!("alliance {name}: {error:#}");
+            stderr_line!("alliance {name}: {error:#}");
             return ExitCode::from(3);
         }
         if let Reply::Refused(why) = &reply {
-            tell!("alliance {name}: {why}");
+            stderr_line!("alliance {name}: {why}");
             return ExitCode::from(2);
         }
         if !self.json {
@@ -93,7 +93,7 @@ impl ControlArgs {
             } else {
                 String::new()
             };
-            tell!("{words}{suffix}");
+            stderr_line!("{words}{suffix}");
         }
         ExitCode::SUCCESS
     }
@@ -108,8 +108,8 @@ impl ControlArgs {
                 "run '{id}' stands still: its world (process {pid}) is stopped; `kill -CONT {pid}` resumes it"
             );
         }
-        let runtime = runtime::start()?;
-        Ok((id, runtime.block_on(ask(run, command))?))
+        let runtime = runtime::start_runtime()?;
+        Ok((id, runtime.block_on(send_command(run, command))?))
     }
 }
 
@@ -117,7 +117,7 @@ impl ControlArgs {
 ///
 /// # Errors
 /// If the world cannot be reached, does not answer or cannot read the request.
-pub async fn ask(run: Rendezvous, command: ControlCommand) -> anyhow::Result<Reply> {
+pub async fn send_command(run: Rendezvous, command: ControlCommand) -> anyhow::Result<Reply> {
     let observer = Observer::join(run, ConnectionRole::Operator).await?;
     let reply = query(&observer, command).await;
     // Closing may hang, so its time is limited.
@@ -259,7 +259,7 @@ mod tests {
                 .background()
                 .await
                 .unwrap();
-            let reply = ask(run, ControlCommand::Clock(ClockCommand::Pause)).await;
+            let reply = send_command(run, ControlCommand::Clock(ClockCommand::Pause)).await;
             session.close().await.unwrap();
             reply
         })

@@ -14,7 +14,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 pub use missions::Registry;
 use robot_agent::args::AgentArgs;
-use terminal::tell;
+use terminal::stderr_line;
 use world_server::args::{WorldArgs, log_to_stderr};
 use world_server::mission_args::Known;
 use world_server::size::with_size_options;
@@ -110,7 +110,7 @@ enum Command {
 
 /// Returns the scenarios, missions and allocators of this program.
 #[must_use]
-pub fn known() -> Known {
+pub fn program_content() -> Known {
     Known {
         vocabulary: Registry::current().vocabulary(),
         worlds: Registry::current().worlds().clone(),
@@ -129,9 +129,10 @@ pub fn main(registry: Registry) -> ExitCode {
     registry.install();
     cluster::session::prepare_process();
     // First, so that a child of a dead launcher does not start.
-    let ready = run::child_processes::die_with_launcher().and_then(|()| limits::allow_a_process());
+    let ready =
+        run::child_processes::die_with_launcher().and_then(|()| limits::check_process_limits());
     if let Err(error) = ready {
-        tell!("alliance: {error:#}");
+        stderr_line!("alliance: {error:#}");
         return ExitCode::from(3);
     }
     log_to_stderr();
@@ -141,14 +142,14 @@ pub fn main(registry: Registry) -> ExitCode {
     };
     match command.command {
         Command::Run(command) => command.run(),
-        Command::World(world) => world.run(&known()),
+        Command::World(world) => world.run(&program_content()),
         Command::Agent(agent) => agent.run(Registry::current().agents()),
         Command::Host(host) => host.run(),
         Command::Router(router) => router.run(),
         Command::Cluster(cluster) => cluster.run(),
         Command::Shell(command) => command.run(),
         Command::Keys(command) => command.run(),
-        Command::Replay(command) => command.run(replay_controllers::ask),
+        Command::Replay(command) => command.run(replay_controllers::compare),
         Command::Diff(command) => command.run(),
         Command::Fault(command) => command.run(),
         Command::Clock(command) => command.run(),
@@ -158,11 +159,11 @@ pub fn main(registry: Registry) -> ExitCode {
         Command::View(command) => command.run(),
         Command::Report(command) => command.run(),
         Command::Export(command) => command.run(),
-        Command::Sweep(command) => command.run(&known()),
-        Command::Compare(command) => command.run(&known()),
-        Command::Tune(command) => command.run(&known()),
+        Command::Sweep(command) => command.run(&program_content()),
+        Command::Compare(command) => command.run(&program_content()),
+        Command::Tune(command) => command.run(&program_content()),
         Command::LallianceStrategies(command) => command.run(),
-        Command::Check(command) => command.run(&known()),
+        Command::Check(command) => command.run(&program_content()),
         Command::Scenarios(command) => command.run(),
         Command::Allocators(command) => command.run(),
         Command::Missions(command) => command.run(),

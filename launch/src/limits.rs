@@ -22,13 +22,13 @@ const STACK: usize = 16 << 10;
 ///
 /// # Errors
 /// If there are too few files or threads. Without this check zenoh and tokio would panic later.
-pub fn allow_a_process() -> anyhow::Result<()> {
+pub fn check_process_limits() -> anyhow::Result<()> {
     allow_files(FILES)?;
     allow_threads(THREADS)
 }
 
 /// Checks that a run by processes with this number of robots has enough files and threads.
-pub fn allow_a_run(robots: usize) -> anyhow::Result<()> {
+pub fn check_run_limits(robots: usize) -> anyhow::Result<()> {
     allow_files(FILES + FILES_FOR_EACH_ROBOT * robots as u64)?;
     allow_threads(THREADS * (PROCESSES + robots))
 }

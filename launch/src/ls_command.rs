@@ -13,10 +13,10 @@ use cluster::rendezvous::{self, Rendezvous};
 use proto::control::{ControlCommand, Reply};
 use scenario::time::SimTime;
 use serde::{Deserialize, Serialize};
-use terminal::tell;
+use terminal::stderr_line;
 use tokio::runtime::Runtime;
 
-use crate::control::ask;
+use crate::control::send_command;
 use crate::runtime;
 
 /// List live runs and the recorded runs in a folder, newest first
@@ -77,7 +77,7 @@ impl LsCommand {
         match listed {
             Ok(text) => terminal::print_result("alliance ls", text, ExitCode::SUCCESS),
             Err(error) => {
-                tell!("alliance ls: {error:#}");
+                stderr_line!("alliance ls: {error:#}");
                 ExitCode::from(3)
             }
         }
@@ -87,7 +87,9 @@ impl LsCommand {
 fn live() -> anyhow::Result<Vec<Listed>> {
     let runs = rendezvous::live()?;
     // Without a live run no runtime is needed.
-    let runtime = (!runs.is_empty()).then(runtime::start).transpose()?;
+    let runtime = (!runs.is_empty())
+        .then(runtime::start_runtime)
+        .transpose()?;
     let described = runtime.iter().flat_map(|runtime| {
         let runs = runs.iter();
         runs.map(|run| describe(run, runtime))
@@ -107,7 +109,7 @@ fn describe(run: &Rendezvous, runtime: &Runtime) -> Listed {
     if OsProcess::find(run.pid).is_some_and(|world| world.is_stopped) {
         return unknown("live, its world is stopped");
     }
-    match runtime.block_on(ask(run.clone(), ControlCommand::Status)) {
+    match runtime.block_on(send_command(run.clone(), ControlCommand::Status)) {
         Ok(Reply::Status(status)) => Listed {
             state: if status.clock.paused {
                 "live, paused"
@@ -192,7 +194,7 @@ fn in_words(runs: &[Listed], folder: &Path) -> String {
             or_dash(run.hash.clone()),
         ]);
     }
-    table::keep_whole(&mut table, &[2, 5]);
-    table::spare(&mut table, 2);
+    table::no_wrap(&mut table, &[2, 5]);
+    table::hide_if_narrow(&mut table, 2);
     table.trim_fmt() + "\n"
 }

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::{Args, Command};
-use terminal::tell;
+use terminal::stderr_line;
 
 /// Write manual pages of all commands.
 ///
@@ -28,7 +28,7 @@ impl ManCommand {
         match written {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => {
-                tell!("alliance man: {error:#}");
+                stderr_line!("alliance man: {error:#}");
                 ExitCode::from(3)
             }
         }

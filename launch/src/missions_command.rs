@@ -7,7 +7,7 @@ use clap::Args;
 use missions::Registry;
 use scenario::mission::registry::Mission;
 use scenario::name_remedy;
-use terminal::tell;
+use terminal::stderr_line;
 
 use crate::parameters::blocks;
 
@@ -32,7 +32,7 @@ impl MissionsCommand {
             return say(description(*mission));
         }
         let names = missions.iter().map(|mission| mission.name());
-        tell!(
+        stderr_line!(
             "alliance missions: there is no mission '{name}'; {}",
             name_remedy(name, names)
         );

@@ -4,7 +4,7 @@ use anyhow::Context;
 use tokio::runtime::{Builder, Runtime};
 
 /// Starts a runtime with one worker thread. Zenoh refuses a scheduler on the current thread.
-pub fn start() -> anyhow::Result<Runtime> {
+pub fn start_runtime() -> anyhow::Result<Runtime> {
     Builder::new_multi_thread()
         .worker_threads(1)
         .enable_all()

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use scenario::{Scenario, Vocabulary, name_remedy};
-use terminal::tell;
+use terminal::stderr_line;
 
 use analysis::table;
 use missions::Registry;
@@ -32,7 +32,7 @@ impl ScenariosCommand {
                 say(sized.to_toml().expect("a scenario can be written"))
             }
             Err(error) => {
-                tell!("alliance scenarios: {error:#}");
+                stderr_line!("alliance scenarios: {error:#}");
                 ExitCode::from(2)
             }
         }
@@ -51,7 +51,7 @@ impl ScenariosCommand {
             return say(scenario.text);
         }
         let known = vocabulary.builtins().map(|scenario| scenario.name);
-        tell!(
+        stderr_line!(
             "alliance scenarios: no built-in scenario '{name}'; {}",
             name_remedy(name, known)
         );

@@ -11,7 +11,7 @@ use cluster::rendezvous;
 use comfy_table::{CellAlignment, Table};
 use proto::control::{ControlCommand, Reply, RobotStatus, Status};
 use scenario::mission::columns::details;
-use terminal::tell;
+use terminal::stderr_line;
 
 use crate::clock::describe;
 use crate::control::{ControlArgs, unexpected};
@@ -34,7 +34,8 @@ impl StatusArgs {
     #[must_use]
     pub fn run(&self) -> ExitCode {
         // If no run is live, `show` prints the error.
-        let (Some(seconds), Some((run, control))) = (self.watch, self.control.of_one_run()) else {
+        let (Some(seconds), Some((run, control))) = (self.watch, self.control.fixed_to_run())
+        else {
             return show(&self.control, "");
         };
         let clear = if stderr().is_terminal() { CLEAR } else { "" };
@@ -45,13 +46,13 @@ impl StatusArgs {
             let _ = show(&control, clear);
             sleep(Duration::from_secs(seconds));
         }
-        tell!("run {run} is over");
+        stderr_line!("run {run} is over");
         ExitCode::SUCCESS
     }
 }
 
 fn show(control: &ControlArgs, before: &str) -> ExitCode {
-    control.ask("status", ControlCommand::Status, |reply| match reply {
+    control.send_command("status", ControlCommand::Status, |reply| match reply {
         Reply::Status(status) => format!("{before}{}", text(status)),
         other => unexpected(other),
     })

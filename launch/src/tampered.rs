@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use analysis::replay::replay;
-use analysis::report::command::{Look, report};
+use analysis::report::command::{FigureOptions, report};
 use in_process::Team;
 use run_log::recorder::Folder;
 use run_log::{LogLevel, RunLog};
@@ -90,7 +90,7 @@ fn use_run(folder: &Path) -> anyhow::Result<()> {
     replay(&log, log.run.log, |_| {})?;
     // A page shows figures of run.json directly, besides the replay.
     Logged::open(folder)?;
-    report(folder, &folder.join("report"), &Look::default())?;
+    report(folder, &folder.join("report"), &FigureOptions::default())?;
     Ok(())
 }
 

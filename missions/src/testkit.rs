@@ -39,7 +39,7 @@ const STEPS: u64 = 1500;
 /// - The active behavior belongs to the robot.
 /// - Messages, actions and readings of another mission cause no panic.
 /// - All reported numbers are finite.
-/// - [`holds`](world_server::mission::WorldMission::holds) succeeds after each step.
+/// - [`holds`](world_server::mission::WorldMission::check_invariants) succeeds after each step.
 ///
 /// # Panics
 /// If a rule is violated. The message states the rule.

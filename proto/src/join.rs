@@ -34,10 +34,10 @@ pub struct Welcome {
     pub incarnation: Incarnation,
     /// The earliest tick in which the agent may take part.
     pub first_tick: Tick,
-    /// The [briefing](scenario::Setup::briefing) of the run as JSON. Of the robots' ALLIANCE parameters and
+    /// The [briefing](scenario::Setup::for_robots) of the run as JSON. Of the robots' ALLIANCE parameters and
     /// profiles it contains only those of this robot.
     pub setup: String,
-    /// The keys of the agent's [`crate::secret::Pairs`] in a network run, by rank, with the world last.
+    /// The keys of the agent's [`crate::secret::PairKeys`] in a network run, by rank, with the world last.
     pub pairs: Option<Vec<u128>>,
 }
 

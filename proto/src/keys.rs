@@ -168,7 +168,7 @@ impl KeyExpressions {
         format!("{}/order", self.process(host))
     }
 
-    /// Returns the key of [`crate::event::EventNews`] to observers, droppable.
+    /// Returns the key of [`crate::event::TickEvents`] to observers, droppable.
     #[must_use]
     pub fn event(&self) -> String {
         format!("{}/event", self.prefix)

@@ -6,7 +6,7 @@
 //! encrypt. A repeated message still has a valid seal; the tick, incarnation, nonce or number identifies it as old.
 //!
 //! Broadcasts have many receivers. On one machine the token seals them: all processes of a user can read it anyway. In
-//! a network run [`Pairs`] seal them, so no member can impersonate another one.
+//! a network run [`PairKeys`] seal them, so no member can impersonate another one.
 
 use std::fs::File;
 use std::hash::Hasher;

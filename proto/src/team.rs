@@ -57,7 +57,7 @@ impl BroadcastKind {
     ];
 
     /// Returns the last chunk of the key expression, and the `kind` column of messages.csv. `bulletins` are the
-    /// [names](scenario::mission::data::Terms::bulletins) of the mission's bulletins.
+    /// [names](scenario::mission::data::MissionVocabulary::bulletins) of the mission's bulletins.
     #[must_use]
     pub fn name(self, bulletins: [&'static str; 2]) -> &'static str {
         match self {

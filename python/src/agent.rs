@@ -28,7 +28,7 @@ use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
-use crate::controller::{Common, Object};
+use crate::controller::{ClassData, ControllerObject};
 use crate::readings;
 use crate::rows::rows;
 
@@ -37,13 +37,13 @@ type Outbox = Arc<Mutex<Vec<AllocationMessage>>>;
 
 /// The controllers of one Python class in a run.
 #[derive(Debug)]
-pub struct Agents {
-    common: Arc<Common>,
+pub struct PythonAgents {
+    common: Arc<ClassData>,
     outboxes: Mutex<BTreeMap<RobotId, Outbox>>,
 }
 
-impl Agents {
-    pub fn new(common: Arc<Common>) -> Self {
+impl PythonAgents {
+    pub fn new(common: Arc<ClassData>) -> Self {
         Self {
             common,
             outboxes: Mutex::default(),
@@ -57,7 +57,7 @@ impl Agents {
     }
 }
 
-impl ConfiguredAllocator for Agents {
+impl ConfiguredAllocator for PythonAgents {
     fn start(&self, me: SelfState, _: &Setup) -> Box<dyn RunningAllocator> {
         let outbox = self.outbox_of(me.robot);
         Box::new(AllocatorRunner::<FollowingAllocator>::new(me, &outbox))
@@ -66,7 +66,7 @@ impl ConfiguredAllocator for Agents {
     fn mission(&self, robot: RobotId, setup: &Setup) -> Option<Box<dyn AgentMission>> {
         let behaviors = OwnBehavior::of_robot(robot, setup);
         Some(Box::new(PythonController {
-            object: Object::new(robot, &behaviors, &self.common),
+            object: ControllerObject::new(robot, &behaviors, &self.common),
             behaviors: behaviors.into(),
             outbox: self.outbox_of(robot),
             position: None,
@@ -112,7 +112,7 @@ impl Allocator for FollowingAllocator {
 /// The mission part of a controller written in Python.
 #[derive(Clone, Debug)]
 struct PythonController {
-    object: Object,
+    object: ControllerObject,
     behaviors: Arc<[OwnBehavior]>,
     outbox: Outbox,
     position: Option<Vec2>,
@@ -163,7 +163,9 @@ impl AgentMission for PythonController {
         } else {
             Python::attach(|py| {
                 let stepped = self.try_step(py, moment, tick, heard);
-                self.object.or_note(py, tick, stepped).unwrap_or_default()
+                self.object
+                    .store_error(py, tick, stepped)
+                    .unwrap_or_default()
             })
         };
         let is_current = |behavior: &OwnBehavior| self.result.doing == Some(behavior.id);
@@ -245,7 +247,7 @@ impl PythonController {
             intern!(py, "_speak"),
             (action.getattr(intern!(py, "say"))?,),
         )?;
-        *lock(&self.outbox) = self.object.take_words(&controller)?;
+        *lock(&self.outbox) = self.object.take_messages(&controller)?;
         Ok(result)
     }
 
@@ -265,9 +267,9 @@ impl PythonController {
         let doing = match &action.doing {
             None => None,
             Some(name) => {
-                let mut sets = self.object.own.iter();
+                let mut sets = self.object.sets.iter();
                 let Some(set) = sets.find(|set| set.name == *name) else {
-                    let names: Vec<&str> = self.object.own.iter().map(|set| &*set.name).collect();
+                    let names: Vec<&str> = self.object.sets.iter().map(|set| &*set.name).collect();
                     return wrong(format!(
                         "Deed: doing '{name}' is not one of the robot's sets; the sets are {}",
                         names.join(", ")

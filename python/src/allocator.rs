@@ -14,15 +14,15 @@ use scenario::Setup;
 use scenario::ids::BehaviorId;
 use scenario::time::SimTime;
 
-use crate::controller::{Common, Object};
+use crate::controller::{ClassData, ControllerObject};
 use crate::rows::rows;
 use crate::values::Set;
 
 /// The allocators of one Python class in a run.
 #[derive(Debug)]
-pub struct Allocators(pub Arc<Common>);
+pub struct PythonAllocators(pub Arc<ClassData>);
 
-impl ConfiguredAllocator for Allocators {
+impl ConfiguredAllocator for PythonAllocators {
     fn start(&self, me: SelfState, _: &Setup) -> Box<dyn RunningAllocator> {
         Box::new(AllocatorRunner::<PythonAllocator>::new(me, &self.0))
     }
@@ -31,17 +31,17 @@ impl ConfiguredAllocator for Allocators {
 /// The allocator of one robot.
 #[derive(Clone, Debug)]
 struct PythonAllocator {
-    object: Object,
+    object: ControllerObject,
     /// The time of the last activation or deactivation of each set; empty before the first step.
     since: Vec<SimTime>,
 }
 
 impl Allocator for PythonAllocator {
-    type Config = Arc<Common>;
+    type Config = Arc<ClassData>;
 
-    fn new(me: &SelfState, common: &Arc<Common>) -> Self {
+    fn new(me: &SelfState, common: &Arc<ClassData>) -> Self {
         Self {
-            object: Object::new(me.robot, &me.behaviors, common),
+            object: ControllerObject::new(me.robot, &me.behaviors, common),
             since: Vec::new(),
         }
     }
@@ -53,20 +53,20 @@ impl Allocator for PythonAllocator {
             return;
         }
         if self.since.is_empty() {
-            self.since = vec![input.now; object.own.len()];
+            self.since = vec![input.now; object.sets.len()];
         }
         let before = decision.active;
         Python::attach(|py| {
             let stepped = self.try_step(py, input, decision);
             let tick = input.now.0 / object.common.setup.scenario.step_ms;
-            if object.or_note(py, tick, stepped).is_none() {
+            if object.store_error(py, tick, stepped).is_none() {
                 decision.active = None;
                 decision.say.clear();
                 decision.rows.clear();
             }
         });
         if decision.active != before {
-            for (set, since) in self.object.own.iter().zip(&mut self.since) {
+            for (set, since) in self.object.sets.iter().zip(&mut self.since) {
                 if Some(set.id) == before || Some(set.id) == decision.active {
                     *since = input.now;
                 }
@@ -79,7 +79,7 @@ impl PythonAllocator {
     fn try_step(&self, py: Python<'_>, input: &Input<'_>, decision: &mut Decision) -> PyResult<()> {
         let active = decision.active;
         let arguments = |heard| {
-            let sets = self.object.own.iter().zip(&self.since).zip(input.choices);
+            let sets = self.object.sets.iter().zip(&self.since).zip(input.choices);
             let sets = sets.map(|((set, since), choice)| {
                 let is_active = active == Some(set.id);
                 Bound::new(py, Set::new(Arc::clone(set), *choice, is_active, *since))
@@ -94,7 +94,7 @@ impl PythonAllocator {
             return Ok(());
         };
         decision.active = chosen_set(&chosen, input)?;
-        decision.say = self.object.take_words(&controller)?;
+        decision.say = self.object.take_messages(&controller)?;
         self.take_bids(&controller, input, decision)
     }
 

@@ -17,32 +17,32 @@ use robot_agent::allocator::{
 use scenario::ids::RobotId;
 use scenario::{AllocatorSpec, Setup};
 
-use crate::agent::Agents;
-use crate::allocator::Allocators;
+use crate::agent::PythonAgents;
+use crate::allocator::PythonAllocators;
 use crate::errors::MindError;
-use crate::values::{Heard, OwnSet, Stream, loads};
+use crate::values::{Heard, SetDefinition, Stream, loads};
 
 /// The reaction to an error of a controller.
 #[derive(Clone)]
-pub enum Failure {
+pub enum FailureReaction {
     /// The error is stored for the caller of the run. All controllers stop from then on.
-    Kept(Arc<Mutex<Option<PyErr>>>),
+    Stored(Arc<Mutex<Option<PyErr>>>),
     /// The error is printed and the process ends, which the team observes as a crash of the robot.
     EndsProcess,
 }
 
-impl Failure {
+impl FailureReaction {
     /// Removes and returns the stored error, if there is one.
     pub fn take(&self) -> Option<PyErr> {
         match self {
-            Self::Kept(place) => place.lock().unwrap_or_else(PoisonError::into_inner).take(),
+            Self::Stored(place) => place.lock().unwrap_or_else(PoisonError::into_inner).take(),
             Self::EndsProcess => None,
         }
     }
 
     fn is_stored(&self) -> bool {
         match self {
-            Self::Kept(place) => {
+            Self::Stored(place) => {
                 let place = place.lock().unwrap_or_else(PoisonError::into_inner);
                 place.is_some()
             }
@@ -52,12 +52,12 @@ impl Failure {
 
     fn note(&self, py: Python<'_>, error: PyErr) {
         match self {
-            Self::Kept(place) => {
+            Self::Stored(place) => {
                 let mut place = place.lock().unwrap_or_else(PoisonError::into_inner);
                 place.get_or_insert(error);
             }
             Self::EndsProcess => {
-                terminal::tell!("robot-agent {}", error.value(py));
+                terminal::stderr_line!("robot-agent {}", error.value(py));
                 std::process::exit(terminal::panics::PANICKED);
             }
         }
@@ -65,17 +65,17 @@ impl Failure {
 }
 
 /// A controller class with its name.
-pub struct Class {
+pub struct ControllerClass {
     name: &'static str,
     class: Py<PyType>,
-    failure: Failure,
+    failure: FailureReaction,
     twice: bool,
 }
 
-impl Class {
+impl ControllerClass {
     /// Creates a class. With `twice`, each step is executed twice from a copy, and the controller fails if the results
     /// differ.
-    pub fn new(name: &str, class: Py<PyType>, failure: Failure, twice: bool) -> Self {
+    pub fn new(name: &str, class: Py<PyType>, failure: FailureReaction, twice: bool) -> Self {
         Self {
             name: interned(name),
             class,
@@ -98,13 +98,13 @@ fn interned(name: &str) -> &'static str {
     name
 }
 
-impl fmt::Debug for Class {
+impl fmt::Debug for ControllerClass {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_tuple("Class").field(&self.name).finish()
     }
 }
 
-impl AllocatorKind for Class {
+impl AllocatorKind for ControllerClass {
     fn spec(&self) -> AllocatorSpec {
         AllocatorSpec {
             name: self.name,
@@ -123,7 +123,7 @@ impl AllocatorKind for Class {
         let text = serde_json::to_string(setup).map_err(|error| failure(error.to_string()))?;
         let prepared = Python::attach(|py| {
             let is_agent = self.class.getattr(py, intern!(py, "_is_whole"))?;
-            let common = Arc::new(Common {
+            let common = Arc::new(ClassData {
                 name: self.name,
                 class: self.class.clone_ref(py),
                 failure: self.failure.clone(),
@@ -133,9 +133,9 @@ impl AllocatorKind for Class {
                 is_slow: AtomicBool::new(false),
             });
             let prepared: Arc<dyn ConfiguredAllocator> = if is_agent.extract(py)? {
-                Arc::new(Agents::new(common))
+                Arc::new(PythonAgents::new(common))
             } else {
-                Arc::new(Allocators(common))
+                Arc::new(PythonAllocators(common))
             };
             Ok(prepared)
         });
@@ -144,10 +144,10 @@ impl AllocatorKind for Class {
 }
 
 /// The data that all controllers of a class share in a run.
-pub struct Common {
+pub struct ClassData {
     pub name: &'static str,
     class: Py<PyType>,
-    pub failure: Failure,
+    pub failure: FailureReaction,
     twice: bool,
     pub setup: Setup,
     /// The setup as a Python object.
@@ -156,13 +156,13 @@ pub struct Common {
     is_slow: AtomicBool,
 }
 
-impl Common {
+impl ClassData {
     /// Prints a warning, once, if a checkpoint takes longer than a step of a live run: the team waits for it.
     fn warn_if_slow(&self, me: RobotId, took: Duration) {
         let step = Duration::from_millis(self.setup.scenario.step_ms);
-        let is_live = matches!(self.failure, Failure::EndsProcess);
+        let is_live = matches!(self.failure, FailureReaction::EndsProcess);
         if is_live && took > step && !self.is_slow.swap(true, Ordering::Relaxed) {
-            terminal::tell!(
+            terminal::stderr_line!(
                 "robot-agent {}: a copy of its controller takes {} ms, longer than a step of {} ms: list constant attributes in `frozen`",
                 self.setup.roster.name(me),
                 took.as_millis(),
@@ -172,7 +172,7 @@ impl Common {
     }
 }
 
-impl fmt::Debug for Common {
+impl fmt::Debug for ClassData {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_tuple("Common").field(&self.name).finish()
     }
@@ -186,16 +186,16 @@ impl fmt::Debug for Stream {
 
 /// The object of a controller class for one robot.
 #[derive(Debug)]
-pub struct Object {
-    pub common: Arc<Common>,
+pub struct ControllerObject {
+    pub common: Arc<ClassData>,
     pub me: RobotId,
-    pub own: Arc<[Arc<OwnSet>]>,
+    pub sets: Arc<[Arc<SetDefinition>]>,
     /// The Python object; `None` if its creation failed.
     controller: Option<Py<PyAny>>,
     stream: Py<Stream>,
 }
 
-impl Clone for Object {
+impl Clone for ControllerObject {
     /// Creates a checkpoint with `copy.deepcopy`, which shares the attributes that the class lists as frozen.
     fn clone(&self) -> Self {
         #[expect(
@@ -206,12 +206,12 @@ impl Clone for Object {
         let copy = Python::attach(|py| Self {
             common: Arc::clone(&self.common),
             me: self.me,
-            own: Arc::clone(&self.own),
+            sets: Arc::clone(&self.sets),
             controller: self.controller.as_ref().and_then(|controller| {
                 let copied = py
                     .import("copy")
                     .and_then(|copy| copy.call_method1("deepcopy", (controller,)));
-                self.or_note(py, 0, copied.map(Bound::unbind))
+                self.store_error(py, 0, copied.map(Bound::unbind))
             }),
             stream: self.stream.clone_ref(py),
         });
@@ -220,27 +220,27 @@ impl Clone for Object {
     }
 }
 
-impl Object {
+impl ControllerObject {
     /// Creates the object of a robot at the start of an incarnation.
-    pub fn new(me: RobotId, behaviors: &[OwnBehavior], common: &Arc<Common>) -> Self {
+    pub fn new(me: RobotId, behaviors: &[OwnBehavior], common: &Arc<ClassData>) -> Self {
         Python::attach(|py| {
             let stream = Py::new(py, Stream::new());
             let stream = stream.unwrap_or_else(|error| panic!("{error}"));
             let mut object = Self {
                 common: Arc::clone(common),
                 me,
-                own: [].into(),
+                sets: [].into(),
                 controller: None,
                 stream,
             };
             let created = object.make(py, behaviors);
-            object.controller = object.or_note(py, 0, created);
+            object.controller = object.store_error(py, 0, created);
             object
         })
     }
 
     fn make(&mut self, py: Python<'_>, behaviors: &[OwnBehavior]) -> PyResult<Py<PyAny>> {
-        let Common {
+        let ClassData {
             setup,
             setup_object,
             class,
@@ -255,7 +255,7 @@ impl Object {
                 .get_item(name)?
                 .get_item("sets")?
                 .get_item(&set_name)?;
-            Ok(Arc::new(OwnSet {
+            Ok(Arc::new(SetDefinition {
                 id: behavior.id,
                 name: set_name,
                 task: behavior.task,
@@ -264,8 +264,8 @@ impl Object {
                 values: values.unbind(),
             }))
         });
-        self.own = own.collect::<PyResult<Vec<_>>>()?.into();
-        let sets = self.own.iter().map(|set| set.name.as_str());
+        self.sets = own.collect::<PyResult<Vec<_>>>()?.into();
+        let sets = self.sets.iter().map(|set| set.name.as_str());
         let sets = PyList::new(py, sets.collect::<Vec<_>>())?;
         let controller = class.bind(py).call0()?;
         let begin = intern!(py, "_begin");
@@ -279,7 +279,7 @@ impl Object {
     }
 
     /// Returns a successful result. Stores an error as one line with the robot, the tick and the position.
-    pub fn or_note<T>(&self, py: Python<'_>, tick: u64, result: PyResult<T>) -> Option<T> {
+    pub fn store_error<T>(&self, py: Python<'_>, tick: u64, result: PyResult<T>) -> Option<T> {
         let error = match result {
             Ok(result) => return Some(result),
             Err(error) => error,
@@ -313,7 +313,7 @@ impl Object {
         self.stream.get().begin(draws);
         let heard = heard
             .iter()
-            .filter_map(|message| Heard::of(message, self.common.name))
+            .filter_map(|message| Heard::from_broadcast(message, self.common.name))
             .map(|message| Bound::new(py, message));
         let heard = PyList::new(py, heard.collect::<PyResult<Vec<_>>>()?)?;
         let given = given(heard)?;
@@ -327,7 +327,7 @@ impl Object {
     }
 
     /// Removes and returns the messages that the object has sent to teammates.
-    pub fn take_words(&self, controller: &Bound<'_, PyAny>) -> PyResult<Vec<AllocationMessage>> {
+    pub fn take_messages(&self, controller: &Bound<'_, PyAny>) -> PyResult<Vec<AllocationMessage>> {
         let sent = controller.getattr(intern!(controller.py(), "_said"))?;
         let sent = sent.cast::<PyList>()?;
         let messages = sent.iter().map(|message| {

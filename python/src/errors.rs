@@ -26,11 +26,11 @@ create_exception!(
 );
 
 /// Creates the exception for a mistake in a request.
-pub fn mistake(error: impl Display) -> PyErr {
+pub fn scenario_error(error: impl Display) -> PyErr {
     ScenarioError::new_err(error.to_string())
 }
 
 /// Creates the exception for any other error, such as a log that cannot be written.
-pub fn failed(error: impl Display) -> PyErr {
+pub fn alliance_error(error: impl Display) -> PyErr {
     AllianceError::new_err(error.to_string())
 }

@@ -31,11 +31,11 @@ mod _engine {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use crate::env::Worlds;
+    use crate::env::EnvironmentBatch;
     #[pymodule_export]
     use crate::errors::{AllianceError, MindError, ScenarioError};
     #[pymodule_export]
-    use crate::process::live;
+    use crate::process::run_agent;
     #[pymodule_export]
     use crate::run::run;
     #[pymodule_export]

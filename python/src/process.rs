@@ -5,13 +5,13 @@ use std::sync::Arc;
 use clap::Parser;
 use cluster::session::prepare_process;
 use launch::Registry;
-use launch::arguments::parse_words;
+use launch::arguments::parse_list;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use robot_agent::args::{AgentArgs, log_to_stderr};
 
-use crate::controller::{Class, Failure};
-use crate::errors::mistake;
+use crate::controller::{ControllerClass, FailureReaction};
+use crate::errors::scenario_error;
 
 #[derive(Parser)]
 struct Arguments {
@@ -22,16 +22,16 @@ struct Arguments {
 /// Joins the run that the command-line arguments select, and returns the exit status at its end. An error of the
 /// controller ends the process.
 #[pyfunction]
-pub fn live(
+pub fn run_agent(
     py: Python<'_>,
     words: Vec<String>,
     name: &str,
     class: Py<PyType>,
     twice: bool,
 ) -> PyResult<u8> {
-    let class = Class::new(name, class, Failure::EndsProcess, twice);
+    let class = ControllerClass::new(name, class, FailureReaction::EndsProcess, twice);
     let registry = Registry::built_in().with_controller(Arc::new(class));
-    let args: Arguments = parse_words(&registry.vocabulary(), &words).map_err(mistake)?;
+    let args: Arguments = parse_list(&registry.vocabulary(), &words).map_err(scenario_error)?;
     prepare_process();
     log_to_stderr();
     Ok(py.detach(|| args.agent.run_as(registry.agents(), Some(name))))

@@ -4,14 +4,14 @@ use std::sync::{Arc, Mutex};
 
 use clap::Parser;
 use launch::Registry;
-use launch::arguments::parse_words;
+use launch::arguments::parse_list;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use scenario::{Robot, Scenario, Setup};
 use world_server::mission_args::{Known, MissionArgs};
 
-use crate::controller::{Class, Failure};
-use crate::errors::mistake;
+use crate::controller::{ControllerClass, FailureReaction};
+use crate::errors::scenario_error;
 
 /// The key for all robots without their own entry.
 const ALL: &str = "*";
@@ -27,46 +27,46 @@ struct RunArguments {
 /// A run request from Python.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub struct Asked {
+pub struct RunRequest {
     /// The arguments, as on the command line.
-    words: Vec<String>,
+    arguments: Vec<String>,
     /// A scenario in JSON, which replaces a scenario in the arguments.
     document: Option<String>,
     /// `[faults]` in JSON, which replaces the faults of the scenario.
     faults: Option<String>,
     /// The controllers by robot, or by [`ALL`] for all others: the name of an allocator, and its class if it is written
     /// in Python.
-    minds: Vec<(String, String, Option<Py<PyType>>)>,
+    controllers: Vec<(String, String, Option<Py<PyType>>)>,
     /// `true` to execute each step of these controllers twice, as a check.
     twice: bool,
 }
 
 /// A run that is ready to begin.
-pub struct Ready {
+pub struct PreparedRun {
     pub setup: Setup,
     pub registry: Registry,
     /// The reaction to an error of a controller in Python.
-    pub failure: Failure,
+    pub failure: FailureReaction,
 }
 
-impl Asked {
+impl RunRequest {
     /// Reads and checks the request. `registry` contains everything except the controllers in Python.
     ///
     /// # Errors
     /// Returns a `ScenarioError` with one line, as the program prints it.
-    pub fn ready(self, registry: Registry) -> PyResult<Ready> {
-        let failure = Failure::Kept(Arc::new(Mutex::new(None)));
+    pub fn ready(self, registry: Registry) -> PyResult<PreparedRun> {
+        let failure = FailureReaction::Stored(Arc::new(Mutex::new(None)));
         let built_in = registry.vocabulary().allocators;
         let mut registry = registry;
-        for (_, name, class) in &self.minds {
+        for (_, name, class) in &self.controllers {
             if let Some(class) = class {
                 if built_in.iter().any(|spec| spec.name == name) {
-                    return Err(mistake(format!(
+                    return Err(scenario_error(format!(
                         "minds: '{name}' is one of the simulator's allocators; give the class another name"
                     )));
                 }
                 let class = Python::attach(|py| class.clone_ref(py));
-                registry = registry.with_controller(Arc::new(Class::new(
+                registry = registry.with_controller(Arc::new(ControllerClass::new(
                     name,
                     class,
                     failure.clone(),
@@ -79,7 +79,7 @@ impl Asked {
             worlds: registry.worlds().clone(),
         };
         let mut args: RunArguments =
-            parse_words(&known.vocabulary, &self.words).map_err(mistake)?;
+            parse_list(&known.vocabulary, &self.arguments).map_err(scenario_error)?;
         if let Some(name) = &mut args.mission.scenario {
             // The name of a mission selects its scenario of variable size.
             let mut missions = known.vocabulary.missions.iter();
@@ -96,7 +96,7 @@ impl Asked {
         }
         self.assign_controllers(&mut scenario)?;
         let setup = args.mission.resolve(scenario, &known).map_err(one_line)?;
-        Ok(Ready {
+        Ok(PreparedRun {
             setup,
             registry,
             failure,
@@ -105,7 +105,7 @@ impl Asked {
 
     fn assign_controllers(&self, scenario: &mut Scenario) -> PyResult<()> {
         let mut default = None;
-        for (robot, name, class) in &self.minds {
+        for (robot, name, class) in &self.controllers {
             let is_class = class.is_some();
             if robot == ALL {
                 default = Some((name, is_class));
@@ -116,11 +116,11 @@ impl Asked {
                 let names: Vec<_> = scenario.robots.iter().map(|robot| &*robot.name).collect();
                 let names = names.join(", ");
                 let text = format!("minds: there is no robot '{robot}'; there are {names}");
-                return Err(mistake(text));
+                return Err(scenario_error(text));
             };
             assign(robot, name, is_class);
         }
-        let stated = |robot: &str| self.minds.iter().any(|(name, ..)| name == robot);
+        let stated = |robot: &str| self.controllers.iter().any(|(name, ..)| name == robot);
         for robot in scenario
             .robots
             .iter_mut()
@@ -129,7 +129,7 @@ impl Asked {
             if let Some((name, is_class)) = default {
                 assign(robot, name, is_class);
             } else if let Some(mind) = &robot.mind {
-                return Err(mistake(format!(
+                return Err(scenario_error(format!(
                     "minds: the scenario gives the mind '{mind}' to {robot}; give its class: minds={{'{robot}': …}}",
                     robot = robot.name
                 )));
@@ -151,21 +151,21 @@ fn assign(robot: &mut Robot, name: &str, is_class: bool) {
 
 /// Parses a scenario in JSON with the structure of a TOML file.
 fn read_document(document: &str, known: &Known) -> PyResult<Scenario> {
-    let table: toml::Table =
-        serde_json::from_str(document).map_err(|error| mistake(format!("scenario: {error}")))?;
-    Scenario::from_table(&table, &known.vocabulary).map_err(mistake)
+    let table: toml::Table = serde_json::from_str(document)
+        .map_err(|error| scenario_error(format!("scenario: {error}")))?;
+    Scenario::from_table(&table, &known.vocabulary).map_err(scenario_error)
 }
 
 /// Returns the scenario with its faults replaced.
 fn with_faults(scenario: &Scenario, faults: &str, known: &Known) -> PyResult<Scenario> {
     let faults: toml::Value =
-        serde_json::from_str(faults).map_err(|error| mistake(format!("faults: {error}")))?;
+        serde_json::from_str(faults).map_err(|error| scenario_error(format!("faults: {error}")))?;
     let mut table = toml::Table::try_from(scenario)
-        .map_err(|error| mistake(format!("scenario '{}': {error}", scenario.name)))?;
+        .map_err(|error| scenario_error(format!("scenario '{}': {error}", scenario.name)))?;
     table.insert("faults".to_owned(), faults);
-    Scenario::from_table(&table, &known.vocabulary).map_err(mistake)
+    Scenario::from_table(&table, &known.vocabulary).map_err(scenario_error)
 }
 
 fn one_line(error: anyhow::Error) -> PyErr {
-    mistake(format!("{error:#}"))
+    scenario_error(format!("{error:#}"))
 }

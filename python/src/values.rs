@@ -13,11 +13,11 @@ use robot_agent::allocator::{Choice, RandomDraws};
 use scenario::ids::{BehaviorId, TaskId};
 use scenario::time::SimTime;
 
-use crate::errors::failed;
+use crate::errors::alliance_error;
 
 /// Constant data of one of the robot's behavior sets.
 #[derive(Debug)]
-pub struct OwnSet {
+pub struct SetDefinition {
     pub id: BehaviorId,
     pub name: String,
     pub task: TaskId,
@@ -30,14 +30,19 @@ pub struct OwnSet {
 /// A behavior set of the robot in a step.
 #[pyclass(frozen, module = "alliance_sim")]
 pub struct Set {
-    definition: Arc<OwnSet>,
+    definition: Arc<SetDefinition>,
     choice: Choice,
     active: bool,
     since: SimTime,
 }
 
 impl Set {
-    pub fn new(definition: Arc<OwnSet>, choice: Choice, active: bool, since: SimTime) -> Self {
+    pub fn new(
+        definition: Arc<SetDefinition>,
+        choice: Choice,
+        active: bool,
+        since: SimTime,
+    ) -> Self {
         Self {
             definition,
             choice,
@@ -144,7 +149,7 @@ pub struct Heard(Arc<Broadcast>);
 
 impl Heard {
     /// Returns the message if it is a heartbeat or has the schema of the allocator. Other messages return `None`.
-    pub fn of(broadcast: &Arc<Broadcast>, allocator: &str) -> Option<Self> {
+    pub fn from_broadcast(broadcast: &Arc<Broadcast>, allocator: &str) -> Option<Self> {
         let is_relevant = match &broadcast.body {
             BroadcastContent::Heartbeat(_) => true,
             BroadcastContent::Bulletin(_) => false,
@@ -225,7 +230,7 @@ impl Heard {
         let Some(heartbeat) = self.heartbeat() else {
             return Ok(None);
         };
-        let text = serde_json::to_string(&heartbeat.lore).map_err(failed)?;
+        let text = serde_json::to_string(&heartbeat.lore).map_err(alliance_error)?;
         loads(py, &text).map(Some)
     }
 

@@ -11,7 +11,7 @@ use cluster::rendezvous::{Rendezvous, RendezvousError};
 use cluster::session::LOG_FILTER;
 use proto::identity;
 use scenario::names::is_name;
-use terminal::tell;
+use terminal::stderr_line;
 use tokio::time::{Instant, sleep, timeout_at};
 
 use crate::process::{AgentEnd, AgentError, run_agent};
@@ -61,7 +61,7 @@ impl AgentArgs {
     #[must_use]
     pub fn run_as(&self, registry: &AgentRegistry, mind: Option<&str>) -> u8 {
         let Some(robot) = self.robot() else {
-            tell!(
+            stderr_line!(
                 "robot-agent: no robot is given; use --robot NAME, or set {ROBOT} in the environment"
             );
             return 2;
@@ -69,7 +69,7 @@ impl AgentArgs {
         let login = match self.remote.login(&identity::robot(&robot)) {
             Ok(login) => login.map(|(login, _)| login),
             Err(error) => {
-                tell!("robot-agent {robot}: {error:#}");
+                stderr_line!("robot-agent {robot}: {error:#}");
                 return 2;
             }
         };
@@ -182,7 +182,7 @@ impl AgentArgs {
 }
 
 fn fail(robot: &str, why: &str) -> u8 {
-    tell!("robot-agent {robot}: {why}");
+    stderr_line!("robot-agent {robot}: {why}");
     3
 }
 

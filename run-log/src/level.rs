@@ -21,7 +21,7 @@ impl LogLevel {
     pub const ALL: [Self; 3] = [Self::Full, Self::Summary, Self::Off];
 
     /// Returns the default level. A full log has a row per behavior set and tick, which fills gigabytes within minutes
-    /// for teams above [`Self::SETS_IN_FULL`].
+    /// for teams above [`Self::FULL_LOG_SETS_MAX`].
     #[must_use]
     pub fn default_for(behavior_sets: usize) -> Self {
         if behavior_sets > Self::FULL_LOG_SETS_MAX {

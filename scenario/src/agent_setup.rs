@@ -5,7 +5,7 @@ use crate::fault::Faults;
 
 impl Setup {
     /// Returns the setup for robots: the map, the team and the parameters. It omits obstacles, faults and the values
-    /// that the mission [withholds](crate::mission::data::MissionData::brief). It contains the seed, because a receiver
+    /// that the mission [withholds](crate::mission::data::MissionData::withhold). It contains the seed, because a receiver
     /// draws the delivery of its messages.
     #[must_use]
     pub fn for_robots(&self) -> Self {

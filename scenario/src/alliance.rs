@@ -283,7 +283,7 @@ pub struct RobotParams {
 }
 
 /// The parameters of one behavior set of one robot (ALLIANCE.md §1). Meanings and units are those of
-/// [`BuiltIn`](crate::mission::data::BuiltIn).
+/// [`DefaultAllianceParams`](crate::mission::data::DefaultAllianceParams).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BehaviorParams {
     /// The name of the set's task.

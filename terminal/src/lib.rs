@@ -9,14 +9,14 @@ use std::process::ExitCode;
 
 /// Writes a line to stderr and ignores failures; takes the arguments of `format!`.
 #[macro_export]
-macro_rules! tell {
+macro_rules! stderr_line {
     ($($line:tt)*) => {
-        $crate::tell_line(format_args!($($line)*))
+        $crate::write_stderr_line(format_args!($($line)*))
     };
 }
 
 /// Writes a line to stderr and ignores failures.
-pub fn tell_line(line: impl Display) {
+pub fn write_stderr_line(line: impl Display) {
     // One write per line keeps the lines of several processes apart. A failure cannot be reported anywhere else.
     let _ = io::stderr().write_all(format!("{line}\n").as_bytes());
 }
@@ -46,7 +46,7 @@ pub fn print_result(command: &str, text: impl Display, status: ExitCode) -> Exit
     match print(text) {
         Ok(()) => status,
         Err(error) => {
-            tell!("{command}: {error}");
+            stderr_line!("{command}: {error}");
             ExitCode::from(3)
         }
     }

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
 use std::sync::OnceLock;
 
-use crate::tell;
+use crate::stderr_line;
 
 /// The exit status of a process that panicked, the same as Rust's own.
 pub const PANICKED: i32 = 101;
@@ -30,7 +30,7 @@ pub fn install_hook() {
             CAUGHT_LINE.set(Some(line));
             return;
         }
-        tell!(
+        stderr_line!(
             "{}: {line}",
             PROCESS_NAME.get().map_or("alliance", String::as_str)
         );

@@ -248,7 +248,7 @@ fn thirty_robots_complete_their_mission() {
         let mut invariants = Invariants::new(&setup);
         let outcome = loop {
             let outcome = team.tick().unwrap();
-            invariants.see(team.simulation()).unwrap();
+            invariants.check_simulation(team.simulation()).unwrap();
             if let Some(outcome) = outcome {
                 break outcome;
             }

@@ -140,7 +140,7 @@ fn a_large_team_survives_crashes_without_an_invariant_violation() {
     let mut team = Team::new(setup, LogLevel::Full, run_log::MemoryLog::default()).unwrap();
     let outcome = loop {
         let outcome = team.tick().unwrap();
-        invariants.see(team.simulation()).unwrap();
+        invariants.check_simulation(team.simulation()).unwrap();
         if let Some(outcome) = outcome {
             break outcome;
         }

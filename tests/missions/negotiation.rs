@@ -33,7 +33,7 @@ pub fn checked(scenario: Scenario) -> (Outcome, RunLog, Option<Violation>) {
     let check = |simulation: &mut Simulation| {
         // The first call is before the first tick.
         if violation.is_none() && simulation.tick() > 0 {
-            violation = invariants.see(simulation).err();
+            violation = invariants.check_simulation(simulation).err();
         }
     };
     let (outcome, recorder) = team.run_for(u64::MAX, Outcome::TimeLimit, check).unwrap();

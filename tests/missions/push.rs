@@ -270,7 +270,7 @@ fn a_large_push_mission_survives_a_crash() {
     let mut team = Team::new(setup, LogLevel::Off, run_log::MemoryLog::default()).unwrap();
     let outcome = loop {
         let outcome = team.tick().unwrap();
-        invariants.see(team.simulation()).unwrap();
+        invariants.check_simulation(team.simulation()).unwrap();
         if let Some(outcome) = outcome {
             break outcome;
         }

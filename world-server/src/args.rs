@@ -18,7 +18,7 @@ use run_log::LogLevel;
 use scenario::Setup;
 use scenario::ids::RobotId;
 use scenario::names::is_name;
-use terminal::tell;
+use terminal::stderr_line;
 
 use cluster::network::{Network, NetworkArgs};
 
@@ -149,7 +149,7 @@ impl WorldArgs {
             return match gateway::run() {
                 Ok(()) => ExitCode::SUCCESS,
                 Err(error) => {
-                    tell!("gateway: {error:#}");
+                    stderr_line!("gateway: {error:#}");
                     ExitCode::from(3)
                 }
             };
@@ -166,7 +166,7 @@ impl WorldArgs {
         let (folder, setup, mission, network) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
-                tell!("world: {error:#}");
+                stderr_line!("world: {error:#}");
                 return ExitCode::from(2);
             }
         };
@@ -175,7 +175,7 @@ impl WorldArgs {
             Ok(Outcome::Complete) => ExitCode::SUCCESS,
             Ok(_) => ExitCode::from(1),
             Err(error) => {
-                tell!("world: {error:#}");
+                stderr_line!("world: {error:#}");
                 ExitCode::from(3)
             }
         }

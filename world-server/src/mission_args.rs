@@ -8,7 +8,7 @@ use clap::Args;
 use scenario::{
     ParameterFile, Profile, Scenario, Setup, StepOrder, Vocabulary, decode_text, name_remedy,
 };
-use terminal::tell;
+use terminal::stderr_line;
 
 use crate::mission::MissionRegistry;
 use crate::size::SizeArgs;
@@ -102,7 +102,7 @@ impl MissionArgs {
         }
         if !resolved.skipped.is_empty() {
             let skipped: Vec<String> = resolved.skipped.iter().map(ToString::to_string).collect();
-            tell!(
+            stderr_line!(
                 "skipped because the scenario has no such robot or behavior set: {}",
                 skipped.join(", ")
             );

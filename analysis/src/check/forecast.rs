@@ -88,7 +88,7 @@ pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
 
 /// Returns the time from 0 to `threshold` with rate `slow` for the first `slow_s` and then with rate `fast`, s.
 #[must_use]
-pub fn rise_s(threshold: f64, slow: f64, fast: f64, slow_s: f64) -> f64 {
+pub fn rise_time_s(threshold: f64, slow: f64, fast: f64, slow_s: f64) -> f64 {
     let reached = slow * slow_s;
     if reached >= threshold {
         threshold / slow
@@ -114,7 +114,7 @@ impl Rival<'_> {
         );
         let rise = |slow_s: f64| {
             let slow = params.slow_impatience_toward(self.name);
-            rise_s(
+            rise_time_s(
                 setup.alliance.threshold,
                 slow,
                 params.fast_impatience,

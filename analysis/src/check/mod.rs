@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use scenario::{Setup, StepOrder};
-use terminal::tell;
+use terminal::stderr_line;
 use world_server::mission_args::{Known, MissionArgs};
 use world_server::size::SizeArgs;
 
@@ -45,7 +45,7 @@ pub struct Check {
 
 impl Check {
     #[must_use]
-    pub fn of(setup: &Setup) -> Self {
+    pub fn new(setup: &Setup) -> Self {
         let forecasts = forecasts(setup);
         let warnings = warnings(setup, &forecasts);
         Self {
@@ -61,17 +61,17 @@ impl CheckCommand {
     pub fn run(&self, known: &Known) -> ExitCode {
         match self.setup(known) {
             Ok(setup) => {
-                let check = Check::of(&setup);
+                let check = Check::new(&setup);
                 if self.json {
                     let json = show::json(&setup, &check);
                     let text = format_args!("{json:#}\n");
                     return terminal::print_result("alliance check", text, ExitCode::SUCCESS);
                 }
-                tell!("{}", show::text(&setup, &check).trim_end_matches('\n'));
+                stderr_line!("{}", show::text(&setup, &check).trim_end_matches('\n'));
                 ExitCode::SUCCESS
             }
             Err(error) => {
-                tell!("alliance check: {error:#}");
+                stderr_line!("alliance check: {error:#}");
                 ExitCode::from(2)
             }
         }

@@ -59,7 +59,7 @@ fn tables(forecasts: &[Forecast]) -> Vec<(Vec<&str>, Table)> {
         for column in table.column_iter_mut().skip(1) {
             column.set_cell_alignment(CellAlignment::Right);
         }
-        table::keep_whole(table, &[0]);
+        table::no_wrap(table, &[0]);
     }
     tables
 }

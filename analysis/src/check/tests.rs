@@ -4,8 +4,8 @@ use missions::Registry;
 use missions::waste::data::{BehaviorKind, default_setup};
 use scenario::{Scenario, Setup};
 
-use super::forecast::{Forecast, rise_s};
-use super::warnings::Kind;
+use super::forecast::{Forecast, rise_time_s};
+use super::warnings::WarningKind;
 use super::*;
 
 fn setup(text: &str) -> Setup {
@@ -36,7 +36,7 @@ fn rise_times_match_the_documented_example() {
         (300.0, 100.0),
         (12.0 + 5.0, 33.6),
     ] {
-        assert_near(rise_s(100.0, 1.0, 5.0, slow_s), expected);
+        assert_near(rise_time_s(100.0, 1.0, 5.0, slow_s), expected);
     }
 }
 
@@ -210,8 +210,8 @@ fn units_of_work_of_the_default_room() {
 }
 
 /// Returns the warnings of a scenario file: (kind, set, number of robots).
-fn broken(text: &str) -> Vec<(Kind, String, usize)> {
-    let warnings = Check::of(&setup(text)).warnings.into_iter();
+fn broken(text: &str) -> Vec<(WarningKind, String, usize)> {
+    let warnings = Check::new(&setup(text)).warnings.into_iter();
     warnings
         .map(|warning| (warning.kind, warning.set, warning.robots.len()))
         .collect()
@@ -230,37 +230,37 @@ fn each_rule_gives_its_warning() {
     let table = [
         (
             format!("{top}before_yielding_s = 20.0"),
-            (Kind::YieldsTooEarly, spill.clone(), 3),
+            (WarningKind::YieldsTooEarly, spill.clone(), 3),
         ),
         (
             format!("{top}before_giving_up_s = 20.0\nwilling_to_affect_s = 10.0"),
-            (Kind::GivesUpTooEarly, spill.clone(), 3),
+            (WarningKind::GivesUpTooEarly, spill.clone(), 3),
         ),
         (
             format!("{top}before_giving_up_s = 100.0"),
-            (Kind::PatienceUnused, spill.clone(), 3),
+            (WarningKind::PatienceUnused, spill.clone(), 3),
         ),
         // Blue's λ against the others' φ toward it.
         (
             "[alliance.robots.blue.sets.'move-spill(top)']\nbefore_giving_up_s = 100.0".to_owned(),
-            (Kind::PatienceUnused, spill.clone(), 1),
+            (WarningKind::PatienceUnused, spill.clone(), 1),
         ),
         (
             format!("{top}ceased_after_s = 1.9"),
-            (Kind::SilenceTooShort, spill.clone(), 3),
+            (WarningKind::SilenceTooShort, spill.clone(), 3),
         ),
         // Green sends heartbeats less often than blue and gold expect them.
         (
             "[alliance.robots.green.sets.'move-spill(top)']\nbroadcast_rate_hz = 0.21".to_owned(),
-            (Kind::SilenceTooShort, spill, 2),
+            (WarningKind::SilenceTooShort, spill, 2),
         ),
         (
             "[waste]\nreport_period_s = 23.0".to_owned(),
-            (Kind::ReportsLate, report.clone(), 3),
+            (WarningKind::ReportsLate, report.clone(), 3),
         ),
         (
             "[[robots]]\nname = 'blue'\n[[robots]]\nname = 'gold'".to_owned(),
-            (Kind::ReportsLate, report, 2),
+            (WarningKind::ReportsLate, report, 2),
         ),
     ];
     for (text, expected) in table {
@@ -279,7 +279,7 @@ fn a_heartbeat_period_is_rounded_up_to_steps() {
     assert!(
         broken(&text("1.9"))
             .iter()
-            .all(|warning| warning.0 == Kind::SilenceTooShort)
+            .all(|warning| warning.0 == WarningKind::SilenceTooShort)
     );
     assert!(!broken(&text("1.9")).is_empty());
     assert_eq!(broken(&text("2.0")), []);
@@ -288,7 +288,7 @@ fn a_heartbeat_period_is_rounded_up_to_steps() {
 #[test]
 fn a_single_robot_has_no_takeovers() {
     let setup = setup("[[robots]]\nname = 'solo'");
-    let check = Check::of(&setup);
+    let check = Check::new(&setup);
     assert!(
         check
             .forecasts

@@ -9,7 +9,7 @@ use super::forecast::Forecast;
 /// A warning about a behavior set of one or more robots.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
-    pub kind: Kind,
+    pub kind: WarningKind,
     pub set: String,
     pub robots: Vec<String>,
     /// The values and their consequence.
@@ -17,7 +17,7 @@ pub struct Warning {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
+pub enum WarningKind {
     /// ψ is shorter than a unit of work.
     YieldsTooEarly,
     /// λ is shorter than a unit of work.
@@ -30,7 +30,7 @@ pub enum Kind {
     ReportsLate,
 }
 
-impl Kind {
+impl WarningKind {
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -47,7 +47,7 @@ impl Kind {
 #[must_use]
 pub fn warnings(setup: &Setup, forecasts: &[Forecast]) -> Vec<Warning> {
     let catalog = &setup.catalog;
-    let mut found: BTreeMap<(usize, Kind, String), Vec<String>> = BTreeMap::new();
+    let mut found: BTreeMap<(usize, WarningKind, String), Vec<String>> = BTreeMap::new();
     for forecast in forecasts {
         let place = catalog.sets.iter().position(|set| set.name == forecast.set);
         for (kind, text) in of_set(setup, forecast) {
@@ -68,7 +68,7 @@ pub fn warnings(setup: &Setup, forecasts: &[Forecast]) -> Vec<Warning> {
         .collect()
 }
 
-fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(Kind, String)> {
+fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(WarningKind, String)> {
     let params = |robot: &str, set: &str| &setup.alliance.robots[robot].sets[set];
     let set = params(&forecast.robot, &forecast.set);
     let (psi_s, lambda_s) = (set.before_yielding_s, set.before_giving_up_s);
@@ -76,7 +76,7 @@ fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(Kind, String)> {
     let mut found = Vec::new();
     if psi_s < work_s {
         found.push((
-            Kind::YieldsTooEarly,
+            WarningKind::YieldsTooEarly,
             format!(
                 "psi = {psi_s} s is shorter than a unit of work, about {work_s:.0} s: the robot yields before it completes anything"
             ),
@@ -84,7 +84,7 @@ fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(Kind, String)> {
     }
     if lambda_s < work_s {
         found.push((
-            Kind::GivesUpTooEarly,
+            WarningKind::GivesUpTooEarly,
             format!(
                 "lambda = {lambda_s} s is shorter than a unit of work, about {work_s:.0} s: the robot gives up before it completes anything"
             ),
@@ -100,7 +100,7 @@ fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(Kind, String)> {
         .fold(0.0, f64::max);
     if lambda_s < patience_s {
         found.push((
-            Kind::PatienceUnused,
+            WarningKind::PatienceUnused,
             format!(
                 "lambda = {lambda_s} s is shorter than phi = {patience_s} s of teammates toward the robot: a failing robot gives up before they lose patience"
             ),
@@ -117,7 +117,7 @@ fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(Kind, String)> {
             "the robot considers a teammate lost after one missing heartbeat"
         };
         found.push((
-            Kind::SilenceTooShort,
+            WarningKind::SilenceTooShort,
             format!(
                 "tau = {tau_s} s is less than two heartbeat periods of teammates, {period_s} s each: {missed}"
             ),
@@ -135,7 +135,7 @@ fn heartbeat_period_s(setup: &Setup, params: &BehaviorParams) -> f64 {
 
 /// Warns if a recurring task must be late: because it takes too long, or because all robots may be at continuing tasks when it
 /// becomes due.
-fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
+fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(WarningKind, String)> {
     let scenario = &setup.scenario;
     let catalog = &setup.catalog;
     let set = catalog.find_behavior(&forecast.set)?;
@@ -144,7 +144,7 @@ fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
     let takes_s = forecast.activates_s + forecast.work_s;
     if takes_s > period_s {
         return Some((
-            Kind::ReportsLate,
+            WarningKind::ReportsLate,
             format!(
                 "the task takes about {takes_s:.0} s after it becomes due, more than its period of {period_s} s"
             ),
@@ -168,7 +168,7 @@ fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
     let psi_s = longest(|params| params.before_yielding_s);
     (lambda_s > period_s).then(|| {
         (
-            Kind::ReportsLate,
+            WarningKind::ReportsLate,
             format!(
                 "all robots may be at other tasks when the task becomes due, every {period_s} s; this robot continues until psi = {psi_s} s if a teammate requests its task, otherwise until lambda = {lambda_s} s"
             ),

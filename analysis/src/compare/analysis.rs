@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use super::data::{Block, Data, mean};
+use super::data::{Block, ComparisonData, mean};
 use super::metrics::Metric;
 use super::statistics::bootstrap::{means, median_differences};
 use super::statistics::friedman::{Friedman, friedman};
@@ -73,7 +73,7 @@ pub struct Pair {
 
 impl Pair {
     #[must_use]
-    pub fn is_real(&self) -> bool {
+    pub fn is_significant(&self) -> bool {
         self.adjusted < SIGNIFICANT
     }
 }
@@ -86,7 +86,7 @@ pub struct Ranking {
     /// The critical difference of mean ranks.
     pub critical: f64,
     /// The indices of the omitted blocks: an allocator has no data or all allocators are equal.
-    pub left_out: Vec<usize>,
+    pub omitted_blocks: Vec<usize>,
 }
 
 impl Ranking {
@@ -114,7 +114,7 @@ impl Ranking {
 impl Analysis {
     /// Computes all statistics on `jobs` threads.
     #[must_use]
-    pub fn of(data: &Data, jobs: NonZeroUsize) -> Self {
+    pub fn new(data: &ComparisonData, jobs: NonZeroUsize) -> Self {
         let next = AtomicUsize::new(0);
         let mut blocks = vec![BlockAnalysis::default(); data.blocks.len()];
         thread::scope(|scope| {
@@ -181,7 +181,7 @@ impl Pair {
     }
 }
 
-fn analyse(data: &Data, block: &Block) -> BlockAnalysis {
+fn analyse(data: &ComparisonData, block: &Block) -> BlockAnalysis {
     BlockAnalysis {
         summaries: summaries(data, block),
         pairs: PAIRED
@@ -191,11 +191,11 @@ fn analyse(data: &Data, block: &Block) -> BlockAnalysis {
     }
 }
 
-fn summaries(data: &Data, block: &Block) -> Vec<Vec<Option<Summary>>> {
+fn summaries(data: &ComparisonData, block: &Block) -> Vec<Vec<Option<Summary>>> {
     let columns: Vec<Vec<f64>> = block
         .cells
         .iter()
-        .flat_map(|cell| (0..data.metrics.len()).map(|metric| cell.present(metric)))
+        .flat_map(|cell| (0..data.metrics.len()).map(|metric| cell.values_of(metric)))
         .collect();
     let borrowed: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
     let resampled = means(&borrowed);
@@ -225,8 +225,8 @@ fn summaries(data: &Data, block: &Block) -> Vec<Vec<Option<Summary>>> {
     all.chunks(data.metrics.len()).map(<[_]>::to_vec).collect()
 }
 
-fn pairs(data: &Data, block: &Block, metric: &Metric) -> Vec<Pair> {
-    let place = data.place(metric);
+fn pairs(data: &ComparisonData, block: &Block, metric: &Metric) -> Vec<Pair> {
+    let place = data.metric_index(metric);
     let count = block.cells.len();
     let members: Vec<(usize, usize)> = (0..count)
         .flat_map(|first| (first + 1..count).map(move |second| (first, second)))
@@ -306,8 +306,8 @@ fn median(values: &[f64]) -> Option<f64> {
     (!sorted.is_empty()).then(|| quantile(&sorted, 0.5))
 }
 
-fn ranking(data: &Data, metric: &Metric) -> Option<Ranking> {
-    let place = data.place(metric);
+fn ranking(data: &ComparisonData, metric: &Metric) -> Option<Ranking> {
+    let place = data.metric_index(metric);
     let sign = if metric.more_is_better() { -1.0 } else { 1.0 };
     let mut left_out = Vec::new();
     let mut blocks = Vec::new();
@@ -329,7 +329,7 @@ fn ranking(data: &Data, metric: &Metric) -> Option<Ranking> {
         metric: metric.clone(),
         critical: critical_difference(SIGNIFICANT, data.allocators.len(), friedman.blocks),
         friedman,
-        left_out,
+        omitted_blocks: left_out,
     })
 }
 
@@ -342,7 +342,7 @@ mod tests {
     const JOBS: NonZeroUsize = NonZeroUsize::new(3).unwrap();
 
     /// Creates data in which nearest needs 5 s more than alliance and has no data in the last block.
-    fn sample() -> Data {
+    fn sample() -> ComparisonData {
         data(
             |block, rival, seed| match (block, rival) {
                 (3, 2) => None,
@@ -356,14 +356,15 @@ mod tests {
     #[test]
     fn pairs_means_and_ranks() {
         let data = sample();
-        let analysis = Analysis::of(&data, JOBS);
-        let par2 = data.place(&Metric::Par2);
+        let analysis = Analysis::new(&data, JOBS);
+        let par2 = data.metric_index(&Metric::Par2);
         let summary = analysis.blocks[0].summaries[1][par2].unwrap();
         assert_eq!(
             (summary.n, summary.mean, summary.interval),
             (12, 30.0, (30.0, 30.0))
         );
-        let completion = analysis.blocks[0].summaries[0][data.place(&Metric::Completion)].unwrap();
+        let completion =
+            analysis.blocks[0].summaries[0][data.metric_index(&Metric::Completion)].unwrap();
         assert_eq!(completion.interval, wilson(12, 12));
 
         let pair = analysis.pair(0, &Metric::Par2, 0, 2).unwrap();
@@ -372,7 +373,7 @@ mod tests {
             (12, Some((5.0, (5.0, 5.0))), Some((5.0, (5.0, 5.0))))
         );
         assert_eq!(pair.effect, 1.0);
-        assert!(pair.is_real() && pair.adjusted >= pair.p);
+        assert!(pair.is_significant() && pair.adjusted >= pair.p);
         let turned = analysis.pair(0, &Metric::Par2, 2, 0).unwrap();
         assert_eq!(
             (turned.mean, turned.effect, turned.p),
@@ -380,13 +381,13 @@ mod tests {
         );
         let nothing = analysis.pair(3, &Metric::Par2, 0, 2).unwrap();
         assert_eq!(
-            (nothing.n, nothing.mean, nothing.is_real()),
+            (nothing.n, nothing.mean, nothing.is_significant()),
             (0, None, false)
         );
 
         let ranking = &analysis.rankings[0];
         assert_eq!(
-            (ranking.friedman.blocks, &ranking.left_out[..]),
+            (ranking.friedman.blocks, &ranking.omitted_blocks[..]),
             (3, &[3][..])
         );
         assert_eq!(ranking.friedman.mean_ranks, [2.0, 1.0, 3.0]);
@@ -397,7 +398,7 @@ mod tests {
     fn the_number_of_workers_does_not_change_the_result() {
         let data = sample();
         let pairs = |jobs| {
-            Analysis::of(&data, jobs)
+            Analysis::new(&data, jobs)
                 .blocks
                 .into_iter()
                 .map(|block| block.pairs)
@@ -409,7 +410,7 @@ mod tests {
     #[test]
     fn the_answer_names_the_best_ties_and_missing_data() {
         let data = sample();
-        let analysis = Analysis::of(&data, JOBS);
+        let analysis = Analysis::new(&data, JOBS);
         assert_eq!(best(&data, 0), Some(0), "the oracle does not compete");
         assert!(ties(&analysis, &data, 0, 0).is_empty());
         let text = answer(&data, &analysis, &[]).join("\n");

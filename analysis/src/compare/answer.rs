@@ -1,12 +1,12 @@
 //! The result in words.
 
 use super::analysis::{Analysis, LEVEL};
-use super::data::Data;
+use super::data::ComparisonData;
 use super::hypotheses::{Outcome, Verdict};
 use super::metrics::Metric;
 
 #[must_use]
-pub fn answer(data: &Data, analysis: &Analysis, verdicts: &[Verdict]) -> Vec<String> {
+pub fn answer(data: &ComparisonData, analysis: &Analysis, verdicts: &[Verdict]) -> Vec<String> {
     let mut answer: Vec<String> = Vec::new();
     answer.extend(over_all(data, analysis));
     for class in data.classes() {
@@ -18,7 +18,7 @@ pub fn answer(data: &Data, analysis: &Analysis, verdicts: &[Verdict]) -> Vec<Str
     answer
 }
 
-fn over_all(data: &Data, analysis: &Analysis) -> Option<String> {
+fn over_all(data: &ComparisonData, analysis: &Analysis) -> Option<String> {
     let ranking = analysis
         .rankings
         .iter()
@@ -37,7 +37,7 @@ fn over_all(data: &Data, analysis: &Analysis) -> Option<String> {
         .filter(|place| ranks[**place] - ranks[first] < ranking.critical)
         .map(|place| named(*place))
         .collect();
-    let left = match ranking.left_out.len() {
+    let left = match ranking.omitted_blocks.len() {
         0 => String::new(),
         1 => {
             " 1 more block is omitted: an allocator has no data in it, or all allocators are equal."
@@ -73,8 +73,8 @@ fn over_all(data: &Data, analysis: &Analysis) -> Option<String> {
 }
 
 /// Names the best allocator of each mission under a class of faults, and those without a significant difference to it.
-fn under(data: &Data, analysis: &Analysis, class: &str) -> Option<String> {
-    let par2 = data.place(&Metric::Par2);
+fn under(data: &ComparisonData, analysis: &Analysis, class: &str) -> Option<String> {
+    let par2 = data.metric_index(&Metric::Par2);
     let blocks: Vec<usize> = (0..data.blocks.len())
         .filter(|block| data.blocks[*block].faults == class)
         .collect();
@@ -117,8 +117,8 @@ fn under(data: &Data, analysis: &Analysis, class: &str) -> Option<String> {
 
 /// Returns the allocator with the least mean PAR2, except the reference.
 #[must_use]
-pub fn best(data: &Data, block: usize) -> Option<usize> {
-    let par2 = data.place(&Metric::Par2);
+pub fn best(data: &ComparisonData, block: usize) -> Option<usize> {
+    let par2 = data.metric_index(&Metric::Par2);
     let cells = data.blocks[block].cells.iter().enumerate();
     let rivals = cells.filter(|(place, _)| Some(*place) != data.reference);
     let means = rivals.filter_map(|(place, cell)| Some((place, cell.mean(par2)?)));
@@ -129,23 +129,23 @@ pub fn best(data: &Data, block: usize) -> Option<usize> {
 
 /// Returns the allocators that are not significantly worse than the best.
 #[must_use]
-pub fn ties(analysis: &Analysis, data: &Data, block: usize, best: usize) -> Vec<usize> {
+pub fn ties(analysis: &Analysis, data: &ComparisonData, block: usize, best: usize) -> Vec<usize> {
     (0..data.allocators.len())
         .filter(|place| *place != best && Some(*place) != data.reference)
         .filter(|place| {
             let pair = analysis.pair(block, &Metric::Par2, best, *place);
-            pair.is_some_and(|pair| pair.n > 0 && !(pair.is_real() && pair.effect > 0.0))
+            pair.is_some_and(|pair| pair.n > 0 && !(pair.is_significant() && pair.effect > 0.0))
         })
         .collect()
 }
 
 /// Lists the allocators that did not always complete the mission.
-fn incomplete(data: &Data) -> Option<String> {
-    let completion = data.place(&Metric::Completion);
+fn incomplete(data: &ComparisonData) -> Option<String> {
+    let completion = data.metric_index(&Metric::Completion);
     let mut found = Vec::new();
     for (place, name) in data.allocators.iter().enumerate() {
         let cells = || data.blocks.iter().map(|block| &block.cells[place]);
-        let present = || cells().flat_map(|cell| cell.present(completion));
+        let present = || cells().flat_map(|cell| cell.values_of(completion));
         let (runs, complete) = (present().count(), present().sum::<f64>() as usize);
         if complete == runs {
             continue;
@@ -171,7 +171,7 @@ fn incomplete(data: &Data) -> Option<String> {
     })
 }
 
-fn no_data(data: &Data) -> Option<String> {
+fn no_data(data: &ComparisonData) -> Option<String> {
     let cells = data.blocks.iter().flat_map(|block| {
         let cells = block.cells.iter().zip(&data.allocators);
         let none = cells.filter(|(cell, _)| cell.counted() == 0);
@@ -213,7 +213,7 @@ fn claims(verdicts: &[Verdict]) -> Option<String> {
     ))
 }
 
-fn names(data: &Data, places: &[usize]) -> String {
+fn names(data: &ComparisonData, places: &[usize]) -> String {
     let names: Vec<&str> = places
         .iter()
         .map(|place| data.allocators[*place].as_str())

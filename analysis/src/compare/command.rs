@@ -7,26 +7,26 @@ use std::thread::available_parallelism;
 
 use anyhow::{Context, bail};
 use clap::Args;
-use terminal::tell;
+use terminal::stderr_line;
 use world_server::mission_args::Known;
 
 use super::analysis::Analysis;
 use super::answer::answer;
-use super::data::{ALLOCATOR, Data, allocators, blocks, first_run, names};
+use super::data::{ALLOCATOR, ComparisonData, allocators, blocks, first_run, names};
 use super::figures::figures;
 use super::hypotheses::{check, judge};
 use super::memory;
 use super::page::Page;
 use super::tables::tables;
 use crate::sweep::comparison::{Axes, Comparison};
-use crate::sweep::execution::{Arguments, Study, counted, quoted};
-use crate::sweep::folder::put;
+use crate::sweep::execution::{Arguments, PlanCommand, counted, shell_quoted};
+use crate::sweep::folder::write_atomically;
 use crate::sweep::journal::Header;
-use crate::sweep::parquet::parquet;
+use crate::sweep::parquet::to_parquet;
 use crate::sweep::plan::{Plan, setup};
-use crate::sweep::results::{csv, figures as figures_of, table};
-use crate::sweep::run::{Row, attempt};
-use crate::sweep::workers::work;
+use crate::sweep::results::{csv, figures_of, results_table};
+use crate::sweep::run::{Row, execute_run};
+use crate::sweep::workers::run_parallel;
 
 const PAGE: &str = "comparison.html";
 
@@ -48,7 +48,7 @@ impl CompareCommand {
     /// cannot be written. Incomplete missions are not failures.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
-        let study = Study {
+        let study = PlanCommand {
             name: "compare",
             folder: "comparisons",
             prepare,
@@ -61,12 +61,12 @@ impl CompareCommand {
             Ok(text) => match terminal::print(&text) {
                 Ok(()) => ExitCode::SUCCESS,
                 Err(error) => {
-                    tell!("alliance compare: {error:#}");
+                    stderr_line!("alliance compare: {error:#}");
                     ExitCode::from(3)
                 }
             },
             Err(error) => {
-                tell!("alliance compare: {error:#}");
+                stderr_line!("alliance compare: {error:#}");
                 ExitCode::from(2)
             }
         }
@@ -76,7 +76,7 @@ impl CompareCommand {
     fn again(&self, known: &Known, cell: usize) -> anyhow::Result<String> {
         let (mut plan, _) = self.arguments.plan(known)?;
         prepare(&mut plan, self.arguments.jobs())?;
-        let seeds = plan.design.repetitions();
+        let seeds = plan.design.seeds_per_condition();
         let cells = plan.design.runs().unwrap_or_default() / seeds;
         if cell >= cells {
             bail!(
@@ -86,13 +86,13 @@ impl CompareCommand {
         }
         let runs: Vec<usize> = (cell * seeds..(cell + 1) * seeds).collect();
         let mut rows: Vec<Row> = Vec::new();
-        let attempt = |run, stops: &dyn Fn() -> bool| attempt(&plan, run, stops);
-        work(&runs, self.arguments.jobs(), &|| false, attempt, |row| {
+        let attempt = |run, stops: &dyn Fn() -> bool| execute_run(&plan, run, stops);
+        run_parallel(&runs, self.arguments.jobs(), &|| false, attempt, |row| {
             rows.push(row);
             Ok(())
         })?;
         rows.sort_by_key(|row| row.run);
-        let columns = table(&plan.design, &rows);
+        let columns = results_table(&plan.design, &rows);
         Ok(String::from_utf8(csv(&columns, rows.len())?)?)
     }
 }
@@ -117,7 +117,7 @@ fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Compari
         let setup = table.and_then(|table| setup(&table, design.seed(run)));
         let setup = setup.with_context(|| format!("run {run}"))?;
         largest = largest.max(memory::of_a_run(&setup));
-        axes.push(Axes::of(&setup.scenario));
+        axes.push(Axes::from_scenario(&setup.scenario));
     }
     memory::check(largest, jobs, design.runs().unwrap_or_default())?;
     let comparison = Comparison {
@@ -125,7 +125,7 @@ fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Compari
         hypotheses: plan.hypotheses.clone(),
         axes,
     };
-    let data = Data::of(design, &comparison, &[]);
+    let data = ComparisonData::of(design, &comparison, &[]);
     let (mut missions, mut classes) = (data.missions(), data.classes());
     for names in [&mut missions, &mut classes] {
         // A single mission or class has an empty name.
@@ -147,24 +147,24 @@ fn finish(
         .as_ref()
         .context("the journal belongs to a sweep; use alliance sweep --merge")?;
     let design = &header.design;
-    let runs = table(design, rows);
-    put(folder, "results.csv", &csv(&runs, rows.len())?)?;
-    put(folder, "results.parquet", &parquet(&runs)?)?;
+    let runs = results_table(design, rows);
+    write_atomically(folder, "results.csv", &csv(&runs, rows.len())?)?;
+    write_atomically(folder, "results.parquet", &to_parquet(&runs)?)?;
 
-    let data = Data::of(design, comparison, rows);
+    let data = ComparisonData::of(design, comparison, rows);
     let jobs = available_parallelism().unwrap_or(NonZeroUsize::MIN);
-    let analysis = Analysis::of(&data, jobs);
+    let analysis = Analysis::new(&data, jobs);
     let verdicts = judge(&data, &comparison.hypotheses);
     let answer = answer(&data, &analysis, &verdicts);
     let tables = tables(&data, &analysis, &verdicts);
     for table in &tables {
         for (name, bytes) in table.files()? {
-            put(folder, &name, &bytes)?;
+            write_atomically(folder, &name, &bytes)?;
         }
     }
     let figures = figures(&data, &analysis)?;
     for figure in &figures {
-        put(
+        write_atomically(
             folder,
             &format!("{}.svg", figure.name),
             figure.svg.as_bytes(),
@@ -182,24 +182,24 @@ fn finish(
         tables: &tables,
         runs: (rows.len(), failed),
     };
-    put(folder, PAGE, page.html().as_bytes())?;
+    write_atomically(folder, PAGE, page.html().as_bytes())?;
 
     if let Some(question) = &comparison.question {
-        tell!("{question}");
+        stderr_line!("{question}");
     }
     for sentence in &answer {
-        tell!("- {sentence}");
+        stderr_line!("- {sentence}");
     }
-    tell!("{}, {failed} failed", counted(rows.len(), "run"));
+    stderr_line!("{}, {failed} failed", counted(rows.len(), "run"));
     // After a merge, only the name of the plan is available.
     let plan = plan.map_or_else(
-        || quoted(Path::new(&format!("{}.toml", header.sweep))),
-        quoted,
+        || shell_quoted(Path::new(&format!("{}.toml", header.sweep))),
+        shell_quoted,
     );
-    tell!(
+    stderr_line!(
         "repeat   alliance compare {plan} --cell N repeats the runs of cell N; cells.csv lists the numbers"
     );
-    tell!("numbers  {}", folder.join("cells.csv").display());
-    tell!("page     {}", folder.join(PAGE).display());
+    stderr_line!("numbers  {}", folder.join("cells.csv").display());
+    stderr_line!("page     {}", folder.join(PAGE).display());
     Ok(failed == 0)
 }

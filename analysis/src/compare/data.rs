@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::metrics::Metric;
 use crate::sweep::comparison::{Axes, Comparison};
 use crate::sweep::design::{Design, FAULTS, Factor, MISSION};
-use crate::sweep::results::figures;
+use crate::sweep::results::figures_of;
 use crate::sweep::run::{Figures, Row};
 
 /// The column of the compared allocator.
@@ -15,7 +15,7 @@ pub const ALLOCATOR: &str = "allocator";
 pub const REFERENCE: &str = "oracle";
 
 #[derive(Clone, Debug, PartialEq)]
-pub struct Data {
+pub struct ComparisonData {
     pub allocators: Vec<String>,
     /// The index of the [`REFERENCE`] in `allocators`.
     pub reference: Option<usize>,
@@ -34,17 +34,17 @@ pub struct Block {
     pub faults: String,
     /// The x values of curves.
     pub axes: Axes,
-    pub cells: Vec<Cell>,
+    pub cells: Vec<AllocatorCell>,
 }
 
 /// The runs of an allocator in a block; they differ only in the seed.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Cell {
+pub struct AllocatorCell {
     /// The cell's number, for the option --cell.
     pub number: usize,
     pub runs: usize,
     pub failed: usize,
-    pub unhit: usize,
+    pub without_effect: usize,
     /// Values of the counted runs by metric and seed; `None` for a missing value.
     pub values: Vec<Vec<Option<f64>>>,
 }
@@ -65,21 +65,21 @@ impl Block {
     }
 }
 
-impl Cell {
+impl AllocatorCell {
     #[must_use]
     pub fn counted(&self) -> usize {
-        self.runs - self.failed - self.unhit
+        self.runs - self.failed - self.without_effect
     }
 
     /// Returns the existing values of a metric.
     #[must_use]
-    pub fn present(&self, metric: usize) -> Vec<f64> {
+    pub fn values_of(&self, metric: usize) -> Vec<f64> {
         self.values[metric].iter().flatten().copied().collect()
     }
 
     #[must_use]
     pub fn mean(&self, metric: usize) -> Option<f64> {
-        mean(&self.present(metric))
+        mean(&self.values_of(metric))
     }
 
     /// Returns the values of both cells for the seeds that both have.
@@ -97,9 +97,9 @@ pub fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-impl Data {
+impl ComparisonData {
     #[must_use]
-    pub fn place(&self, metric: &Metric) -> usize {
+    pub fn metric_index(&self, metric: &Metric) -> usize {
         // Only kinds of broadcast without traffic are absent.
         self.metrics
             .iter()
@@ -125,7 +125,7 @@ impl Data {
         let names: Vec<String> = rival.map_or_else(Vec::new, names);
         let kinds: BTreeSet<&String> = rows
             .iter()
-            .filter_map(|row| figures(row)?.measures.as_deref())
+            .filter_map(|row| figures_of(row)?.measures.as_deref())
             .flat_map(|measures| measures.sent.keys())
             .collect();
         let mut metrics = Metric::ALL.to_vec();
@@ -144,18 +144,18 @@ impl Data {
                 .collect(),
             metrics,
         };
-        let seeds = design.repetitions();
+        let seeds = design.seeds_per_condition();
         for block in &mut data.blocks {
             block.cells = vec![
-                Cell {
+                AllocatorCell {
                     values: vec![vec![None; seeds]; data.metrics.len()],
-                    ..Cell::default()
+                    ..AllocatorCell::default()
                 };
                 data.allocators.len()
             ];
         }
         for row in rows {
-            let places = design.places(row.run);
+            let places = design.level_indices(row.run);
             let rival = rivals.map_or(0, |rivals| places[rivals]);
             let cell = &mut data.blocks[block_of(design, &places)].cells[rival];
             cell.number = row.run / seeds;
@@ -166,7 +166,10 @@ impl Data {
     }
 
     fn find_regret(&mut self) {
-        let (par2, regret) = (self.place(&Metric::Par2), self.place(&Metric::Regret));
+        let (par2, regret) = (
+            self.metric_index(&Metric::Par2),
+            self.metric_index(&Metric::Regret),
+        );
         let Some(reference) = self.reference else {
             return;
         };
@@ -182,15 +185,15 @@ impl Data {
     }
 }
 
-impl Cell {
+impl AllocatorCell {
     fn add(&mut self, metrics: &[Metric], row: &Row, seed: usize) {
         self.runs += 1;
-        let Some(figures) = figures(row) else {
+        let Some(figures) = figures_of(row) else {
             self.failed += 1;
             return;
         };
         if !is_hit(figures) {
-            self.unhit += 1;
+            self.without_effect += 1;
             return;
         }
         if let Some(measures) = &figures.measures {
@@ -261,7 +264,7 @@ pub fn first_run(design: &Design, block: usize) -> usize {
 }
 
 fn block(design: &Design, number: usize, axes: &[Axes]) -> Block {
-    let places = design.places(first_run(design, number));
+    let places = design.level_indices(first_run(design, number));
     let (mut settings_of, mut mission, mut faults) = (Vec::new(), Vec::new(), String::new());
     for (place, factor) in settings(design) {
         let cells = &factor.levels[places[place]].cells;
@@ -305,14 +308,14 @@ pub(super) mod tests {
     use proto::tick::Outcome;
 
     use super::*;
-    use crate::sweep::measures::Measures;
+    use crate::sweep::measures::ComparisonMeasures;
     use crate::sweep::plan::Plan;
     use crate::sweep::results::tests::{complete, failed};
-    use crate::sweep::run::End;
+    use crate::sweep::run::RunResult;
 
     /// Creates the data of two missions under two classes of faults with three allocators and `seeds` seeds. `rows` returns the
     /// makespan; a negative value is an incomplete run, `None` a run whose fault never hit.
-    pub fn data(rows: impl Fn(usize, usize, usize) -> Option<f64>, seeds: usize) -> Data {
+    pub fn data(rows: impl Fn(usize, usize, usize) -> Option<f64>, seeds: usize) -> ComparisonData {
         let text = format!(
             "seeds = {seeds}\n[grid]\nallocator = ['alliance', 'oracle', 'nearest']\n\
              [missions.near]\n[missions.far]\n[faults.none]\n[faults.dead]\ntimeline = [{{ fault.kill = 'gold' }}]\n"
@@ -325,7 +328,7 @@ pub(super) mod tests {
                 row(run, rows(block, rival, run % seeds))
             })
             .collect();
-        Data::of(&plan.design, &comparison(), &rows)
+        ComparisonData::of(&plan.design, &comparison(), &rows)
     }
 
     fn comparison() -> Comparison {
@@ -338,10 +341,10 @@ pub(super) mod tests {
 
     fn row(run: usize, seconds: Option<f64>) -> Row {
         let mut row = complete(run, (seconds.unwrap_or(1.0).abs() * 1000.0) as u64);
-        if let End::Ended(figures) = &mut row.end {
-            figures.measures = Some(Box::new(Measures {
+        if let RunResult::Ended(figures) = &mut row.end {
+            figures.measures = Some(Box::new(ComparisonMeasures {
                 limit_s: 100.0,
-                ..Measures::default()
+                ..ComparisonMeasures::default()
             }));
             if seconds.is_none() {
                 figures.faults.retain(|kind, _| kind == "mute");
@@ -382,7 +385,7 @@ pub(super) mod tests {
             .collect();
         assert_eq!(numbers, (0..12).collect::<Vec<_>>());
 
-        let par2 = data.place(&Metric::Par2);
+        let par2 = data.metric_index(&Metric::Par2);
         let dead = &data.blocks[1].cells;
         assert_eq!(
             dead[0].values[par2],
@@ -390,20 +393,20 @@ pub(super) mod tests {
             "twice the limit"
         );
         assert_eq!(
-            dead[0].present(data.place(&Metric::Makespan)),
+            dead[0].values_of(data.metric_index(&Metric::Makespan)),
             [100.0, 102.0]
         );
-        assert_eq!((dead[2].unhit, dead[2].counted()), (1, 2));
+        assert_eq!((dead[2].without_effect, dead[2].counted()), (1, 2));
         assert_eq!(
             dead[0].paired(&dead[2], par2),
             (vec![200.0, 102.0], vec![121.0, 122.0])
         );
-        let regret = data.place(&Metric::Regret);
+        let regret = data.metric_index(&Metric::Regret);
         assert_eq!(
             dead[0].values[regret],
             [Some(-10.0), Some(89.0), Some(-10.0)]
         );
-        assert_eq!(dead[1].present(regret), [0.0; 3]);
+        assert_eq!(dead[1].values_of(regret), [0.0; 3]);
     }
 
     #[test]
@@ -415,7 +418,7 @@ pub(super) mod tests {
         )
         .unwrap();
         let rows = [row(0, Some(5.0)), failed(1), row(2, None), row(3, None)];
-        let data = Data::of(&plan.design, &comparison(), &rows);
+        let data = ComparisonData::of(&plan.design, &comparison(), &rows);
         let [block] = &data.blocks[..] else {
             panic!("{:?}", data.blocks)
         };
@@ -438,7 +441,10 @@ pub(super) mod tests {
             .collect();
         assert_eq!(found, [0, 2, 8, 10]);
         for (block, run) in found.into_iter().enumerate() {
-            assert_eq!(block_of(&plan.design, &plan.design.places(run)), block);
+            assert_eq!(
+                block_of(&plan.design, &plan.design.level_indices(run)),
+                block
+            );
         }
     }
 }

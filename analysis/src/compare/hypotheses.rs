@@ -10,7 +10,7 @@ use anyhow::bail;
 use scenario::name_remedy;
 
 use super::analysis::LEVEL;
-use super::data::{Block, Data, mean};
+use super::data::{Block, ComparisonData, mean};
 use super::metrics::Metric;
 use super::statistics::bootstrap::means;
 use super::statistics::normal_reach;
@@ -43,14 +43,14 @@ impl Outcome {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     pub name: String,
-    pub says: String,
+    pub claim: String,
     pub outcome: Outcome,
-    pub parts: Vec<Part>,
+    pub parts: Vec<PartVerdict>,
 }
 
 /// A hypothesis' claim about one block.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Part {
+pub struct PartVerdict {
     pub block: usize,
     /// The claim in short form.
     pub claim: String,
@@ -136,7 +136,7 @@ pub fn check(
 }
 
 #[must_use]
-pub fn judge(data: &Data, hypotheses: &[Hypothesis]) -> Vec<Verdict> {
+pub fn judge(data: &ComparisonData, hypotheses: &[Hypothesis]) -> Vec<Verdict> {
     let verdicts = hypotheses.iter().map(|hypothesis| {
         let claim = &hypothesis.claim;
         let claimed = claimed(data, claim);
@@ -146,7 +146,7 @@ pub fn judge(data: &Data, hypotheses: &[Hypothesis]) -> Vec<Verdict> {
             .collect();
         let corrected = 1.0 - (1.0 - LEVEL) / claimed.len().max(1) as f64;
         let resampled = means(&columns);
-        let parts: Vec<Part> = claimed
+        let parts: Vec<PartVerdict> = claimed
             .iter()
             .zip(&resampled)
             .map(|(claimed, resampled)| {
@@ -171,7 +171,7 @@ pub fn judge(data: &Data, hypotheses: &[Hypothesis]) -> Vec<Verdict> {
                 } else {
                     Outcome::Undecided
                 };
-                Part {
+                PartVerdict {
                     block: claimed.block,
                     claim: claimed.claim.clone(),
                     found,
@@ -182,7 +182,7 @@ pub fn judge(data: &Data, hypotheses: &[Hypothesis]) -> Vec<Verdict> {
         let any = |outcome| parts.iter().any(|part| part.outcome == outcome);
         Verdict {
             name: hypothesis.name.clone(),
-            says: claim.says.clone(),
+            claim: claim.says.clone(),
             outcome: if any(Outcome::Failed) {
                 Outcome::Failed
             } else if any(Outcome::Undecided) || parts.is_empty() {
@@ -198,7 +198,7 @@ pub fn judge(data: &Data, hypotheses: &[Hypothesis]) -> Vec<Verdict> {
 
 /// Returns the metric of a claim; PAR2 by default.
 #[must_use]
-pub fn metric_of(claim: &Claim) -> Metric {
+pub fn claimed_metric(claim: &Claim) -> Metric {
     let stated = claim.metric.as_deref();
     let found = Metric::ALL
         .into_iter()
@@ -206,9 +206,9 @@ pub fn metric_of(claim: &Claim) -> Metric {
     found.unwrap_or(Metric::Par2)
 }
 
-fn claimed(data: &Data, claim: &Claim) -> Vec<Claimed> {
-    let metric = metric_of(claim);
-    let place = data.place(&metric);
+fn claimed(data: &ComparisonData, claim: &Claim) -> Vec<Claimed> {
+    let metric = claimed_metric(claim);
+    let place = data.metric_index(&metric);
     let name = metric.name();
     let allocator = |name: &String| data.allocators.iter().position(|known| known == name);
     let mut parts = Vec::new();
@@ -250,7 +250,7 @@ fn claimed(data: &Data, claim: &Claim) -> Vec<Claimed> {
                 continue;
             }
             let values = match other {
-                None => block.cells[cell].present(place),
+                None => block.cells[cell].values_of(place),
                 Some(None) => Vec::new(),
                 Some(Some(other)) => {
                     let (base, values) = other.cells[cell].paired(&block.cells[cell], place);
@@ -283,7 +283,7 @@ fn claimed(data: &Data, claim: &Claim) -> Vec<Claimed> {
 }
 
 /// Returns the block with the same mission under another class of faults.
-fn same_under<'d>(data: &'d Data, block: &Block, class: &str) -> Option<&'d Block> {
+fn same_under<'d>(data: &'d ComparisonData, block: &Block, class: &str) -> Option<&'d Block> {
     let mut blocks = data.blocks.iter();
     blocks.find(|other| other.mission == block.mission && other.faults == class)
 }
@@ -293,7 +293,7 @@ mod tests {
     use super::super::data::tests::data;
     use super::*;
 
-    fn judged(data: &Data, claim: Claim) -> Verdict {
+    fn judged(data: &ComparisonData, claim: Claim) -> Verdict {
         let hypothesis = Hypothesis {
             name: "h".to_owned(),
             line: 1,
@@ -308,7 +308,7 @@ mod tests {
 
     /// Creates data in which alliance needs a little over 40 s and nearest 50 s. With a dead robot, alliance needs 10 s more
     /// and nearest rarely completes.
-    fn sample() -> Data {
+    fn sample() -> ComparisonData {
         data(
             |block, rival, seed| {
                 let bit = (seed * 7 % 5) as f64;

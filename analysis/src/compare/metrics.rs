@@ -3,7 +3,7 @@
 use proto::tick::Outcome;
 use scenario::mission::FigureValue;
 
-use crate::sweep::measures::Measures;
+use crate::sweep::measures::ComparisonMeasures;
 use crate::sweep::run::Figures;
 
 /// A figure of a run. Less is better, except for completion and observed targets.
@@ -151,7 +151,7 @@ impl Metric {
 
     /// Returns the value for a run, or `None` without one. [`Metric::Regret`] needs a second run and is always `None`.
     #[must_use]
-    pub fn of(&self, figures: &Figures, measures: &Measures) -> Option<f64> {
+    pub fn of(&self, figures: &Figures, measures: &ComparisonMeasures) -> Option<f64> {
         let is_complete = figures.outcome == Outcome::Complete;
         let seconds = figures.sim_time_ms as f64 / 1000.0;
         let sent = |kind: &String| measures.sent.get(kind).copied().unwrap_or_default();

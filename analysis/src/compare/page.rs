@@ -6,16 +6,16 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::analysis::{Analysis, Summary};
 use super::answer::{best, p_value};
-use super::data::Data;
+use super::data::ComparisonData;
 use super::figures::Figure;
 use super::hypotheses::{Outcome, Verdict};
 use super::metrics::Metric;
 use super::tables::Table;
 use crate::page_head::head;
-use crate::sweep::execution::{counted, quoted};
+use crate::sweep::execution::{counted, shell_quoted};
 
 /// The style sheet of the pages. Wide tables scroll; dark mode inverts drawings and keeps their hues; print shows all details.
-pub const LOOKS: &str = "
+pub const STYLE: &str = "
 :root { color-scheme: light dark }
 td { white-space: nowrap } td.long { white-space: normal; min-width: 16rem; text-align: left } .wide { overflow-x: auto }
 .question { font-size: 1.15rem; font-style: italic } .answer li { margin: .4rem 0 }
@@ -58,7 +58,7 @@ pub struct Page<'c> {
     /// The question that the plan states.
     pub question: Option<&'c str>,
     pub answer: &'c [String],
-    pub data: &'c Data,
+    pub data: &'c ComparisonData,
     pub analysis: &'c Analysis,
     pub verdicts: &'c [Verdict],
     pub figures: &'c [Figure],
@@ -73,7 +73,7 @@ impl Page<'_> {
         let text = html! {
             (DOCTYPE)
             html lang="en" {
-                (head(&format!("Comparison {}", self.name), LOOKS))
+                (head(&format!("Comparison {}", self.name), STYLE))
                 body {
                     h1 { "Comparison " (self.name) }
                     p.question {
@@ -121,7 +121,7 @@ impl Page<'_> {
                 @for verdict in self.verdicts {
                     details open[verdict.outcome == Outcome::Failed] {
                         summary {
-                            span class=(verdict.outcome.as_str()) { (verdict.outcome.as_str()) } " · " (verdict.name) ": " (verdict.says)
+                            span class=(verdict.outcome.as_str()) { (verdict.outcome.as_str()) } " · " (verdict.name) ": " (verdict.claim)
                         }
                         div.wide { table {
                             thead { tr { th.text { "block" } th.text { "claim" } th { "mean" } th { "95 %" } th.text { "" } } }
@@ -148,7 +148,7 @@ impl Page<'_> {
         let best = best(self.data, number);
         let shown: Vec<_> = SHOWN
             .iter()
-            .map(|(head, metric, digits)| (*head, metric, self.data.place(metric), *digits))
+            .map(|(head, metric, digits)| (*head, metric, self.data.metric_index(metric), *digits))
             .filter(|(_, _, place, _)| {
                 let summaries = &self.analysis.blocks[number].summaries;
                 summaries.iter().any(|metrics| metrics[*place].is_some())
@@ -166,9 +166,9 @@ impl Page<'_> {
                     tbody { @for (rival, cell) in block.cells.iter().enumerate() {
                         tr {
                             td { (self.data.allocators[rival]) }
-                            td { (cell.counted()) @if cell.unhit > 0 { " (" (cell.unhit) " not hit)" } @if cell.failed > 0 { " (" (cell.failed) " failed)" } }
+                            td { (cell.counted()) @if cell.without_effect > 0 { " (" (cell.without_effect) " not hit)" } @if cell.failed > 0 { " (" (cell.failed) " failed)" } }
                             @if cell.counted() == 0 {
-                                td.text colspan=(shown.len() + 7) { "no data: " (why_none(cell.unhit)) "; repeat with: " code { (self.again("cell", cell.number)) } }
+                                td.text colspan=(shown.len() + 7) { "no data: " (why_none(cell.without_effect)) "; repeat with: " code { (self.again("cell", cell.number)) } }
                             } @else {
                                 (self.completion(number, rival))
                                 @for (_, metric, place, digits) in &shown {
@@ -188,7 +188,7 @@ impl Page<'_> {
     }
 
     fn completion(&self, block: usize, rival: usize) -> Markup {
-        let summary = self.summary(block, rival, self.data.place(&Metric::Completion));
+        let summary = self.summary(block, rival, self.data.metric_index(&Metric::Completion));
         html! {
             @match summary {
                 Some(found) => {
@@ -247,7 +247,7 @@ impl Page<'_> {
                 li { "runs: one row per run: " a href="results.csv" { "results.csv" } ", " a href="results.parquet" { "results.parquet" } }
                 @for table in self.tables {
                     li {
-                        (table.name) ": " (table.what) ": "
+                        (table.name) ": " (table.description) ": "
                         a href=(format!("{}.csv", table.name)) { (table.name) ".csv" } ", "
                         a href=(format!("{}.parquet", table.name)) { (table.name) ".parquet" }
                     }
@@ -257,7 +257,7 @@ impl Page<'_> {
     }
 
     fn again(&self, option: &str, number: usize) -> String {
-        let plan = quoted(Path::new(&format!("{}.toml", self.name)));
+        let plan = shell_quoted(Path::new(&format!("{}.toml", self.name)));
         format!("alliance compare {plan} --{option} {number}")
     }
 

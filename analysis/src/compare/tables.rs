@@ -3,15 +3,15 @@
 use anyhow::Context;
 
 use super::analysis::{Analysis, PAIRED};
-use super::data::{Block, Data};
+use super::data::{Block, ComparisonData};
 use super::hypotheses::Verdict;
-use crate::sweep::parquet::parquet;
+use crate::sweep::parquet::to_parquet;
 use crate::sweep::results::Values::{Flags, Integers, Numbers, Texts};
 use crate::sweep::results::{Column, csv};
 
 pub struct Table {
     pub name: &'static str,
-    pub what: &'static str,
+    pub description: &'static str,
     pub columns: Vec<Column>,
 }
 
@@ -25,7 +25,7 @@ impl Table {
             .rows();
         Ok([
             (format!("{}.csv", self.name), csv(&self.columns, rows)?),
-            (format!("{}.parquet", self.name), parquet(&self.columns)?),
+            (format!("{}.parquet", self.name), to_parquet(&self.columns)?),
         ])
     }
 }
@@ -79,14 +79,17 @@ impl Filling {
 use Entry::{Flag, Number, Text, Whole};
 
 /// Returns the settings of a block, one per column.
-fn settings<'d>(data: &'d Data, block: &'d Block) -> impl Iterator<Item = (&'d str, Entry)> {
+fn settings<'d>(
+    data: &'d ComparisonData,
+    block: &'d Block,
+) -> impl Iterator<Item = (&'d str, Entry)> {
     let columns = data.columns.iter().zip(&block.settings);
     columns.map(|(column, setting)| (column.as_str(), Text(setting.clone())))
 }
 
 /// Creates all tables except that of the runs.
 #[must_use]
-pub fn tables(data: &Data, analysis: &Analysis, verdicts: &[Verdict]) -> Vec<Table> {
+pub fn tables(data: &ComparisonData, analysis: &Analysis, verdicts: &[Verdict]) -> Vec<Table> {
     let tables = [
         (
             "cells",
@@ -120,13 +123,13 @@ pub fn tables(data: &Data, analysis: &Analysis, verdicts: &[Verdict]) -> Vec<Tab
     filled
         .map(|(name, what, filling)| Table {
             name,
-            what,
+            description: what,
             columns: filling.columns,
         })
         .collect()
 }
 
-fn cells(data: &Data, analysis: &Analysis) -> Filling {
+fn cells(data: &ComparisonData, analysis: &Analysis) -> Filling {
     let mut filling = Filling::new();
     for (block, found) in data.blocks.iter().zip(&analysis.blocks) {
         for (rival, cell) in block.cells.iter().enumerate() {
@@ -138,7 +141,7 @@ fn cells(data: &Data, analysis: &Analysis) -> Filling {
                     ("cell", Whole(cell.number)),
                     ("runs", Whole(cell.runs)),
                     ("failed", Whole(cell.failed)),
-                    ("not_hit", Whole(cell.unhit)),
+                    ("not_hit", Whole(cell.without_effect)),
                     ("metric", Text(metric.name())),
                     ("n", Whole(summary.map_or(0, |summary| summary.n))),
                     ("mean", Number(summary.map(|summary| summary.mean))),
@@ -162,7 +165,7 @@ fn cells(data: &Data, analysis: &Analysis) -> Filling {
     filling
 }
 
-fn pairs(data: &Data, analysis: &Analysis) -> Filling {
+fn pairs(data: &ComparisonData, analysis: &Analysis) -> Filling {
     let mut filling = Filling::new();
     for (block, found) in data.blocks.iter().zip(&analysis.blocks) {
         for (metric, pairs) in PAIRED.iter().zip(&found.pairs) {
@@ -193,7 +196,7 @@ fn pairs(data: &Data, analysis: &Analysis) -> Filling {
                     ("effect", Number(Some(pair.effect))),
                     ("p", Number(Some(pair.p))),
                     ("p_holm", Number(Some(pair.adjusted))),
-                    ("differ", Flag(pair.is_real())),
+                    ("differ", Flag(pair.is_significant())),
                 ];
                 filling.add(settings(data, block).chain(row));
             }
@@ -202,7 +205,7 @@ fn pairs(data: &Data, analysis: &Analysis) -> Filling {
     filling
 }
 
-fn ranks(data: &Data, analysis: &Analysis) -> Filling {
+fn ranks(data: &ComparisonData, analysis: &Analysis) -> Filling {
     let mut filling = Filling::new();
     for ranking in &analysis.rankings {
         for place in ranking.order() {
@@ -214,7 +217,7 @@ fn ranks(data: &Data, analysis: &Analysis) -> Filling {
                     Number(Some(ranking.friedman.mean_ranks[place])),
                 ),
                 ("blocks", Whole(ranking.friedman.blocks)),
-                ("blocks_left_out", Whole(ranking.left_out.len())),
+                ("blocks_left_out", Whole(ranking.omitted_blocks.len())),
                 ("chi_squared", Number(Some(ranking.friedman.statistic))),
                 ("p", Number(Some(ranking.friedman.p))),
                 ("critical_difference", Number(Some(ranking.critical))),
@@ -224,7 +227,7 @@ fn ranks(data: &Data, analysis: &Analysis) -> Filling {
     filling
 }
 
-fn differences(data: &Data, analysis: &Analysis) -> Filling {
+fn differences(data: &ComparisonData, analysis: &Analysis) -> Filling {
     let mut filling = Filling::new();
     for ranking in &analysis.rankings {
         let order = ranking.order();
@@ -244,7 +247,7 @@ fn differences(data: &Data, analysis: &Analysis) -> Filling {
     filling
 }
 
-fn claims(data: &Data, verdicts: &[Verdict]) -> Filling {
+fn claims(data: &ComparisonData, verdicts: &[Verdict]) -> Filling {
     let mut filling = Filling::new();
     for verdict in verdicts {
         for part in &verdict.parts {

@@ -21,7 +21,7 @@ use std::process::ExitCode;
 use anyhow::{Context, anyhow};
 use clap::Args;
 use run_log::{RunLog, RunOutcome};
-use terminal::tell;
+use terminal::stderr_line;
 
 use crate::new_file::NewFile;
 use crate::optional;
@@ -59,7 +59,7 @@ impl ExportCommand {
         match self.export() {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => {
-                tell!("alliance export: {error:#}");
+                stderr_line!("alliance export: {error:#}");
                 ExitCode::from(if error.is::<mcap::Differs>() { 1 } else { 2 })
             }
         }
@@ -76,26 +76,26 @@ impl ExportCommand {
                 .unwrap_or_else(|| self.folder.join("parquet"));
             let left_out = parquet::write(&log, &folder)?;
             if !left_out.is_empty() {
-                tell!(
+                stderr_line!(
                     "note: --log {} keeps no {}",
                     log.run.log.as_str(),
                     left_out.join(", ")
                 );
             }
-            tell!("parquet {}", folder.display());
+            stderr_line!("parquet {}", folder.display());
         }
         if let Some(file) = &self.formats.scenario {
             let file = file
                 .clone()
                 .unwrap_or_else(|| self.folder.join("scenario.toml"));
-            let (text, notes) = scenario::of(&log)?;
+            let (text, notes) = scenario::from_log(&log)?;
             for note in notes {
-                tell!("note: {note}");
+                stderr_line!("note: {note}");
             }
             let mut new = NewFile::create(&file)?;
             new.writer().write_all(text.as_bytes())?;
             new.put_in_place()?;
-            tell!("scenario {} (seed {})", file.display(), log.run.setup.seed);
+            stderr_line!("scenario {} (seed {})", file.display(), log.run.setup.seed);
         }
         if let Some(file) = &self.formats.mcap {
             let file = file.clone().unwrap_or_else(|| mcap_file(&self.folder));
@@ -129,7 +129,7 @@ fn write_mcap(log: &RunLog, path: &Path) -> anyhow::Result<()> {
     let mut file = NewFile::create(path)?;
     mcap::write(log, file.writer()).with_context(|| path.display().to_string())?;
     file.put_in_place()?;
-    tell!("mcap    {}", path.display());
+    stderr_line!("mcap    {}", path.display());
     Ok(())
 }
 

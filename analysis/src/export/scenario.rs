@@ -30,7 +30,7 @@ struct Done {
 ///
 /// # Errors
 /// Returns an error when the inputs cannot be read or do not fit a scenario.
-pub fn of(log: &RunLog) -> anyhow::Result<(String, Vec<String>)> {
+pub fn from_log(log: &RunLog) -> anyhow::Result<(String, Vec<String>)> {
     let setup = &log.run.setup;
     let mut scenario = setup.scenario.clone();
     let mut done = Done {
@@ -243,7 +243,7 @@ mod tests {
             (400, json!({ "clear": { "ids": ["f4"] } })),
         ];
         let manual = run(scenario(), &inputs);
-        let (text, notes) = of(&manual).unwrap();
+        let (text, notes) = from_log(&manual).unwrap();
         assert_eq!(notes, [""; 0]);
         let scripted = again(&text);
         let orders = &scripted.run.setup.scenario.faults.timeline;
@@ -270,7 +270,10 @@ mod tests {
         }
         assert!(manual.table(Table::Poses) != calm.table(Table::Poses));
         // A second export gives the same run.
-        assert_eq!(again(&of(&scripted).unwrap().0).run.hash, scripted.run.hash);
+        assert_eq!(
+            again(&from_log(&scripted).unwrap().0).run.hash,
+            scripted.run.hash
+        );
     }
 
     #[test]
@@ -287,7 +290,7 @@ mod tests {
                 order(json!({ "id": "f1", "fault": { "deaf": "blue" }, "when": "any delivers" })),
             ),
         ];
-        let (text, notes) = of(&run(scenario(), &inputs)).unwrap();
+        let (text, notes) = from_log(&run(scenario(), &inputs)).unwrap();
         let outside = "had an external cause: the scenario repeats its tick, but not its order within the tick";
         assert_eq!(
             notes,

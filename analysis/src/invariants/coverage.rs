@@ -19,7 +19,7 @@ const CLEARANCE_RADII: f32 = 0.5;
 /// permanently sends false information, and an item in a gripper that never opens.
 #[must_use]
 pub fn is_covered(scenario: &Scenario, state: &WorldState) -> bool {
-    let sound = |rank: usize| is_sound(scenario, state, rank);
+    let sound = |rank: usize| is_operational(scenario, state, rank);
     let kept = state.items.iter().any(|item| {
         let carrier = item.carrier.map(|robot| robot.index());
         carrier.is_some_and(|rank| !sound(rank))
@@ -38,7 +38,7 @@ pub fn is_covered(scenario: &Scenario, state: &WorldState) -> bool {
 
 /// Returns whether a robot, by rank, has an agent and a body that executes commands. Radio faults do not matter.
 #[must_use]
-pub fn is_sound(scenario: &Scenario, state: &WorldState, rank: usize) -> bool {
+pub fn is_operational(scenario: &Scenario, state: &WorldState, rank: usize) -> bool {
     let (robot, name) = (&state.robots[rank], scenario.robots[rank].name.as_str());
     let broken = state.faults.iter().any(|fault| {
         let impairs = matches!(
@@ -57,7 +57,7 @@ pub fn is_within_reach(
     promises: &ExpectedProperties,
     state: &WorldState,
 ) -> bool {
-    let sound = |rank: &usize| is_sound(scenario, state, *rank);
+    let sound = |rank: &usize| is_operational(scenario, state, *rank);
     let map = Map::of(scenario, state);
     (0..state.robots.len())
         .filter(sound)
@@ -83,7 +83,7 @@ impl Map {
             .robots
             .iter()
             .enumerate()
-            .filter(|&(rank, robot)| robot.present && !is_sound(scenario, state, rank))
+            .filter(|&(rank, robot)| robot.present && !is_operational(scenario, state, rank))
             .map(|(_, robot)| robot.pose.position)
             .collect();
         let is_free = |at: Vec2| {

@@ -73,11 +73,11 @@ impl fmt::Display for Invariant {
 
 /// A violated invariant, in one line.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{invariant}: tick {tick}: {what}")]
+#[error("{invariant}: tick {tick}: {description}")]
 pub struct Violation {
     pub invariant: Invariant,
     pub tick: Tick,
-    pub what: String,
+    pub description: String,
 }
 
 pub struct Invariants {
@@ -104,7 +104,7 @@ impl Invariants {
     }
 
     /// Checks a run after each of its ticks. The error is the first violation.
-    pub fn see(&mut self, simulation: &Simulation) -> Result<(), Violation> {
+    pub fn check_simulation(&mut self, simulation: &Simulation) -> Result<(), Violation> {
         if simulation.tick() == self.next {
             // The run ended before this tick, or is stuck in it.
             return match simulation.outcome() {
@@ -112,11 +112,11 @@ impl Invariants {
                 None => Err(Violation {
                     invariant: Invariant::TicksGoOn,
                     tick: self.next,
-                    what: "the tick does not end".to_owned(),
+                    description: "the tick does not end".to_owned(),
                 }),
             };
         }
-        self.check(&WorldState::of(simulation))?;
+        self.check(&WorldState::from_simulation(simulation))?;
         let world = simulation.world();
         world
             .mission()
@@ -124,7 +124,7 @@ impl Invariants {
             .map_err(|what| Violation {
                 invariant: Invariant::MissionHolds,
                 tick: simulation.tick().saturating_sub(1),
-                what,
+                description: what,
             })
     }
 
@@ -135,7 +135,7 @@ impl Invariants {
             move |what| Violation {
                 invariant,
                 tick: state.tick,
-                what,
+                description: what,
             }
         };
         if state.tick != self.next {

@@ -17,7 +17,7 @@ pub fn check(logged: &RunLog) -> anyhow::Result<()> {
     let different = |what: String| Violation {
         invariant: Invariant::ReplayIdentical,
         tick,
-        what,
+        description: what,
     };
     if run.hash != other.hash {
         let hash = |hash: &Option<String>| hash.clone().unwrap_or_default();

@@ -17,7 +17,7 @@ pub struct Strewn {
 
 impl Strewn {
     /// Updates the state after a tick.
-    pub fn note(&mut self, state: &WorldState) {
+    pub fn update(&mut self, state: &WorldState) {
         for (id, item) in state.items.iter().enumerate() {
             match self.items.get_mut(id) {
                 None => self.items.push((*item, item.carrier.is_none())),
@@ -33,7 +33,7 @@ impl Strewn {
 
     /// Returns the number of strewn items that robots find only by a search.
     #[must_use]
-    pub fn off_the_ways(&self, scenario: &Scenario, promises: &ExpectedProperties) -> usize {
+    pub fn needing_search(&self, scenario: &Scenario, promises: &ExpectedProperties) -> usize {
         let mission = scenario.mission();
         let is_off = |item: &Item| {
             !is_delivered(promises, item) && !mission.is_searched(scenario, item.position)

@@ -12,7 +12,7 @@ use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::time::SimTime;
 use scenario::{BehaviorParams, Body, Robot, Scenario, Setup};
 
-use super::coverage::{is_covered, is_sound, is_within_reach};
+use super::coverage::{is_covered, is_operational, is_within_reach};
 use super::strewn::Strewn;
 use super::{WorldState, is_delivered};
 
@@ -134,8 +134,8 @@ impl Termination {
             .iter()
             .filter(|item| !is_delivered(&self.promises, item))
             .count();
-        self.strewn.note(state);
-        let off = self.strewn.off_the_ways(scenario, &self.promises);
+        self.strewn.update(state);
+        let off = self.strewn.needing_search(scenario, &self.promises);
         let is_patient = self.patience_s > self.unit_s
             && (off == 0
                 || self
@@ -149,7 +149,7 @@ impl Termination {
             && self
                 .fixed
                 .iter()
-                .all(|rank| is_sound(scenario, state, *rank));
+                .all(|rank| is_operational(scenario, state, *rank));
         if !is_covered {
             self.due = None;
             return Ok(());
@@ -193,7 +193,7 @@ impl Termination {
 fn useless(scenario: &Scenario, state: &WorldState) -> usize {
     let robots = state.robots.iter().enumerate();
     robots
-        .filter(|&(rank, robot)| robot.takes_part && !is_sound(scenario, state, rank))
+        .filter(|&(rank, robot)| robot.takes_part && !is_operational(scenario, state, rank))
         .count()
 }
 

@@ -27,7 +27,7 @@ fn setup() -> Setup {
 fn beginning() -> WorldState {
     let mut team = Team::new(setup(), LogLevel::Off, MemoryLog::default()).unwrap();
     team.tick().unwrap();
-    WorldState::of(team.simulation())
+    WorldState::from_simulation(team.simulation())
 }
 
 /// Advances the state by one tick.
@@ -50,7 +50,7 @@ fn check_changed(change: impl FnOnce(&mut WorldState)) -> Result<(), Violation> 
 fn violates(invariant: Invariant, what: &str, change: impl FnOnce(&mut WorldState)) {
     let violation = check_changed(change).unwrap_err();
     assert_eq!(violation.invariant, invariant, "{violation}");
-    assert!(violation.what.contains(what), "{violation}");
+    assert!(violation.description.contains(what), "{violation}");
     let line = violation.to_string();
     assert!(
         line.starts_with(&format!("{invariant}: tick 1: ")),
@@ -93,7 +93,7 @@ fn a_whole_mission_is_accepted() {
     let mut team = Team::new(setup(), LogLevel::Off, MemoryLog::default()).unwrap();
     let outcome = loop {
         let outcome = team.tick().unwrap();
-        invariants.see(team.simulation()).unwrap();
+        invariants.check_simulation(team.simulation()).unwrap();
         if let Some(outcome) = outcome {
             break outcome;
         }
@@ -190,8 +190,8 @@ fn ticks_that_are_left_out_or_do_not_end() {
     let mut invariants = Invariants::new(&setup());
     let mut team = Team::new(setup(), LogLevel::Off, MemoryLog::default()).unwrap();
     team.tick().unwrap();
-    invariants.see(team.simulation()).unwrap();
-    let stuck = invariants.see(team.simulation()).unwrap_err();
+    invariants.check_simulation(team.simulation()).unwrap();
+    let stuck = invariants.check_simulation(team.simulation()).unwrap_err();
     assert_eq!(
         stuck.to_string(),
         "ticks go on: tick 1: the tick does not end"
@@ -286,7 +286,7 @@ fn delivered_items_stay_at_the_deposit() {
     next(&mut state);
     state.items[0].position = before;
     let violation = invariants.check(&state).unwrap_err();
-    assert_eq!(violation.what, "item-0 has left its goal");
+    assert_eq!(violation.description, "item-0 has left its goal");
 }
 
 #[test]
@@ -337,7 +337,7 @@ fn an_obstacle_on_a_robot_can_only_be_left() {
             state.robots[1].pose.position = gold + Vec2::new(0.1 - way_m, 0.0);
             found = found.and_then(|()| invariants.check(&state));
         }
-        found.map_err(|violation| violation.what)
+        found.map_err(|violation| violation.description)
     };
     assert_eq!(ways(&[0.1, 0.1, 0.15, 0.2, 0.25]), Ok(()));
     assert!(
@@ -754,7 +754,7 @@ fn strewn_waste_is_found() {
         let mut team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
         let outcome = loop {
             let outcome = team.tick().unwrap();
-            invariants.see(team.simulation()).unwrap();
+            invariants.check_simulation(team.simulation()).unwrap();
             if let Some(outcome) = outcome {
                 break outcome;
             }

@@ -61,7 +61,7 @@ pub struct Rectangle {
 impl WorldState {
     /// Reads the state after the last tick.
     #[must_use]
-    pub fn of(simulation: &Simulation) -> Self {
+    pub fn from_simulation(simulation: &Simulation) -> Self {
         let (world, barrier) = (simulation.world(), simulation.barrier());
         let tick = simulation.tick().saturating_sub(1);
         let mut view = View::default();

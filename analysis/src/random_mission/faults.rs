@@ -11,7 +11,7 @@ use scenario::{Catalog, Obstacle, Robot, Scenario};
 use serde::{Deserialize, Serialize};
 use world_server::faults::campaign::{random_actuator_fault, random_sensor_fault};
 
-use super::Between;
+use super::CountRange;
 
 /// Longest duration of a fault, s.
 const LONGEST_S: f64 = 60.0;
@@ -24,7 +24,7 @@ const AT_ONCE: f64 = 0.05;
 /// Share of timed faults that recur.
 const PERIODIC: f64 = 0.02;
 /// Share of faults that never heal, of those that do not recur.
-const FOR_GOOD: f64 = 0.12;
+const PERMANENT: f64 = 0.12;
 
 /// The number and the time limit of random faults.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,8 +37,8 @@ pub struct RandomFaults {
 }
 
 impl RandomFaults {
-    pub(super) fn between(&self) -> Between {
-        Between {
+    pub(super) fn between(&self) -> CountRange {
+        CountRange {
             min: self.min,
             max: self.max,
         }
@@ -164,7 +164,7 @@ impl Dice<'_> {
         let mut order = Order::now(fault);
         if self.rng.random_bool(BY_EVENT) {
             order.when = Some(self.event());
-            if lasts && !self.rng.random_bool(FOR_GOOD) {
+            if lasts && !self.rng.random_bool(PERMANENT) {
                 order.for_s = Some(self.between(SHORTEST_S, LONGEST_S));
             }
             return order;
@@ -180,7 +180,7 @@ impl Dice<'_> {
             let every_s = self.between(20.0, 60.0);
             order.every_s = Some(every_s);
             order.for_s = lasts.then(|| self.between(SHORTEST_S, every_s / 2.0));
-        } else if lasts && !self.rng.random_bool(FOR_GOOD) {
+        } else if lasts && !self.rng.random_bool(PERMANENT) {
             order.for_s = Some(self.between(SHORTEST_S.min(longest_s), longest_s));
         }
         order
@@ -433,6 +433,6 @@ mod tests {
         let stays = |order: &Order| {
             order.when.is_none() && order.for_s.is_none() && !order.fault.is_instantaneous()
         };
-        near(share(stays), FOR_GOOD * 20.0 / 25.0);
+        near(share(stays), PERMANENT * 20.0 / 25.0);
     }
 }

@@ -34,11 +34,11 @@ const MOST_M: f32 = 100.0;
 #[serde(default, deny_unknown_fields)]
 pub struct RandomMission {
     /// The range of the room's width and height.
-    pub room: Option<Sides>,
+    pub room: Option<LengthRange>,
     /// The range of the number of obstacles; fewer if the room has no space.
-    pub obstacles: Option<Between>,
+    pub obstacles: Option<CountRange>,
     /// The range of the number of robots.
-    pub robots: Option<Between>,
+    pub robots: Option<CountRange>,
     /// Name of the mission whose tasks are drawn.
     pub mission: Option<String>,
     /// The range of the random faults.
@@ -48,7 +48,7 @@ pub struct RandomMission {
 /// A range of whole numbers with equal probability.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Between {
+pub struct CountRange {
     pub min: u32,
     pub max: u32,
 }
@@ -56,7 +56,7 @@ pub struct Between {
 /// A range of lengths, m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Sides {
+pub struct LengthRange {
     pub min: f32,
     pub max: f32,
 }
@@ -80,13 +80,13 @@ fn draw_of(name: &str) -> Option<DrawSection> {
         .random_section()
 }
 
-impl Between {
+impl CountRange {
     fn draw(self, rng: &mut ChaCha8Rng) -> u32 {
         rng.random_range(self.min..=self.max)
     }
 }
 
-impl Sides {
+impl LengthRange {
     /// Draws a length, rounded to two decimals for readability.
     fn draw(self, rng: &mut ChaCha8Rng) -> f32 {
         (rng.random_range(self.min..=self.max) * 100.0).round() / 100.0
@@ -96,7 +96,7 @@ impl Sides {
 impl RandomMission {
     /// Returns the first invalid value: its key, the problem and the remedy.
     #[must_use]
-    pub fn mistake(&self) -> Option<(&'static str, String, String)> {
+    pub fn first_error(&self) -> Option<(&'static str, String, String)> {
         let faults = self.faults.as_ref().map(|faults| faults.between());
         let counts = [
             ("obstacles", self.obstacles, 0),
@@ -104,7 +104,7 @@ impl RandomMission {
             ("faults", faults, 0),
         ];
         for (key, between, least) in counts {
-            let Some(Between { min, max }) = between else {
+            let Some(CountRange { min, max }) = between else {
                 continue;
             };
             if min < least || max < min || max > MOST {
@@ -113,7 +113,7 @@ impl RandomMission {
                 return Some((key, what, remedy));
             }
         }
-        if let Some(Sides { min, max }) = self.room
+        if let Some(LengthRange { min, max }) = self.room
             && !(LEAST_M <= min && min <= max && max <= MOST_M)
         {
             let what = format!("from {min} to {max} m does not fit");
@@ -190,12 +190,12 @@ mod tests {
 
     fn mission() -> RandomMission {
         RandomMission {
-            room: Some(Sides {
+            room: Some(LengthRange {
                 min: 6.0,
                 max: 16.0,
             }),
-            obstacles: Some(Between { min: 1, max: 8 }),
-            robots: Some(Between { min: 1, max: 8 }),
+            obstacles: Some(CountRange { min: 1, max: 8 }),
+            robots: Some(CountRange { min: 1, max: 8 }),
             mission: None,
             faults: Some(RandomFaults {
                 min: 0,
@@ -292,30 +292,30 @@ mod tests {
 
     #[test]
     fn numbers_that_do_not_fit_are_named() {
-        assert_eq!(mission().mistake(), None);
+        assert_eq!(mission().first_error(), None);
         let wrong = |change: fn(&mut RandomMission)| {
             let mut mission = mission();
             change(&mut mission);
-            mission.mistake().unwrap().0
+            mission.first_error().unwrap().0
         };
         assert_eq!(
-            wrong(|mission| mission.robots = Some(Between { min: 0, max: 3 })),
+            wrong(|mission| mission.robots = Some(CountRange { min: 0, max: 3 })),
             "robots"
         );
         assert_eq!(
-            wrong(|mission| mission.obstacles = Some(Between { min: 4, max: 3 })),
+            wrong(|mission| mission.obstacles = Some(CountRange { min: 4, max: 3 })),
             "obstacles"
         );
         assert_eq!(
-            wrong(|mission| mission.obstacles = Some(Between { min: 0, max: 101 })),
+            wrong(|mission| mission.obstacles = Some(CountRange { min: 0, max: 101 })),
             "obstacles"
         );
         assert_eq!(
-            wrong(|mission| mission.room = Some(Sides { min: 1.0, max: 9.0 })),
+            wrong(|mission| mission.room = Some(LengthRange { min: 1.0, max: 9.0 })),
             "room"
         );
         assert_eq!(
-            wrong(|mission| mission.room = Some(Sides {
+            wrong(|mission| mission.room = Some(LengthRange {
                 min: 9.0,
                 max: f32::NAN
             })),
@@ -324,7 +324,7 @@ mod tests {
         for name in ["waste", "no-such"] {
             let mut mission = mission();
             mission.mission = Some(name.to_owned());
-            let (key, what, remedy) = mission.mistake().unwrap();
+            let (key, what, remedy) = mission.first_error().unwrap();
             assert_eq!(
                 (key, what),
                 (
@@ -337,7 +337,7 @@ mod tests {
         for until_s in [0.0, f64::NAN, 1e9] {
             let mut mission = mission();
             mission.faults.as_mut().unwrap().until_s = until_s;
-            assert_eq!(mission.mistake().unwrap().0, "faults");
+            assert_eq!(mission.first_error().unwrap().0, "faults");
         }
     }
 }

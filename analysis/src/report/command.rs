@@ -9,15 +9,15 @@ use anyhow::{Context, anyhow, bail};
 use clap::Args;
 use run_log::{LogLevel, RunLog};
 use scenario::time::{SimTime, seconds};
-use terminal::tell;
+use terminal::stderr_line;
 
 use super::comparison_page::{SIDES, page_of_two};
 use super::figures::canvas::{Sheet, TEXT_PX, WIDTH_PX};
-use super::figures::{Figure, Room, Wanted, figures};
+use super::figures::{Figure, FigureSelection, Room, figures};
 use super::history::History;
-use super::made::Made;
+use super::made::RunOrigin;
 use super::metrics::Metrics;
-use super::page::{Part, page};
+use super::page::{RunSection, page};
 use super::pdf;
 use crate::diff::compare;
 use crate::replay_views::retrace;
@@ -38,12 +38,12 @@ pub struct ReportCommand {
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     #[command(flatten)]
-    look: Look,
+    look: FigureOptions,
 }
 
 /// Options for the content and the size of figures.
 #[derive(Args, Clone, Debug, Default)]
-pub struct Look {
+pub struct FigureOptions {
     /// Figures begin at this simulated time, such as 60s, 1.5s or 2min [default: the start]
     #[arg(long, value_name = "TIME", value_parser = seconds)]
     pub from: Option<f64>,
@@ -67,11 +67,15 @@ pub struct Look {
     pub pdf: bool,
 }
 
-impl Look {
+impl FigureOptions {
     /// Checks that figures of this size and format can be made.
     fn check(&self) -> anyhow::Result<()> {
         self.sheet()?;
-        if self.pdf { pdf::is_there() } else { Ok(()) }
+        if self.pdf {
+            pdf::check_built_in()
+        } else {
+            Ok(())
+        }
     }
 
     /// Returns the sheet for the chosen width and font size.
@@ -105,13 +109,13 @@ impl ReportCommand {
         match made {
             Ok(notes) => {
                 for note in notes {
-                    tell!("note: {note}");
+                    stderr_line!("note: {note}");
                 }
-                tell!("report  {}", out.join("report.html").display());
+                stderr_line!("report  {}", out.join("report.html").display());
                 ExitCode::SUCCESS
             }
             Err(error) => {
-                tell!("alliance report: {error:#}");
+                stderr_line!("alliance report: {error:#}");
                 ExitCode::from(2)
             }
         }
@@ -126,13 +130,13 @@ struct Shown {
 }
 
 impl Shown {
-    fn of(folder: &Path, look: &Look, notes: &mut Vec<String>) -> anyhow::Result<Self> {
+    fn of(folder: &Path, look: &FigureOptions, notes: &mut Vec<String>) -> anyhow::Result<Self> {
         // The source of this error repeats its text, so only the text is kept.
         let logged = RunLog::open(folder, &Registry::current().vocabulary())
             .map_err(|error| anyhow!("{} is not a run folder: {error}", folder.display()))?;
         let (log, rooms) = full_log(logged, &look.snapshot, notes)?;
         let history = History::read(&log).map_err(|error| anyhow!("{error}"))?;
-        let metrics = Metrics::of(&history, &log.run);
+        let metrics = Metrics::compute(&history, &log.run);
         Ok(Self {
             log,
             rooms,
@@ -142,8 +146,13 @@ impl Shown {
     }
 
     /// Returns the page part of this run, with axes that reach to `end`.
-    fn part(&mut self, folder: &Path, look: &Look, end: SimTime) -> anyhow::Result<Part<'_>> {
-        let wanted = Wanted {
+    fn part(
+        &mut self,
+        folder: &Path,
+        look: &FigureOptions,
+        end: SimTime,
+    ) -> anyhow::Result<RunSection<'_>> {
+        let wanted = FigureSelection {
             sheet: look.sheet()?,
             from_s: look.from,
             to_s: look.to,
@@ -151,12 +160,12 @@ impl Shown {
             only: look.only.clone(),
             rooms: std::mem::take(&mut self.rooms),
         };
-        Ok(Part {
+        Ok(RunSection {
             run: &self.log.run,
             history: &self.history,
             metrics: &self.metrics,
             figures: figures(&self.history, &self.metrics, &wanted)?,
-            made: Made::of(folder, &wanted),
+            made: RunOrigin::of(folder, &wanted),
         })
     }
 }
@@ -165,7 +174,7 @@ impl Shown {
 ///
 /// # Errors
 /// Returns an error when the folder contains no readable run, the options do not fit, or a file cannot be written.
-pub fn report(folder: &Path, out: &Path, look: &Look) -> anyhow::Result<Vec<String>> {
+pub fn report(folder: &Path, out: &Path, look: &FigureOptions) -> anyhow::Result<Vec<String>> {
     look.check()?;
     let mut notes = Vec::new();
     let mut shown = Shown::of(folder, look, &mut notes)?;
@@ -179,7 +188,11 @@ pub fn report(folder: &Path, out: &Path, look: &Look) -> anyhow::Result<Vec<Stri
 }
 
 /// Writes a report of two runs side by side and returns notes for the reader.
-fn report_of_two(folders: [&PathBuf; 2], out: &Path, look: &Look) -> anyhow::Result<Vec<String>> {
+fn report_of_two(
+    folders: [&PathBuf; 2],
+    out: &Path,
+    look: &FigureOptions,
+) -> anyhow::Result<Vec<String>> {
     look.check()?;
     let mut notes = Vec::new();
     let mut a = Shown::of(folders[0], look, &mut notes)?;
@@ -254,7 +267,7 @@ fn write_figures(out: &Path, figures: &[Figure], with_pdf: bool) -> anyhow::Resu
     for Figure { name, svg, .. } in figures {
         write(&out.join(format!("{name}.svg")), svg.as_bytes())?;
         if with_pdf {
-            let bytes = pdf::of(svg).with_context(|| name.clone())?;
+            let bytes = pdf::from_svg(svg).with_context(|| name.clone())?;
             write(&out.join(format!("{name}.pdf")), &bytes)?;
         }
     }
@@ -331,7 +344,7 @@ mod tests {
         let folder = run(LogLevel::Full);
         let out = folder.path().join("elsewhere/report");
         assert_eq!(
-            report(folder.path(), &out, &Look::default()).unwrap(),
+            report(folder.path(), &out, &FigureOptions::default()).unwrap(),
             [""; 0]
         );
         assert_eq!(files(&out), FILES);
@@ -363,7 +376,7 @@ mod tests {
             report(
                 folder.path(),
                 &folder.path().join("report"),
-                &Look::default(),
+                &FigureOptions::default(),
             )
             .unwrap();
         }
@@ -387,7 +400,8 @@ mod tests {
     #[test]
     fn a_folder_without_a_run_is_refused_in_one_line() {
         let refusal = |folder: &Path| {
-            let error = report(folder, &folder.join("report"), &Look::default()).unwrap_err();
+            let error =
+                report(folder, &folder.join("report"), &FigureOptions::default()).unwrap_err();
             assert!(!folder.join("report").exists());
             format!("{error:#}")
         };
@@ -406,7 +420,7 @@ mod tests {
         let [full, off] = [LogLevel::Full, LogLevel::Off].map(|level| {
             let folder = run(level);
             let out = folder.path().join("report");
-            let notes = report(folder.path(), &out, &Look::default()).unwrap();
+            let notes = report(folder.path(), &out, &FigureOptions::default()).unwrap();
             let gantt = fs::read_to_string(out.join("gantt.svg")).unwrap();
             assert_eq!(files(&out), FILES);
             (notes, gantt)
@@ -423,7 +437,7 @@ mod tests {
         let short = run_until("nearest", 40.0, LogLevel::Full);
         let out = full.path().join("two");
         let folders = [&full, &short].map(|folder| folder.path().to_owned());
-        let notes = report_of_two(folders.each_ref(), &out, &Look::default()).unwrap();
+        let notes = report_of_two(folders.each_ref(), &out, &FigureOptions::default()).unwrap();
         assert_eq!(notes, [""; 0]);
         assert_eq!(files(&out), ["a", "b", "report.html"]);
         let figures = FILES.into_iter().filter(|file| file.ends_with(".svg"));
@@ -452,7 +466,8 @@ mod tests {
             let gantt = fs::read_to_string(out.join(side).join("gantt.svg")).unwrap();
             assert!(gantt.contains(">\n80\n</text>"), "{side}");
         }
-        let error = report_of_two([&folders[0], &out], &out, &Look::default()).unwrap_err();
+        let error =
+            report_of_two([&folders[0], &out], &out, &FigureOptions::default()).unwrap_err();
         assert!(
             error
                 .to_string()
@@ -460,7 +475,7 @@ mod tests {
         );
     }
 
-    fn report_files(folder: &TempDir, look: &Look) -> Result<Vec<String>, String> {
+    fn report_files(folder: &TempDir, look: &FigureOptions) -> Result<Vec<String>, String> {
         let out = TempDir::new().unwrap();
         match report(folder.path(), out.path(), look) {
             Ok(_) => Ok(files(out.path())),
@@ -471,14 +486,14 @@ mod tests {
     #[test]
     fn a_part_of_a_run_and_only_some_figures() {
         let folder = run(LogLevel::Full);
-        let look = Look {
+        let look = FigureOptions {
             only: vec!["gantt".to_owned(), "room-at-50s".to_owned()],
             from: Some(40.0),
             to: Some(60.0),
             snapshot: vec![50.02],
             width: Some(500.0),
             font_size: Some(9.0),
-            ..Look::default()
+            ..FigureOptions::default()
         };
         let out = folder.path().join("report");
         report(folder.path(), &out, &look).unwrap();
@@ -508,8 +523,8 @@ mod tests {
     #[test]
     fn an_impossible_option_is_refused_in_one_line() {
         let folder = run(LogLevel::Full);
-        let refusal = |change: &dyn Fn(&mut Look)| {
-            let mut look = Look::default();
+        let refusal = |change: &dyn Fn(&mut FigureOptions)| {
+            let mut look = FigureOptions::default();
             change(&mut look);
             report_files(&folder, &look).unwrap_err()
         };

@@ -2,7 +2,7 @@
 
 use maud::{DOCTYPE, Markup, html};
 
-use super::page::{Frames, Part, definitions, facts, tables};
+use super::page::{InlineFigures, RunSection, definitions, facts, tables};
 use crate::page_head::head;
 
 /// The folders of both runs' figures, relative to the page.
@@ -21,11 +21,11 @@ tr.differs td { font-weight: bold }
 #[must_use]
 pub fn page_of_two(
     names: &[String; 2],
-    parts: &[Part<'_>; 2],
+    parts: &[RunSection<'_>; 2],
     difference: &str,
 ) -> (String, usize) {
     let [a, b] = parts;
-    let mut frames = Frames::new();
+    let mut frames = InlineFigures::new();
     let pairs: Vec<Markup> = figure_names(parts)
         .into_iter()
         .map(|name| {
@@ -72,7 +72,7 @@ fn beside(left: &Markup, right: &Markup) -> Markup {
 }
 
 /// Returns the names of the figures of either run, in the order of the first page.
-fn figure_names<'p>(parts: &'p [Part<'_>; 2]) -> Vec<&'p str> {
+fn figure_names<'p>(parts: &'p [RunSection<'_>; 2]) -> Vec<&'p str> {
     let mut names: Vec<&str> = Vec::new();
     for figure in parts.iter().flat_map(|part| &part.figures) {
         if !names.contains(&figure.name.as_str()) {
@@ -83,7 +83,7 @@ fn figure_names<'p>(parts: &'p [Part<'_>; 2]) -> Vec<&'p str> {
 }
 
 /// Returns the facts of both runs. Differing values are highlighted.
-fn both(a: &Part<'_>, b: &Part<'_>) -> Markup {
+fn both(a: &RunSection<'_>, b: &RunSection<'_>) -> Markup {
     let (of_a, of_b) = (facts(a), facts(b));
     let value = |facts: &[(String, Markup)], name: &str| {
         let mut found = facts.iter().filter(|(other, _)| other == name);

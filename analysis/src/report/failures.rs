@@ -20,32 +20,32 @@ pub struct Failure {
     pub robot: usize,
     pub loss: Loss,
     /// The time when the robot took part again.
-    pub back: Option<SimTime>,
+    pub returned_at: Option<SimTime>,
     /// The task that the robot was executing, and its outcome.
-    pub orphan: Option<Orphan>,
+    pub orphan: Option<OrphanedTask>,
 }
 
 /// A task whose robot was lost.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Orphan {
+pub struct OrphanedTask {
     pub task: TaskId,
     /// The first teammate that stopped counting on the robot, before its return.
     pub detection: Option<Detection>,
     /// The continuation of the task.
-    pub aftermath: Aftermath,
+    pub aftermath: OrphanOutcome,
 }
 
 /// The detection of a loss by a teammate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Detection {
     pub at: SimTime,
-    pub by: usize,
-    pub sign: Sign,
+    pub robot: usize,
+    pub sign: DetectionSign,
 }
 
 /// The sign by which the log shows that a teammate no longer counts on a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Sign {
+pub enum DetectionSign {
     /// The teammate's τ has passed since it last received the robot's claim of the task.
     Silence,
     /// The teammate's impatience rate for the task rose to δ_fast.
@@ -56,7 +56,7 @@ pub enum Sign {
 
 /// The outcome for a task whose robot was lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Aftermath {
+pub enum OrphanOutcome {
     /// A teammate was already executing the task at the loss.
     Covered { by: usize },
     /// A teammate activated the task next.
@@ -64,7 +64,7 @@ pub enum Aftermath {
     /// The robot itself returned before any teammate activated the task.
     Resumed { at: SimTime },
     /// No robot has executed the task since.
-    Nobody,
+    Abandoned,
 }
 
 /// The activation of an exclusive task that another robot had not finished.
@@ -74,17 +74,17 @@ pub struct Takeover {
     pub task: TaskId,
     /// Rank of the last robot that had activated the task.
     pub from: usize,
-    pub by: usize,
+    pub robot: usize,
     /// The time of the last progress: the loss of the previous robot; otherwise the latest effect of its stint, or its
     /// activation.
-    pub stood_since: SimTime,
+    pub idle_since: SimTime,
     /// The state of the previous robot.
-    pub cause: Cause,
+    pub cause: TakeoverCause,
 }
 
 /// The reason why a takeover was possible.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Cause {
+pub enum TakeoverCause {
     Lost(Loss),
     /// The previous robot left the task for this reason, as in events.csv.
     Left(String),
@@ -105,7 +105,7 @@ impl Takeover {
     /// Returns the time without progress before the takeover.
     #[must_use]
     pub fn latency(&self) -> SimTime {
-        self.at.since(self.stood_since)
+        self.at.since(self.idle_since)
     }
 }
 
@@ -127,13 +127,13 @@ pub fn failures(history: &History, stints: &[Stint]) -> Vec<Failure> {
                 at,
                 robot,
                 loss,
-                back: present.find(|span| span.from > at).map(|span| span.from),
+                returned_at: present.find(|span| span.from > at).map(|span| span.from),
                 orphan: None,
             };
             let stint = stints
                 .iter()
                 .find(|stint| failure.ended(stint, history.step));
-            failure.orphan = stint.map(|stint| Orphan {
+            failure.orphan = stint.map(|stint| OrphanedTask {
                 task: stint.task,
                 detection: detection(history, &failure, stint.task),
                 aftermath: aftermath(stints, &failure, stint.task),
@@ -144,25 +144,29 @@ pub fn failures(history: &History, stints: &[Stint]) -> Vec<Failure> {
 }
 
 fn detection(history: &History, failure: &Failure, task: TaskId) -> Option<Detection> {
-    let until = failure.back.unwrap_or(history.end);
+    let until = failure.returned_at.unwrap_or(history.end);
     history
         .behaviors_for(task)
         .filter(|(by, _)| *by != failure.robot)
         .flat_map(|(by, set)| {
             let later = |moment: &SimTime| *moment > failure.at;
-            let hurried = set.hurries.iter().copied().find(later);
+            let hurried = set.impatience_rises.iter().copied().find(later);
             let activated = set.active.iter().map(|span| span.from).find(later);
             let signs = [
-                (silence(history, by, set, failure), Sign::Silence),
-                (hurried, Sign::Impatience),
-                (activated, Sign::Activation),
+                (silence(history, by, set, failure), DetectionSign::Silence),
+                (hurried, DetectionSign::Impatience),
+                (activated, DetectionSign::Activation),
             ];
-            signs
-                .into_iter()
-                .filter_map(move |(at, sign)| Some(Detection { at: at?, by, sign }))
+            signs.into_iter().filter_map(move |(at, sign)| {
+                Some(Detection {
+                    at: at?,
+                    robot: by,
+                    sign,
+                })
+            })
         })
         .filter(|detection| detection.at < until)
-        .min_by_key(|detection| (detection.at, detection.sign, detection.by))
+        .min_by_key(|detection| (detection.at, detection.sign, detection.robot))
 }
 
 /// Returns the tick in which the τ of `by` passes after the last received claim of the lost robot. Returns `None` if τ
@@ -170,7 +174,7 @@ fn detection(history: &History, failure: &Failure, task: TaskId) -> Option<Detec
 fn silence(history: &History, by: usize, set: &SetHistory, failure: &Failure) -> Option<SimTime> {
     let teammate = &history.robots[by];
     // The broadcast of the last step arrives in the next step.
-    let last = teammate.heard.iter().rev().find(|claim| {
+    let last = teammate.received_claims.iter().rev().find(|claim| {
         claim.sender == failure.robot
             && claim.task == set.task
             && claim.at <= failure.at + history.step
@@ -180,22 +184,22 @@ fn silence(history: &History, by: usize, set: &SetHistory, failure: &Failure) ->
     (tick > failure.at && teammate.present.contains(tick)).then_some(tick)
 }
 
-fn aftermath(stints: &[Stint], failure: &Failure, task: TaskId) -> Aftermath {
+fn aftermath(stints: &[Stint], failure: &Failure, task: TaskId) -> OrphanOutcome {
     let on_task = || stints.iter().filter(|stint| stint.task == task);
     let covers = |stint: &&Stint| {
         let Span { from, to } = stint.span;
         stint.robot != failure.robot && from <= failure.at && failure.at < to
     };
     if let Some(stint) = on_task().find(covers) {
-        return Aftermath::Covered { by: stint.robot };
+        return OrphanOutcome::Covered { by: stint.robot };
     }
     match on_task().find(|stint| stint.span.from > failure.at) {
-        Some(next) if next.robot == failure.robot => Aftermath::Resumed { at: next.span.from },
-        Some(next) => Aftermath::TakenOver {
+        Some(next) if next.robot == failure.robot => OrphanOutcome::Resumed { at: next.span.from },
+        Some(next) => OrphanOutcome::TakenOver {
             at: next.span.from,
             by: next.robot,
         },
-        None => Aftermath::Nobody,
+        None => OrphanOutcome::Abandoned,
     }
 }
 
@@ -249,22 +253,22 @@ fn takeover(
     }
     let idle_since = before.idle_since(at);
     let (stood_since, cause) = match &before.end {
-        _ if before.span.to > at => (idle_since, Cause::StillActive),
+        _ if before.span.to > at => (idle_since, TakeoverCause::StillActive),
         StintEnd::Left(reason) if reason == "not-applicable" => return None,
-        StintEnd::Left(reason) => (idle_since, Cause::Left(reason.clone())),
+        StintEnd::Left(reason) => (idle_since, TakeoverCause::Left(reason.clone())),
         StintEnd::Absent | StintEnd::Ongoing => {
             let failure = failures
                 .iter()
                 .find(|failure| failure.ended(before, history.step))?;
-            (failure.at, Cause::Lost(failure.loss))
+            (failure.at, TakeoverCause::Lost(failure.loss))
         }
     };
     Some(Takeover {
         at,
         task: after.task,
         from: before.robot,
-        by: after.robot,
-        stood_since,
+        robot: after.robot,
+        idle_since: stood_since,
         cause,
     })
 }

@@ -7,16 +7,16 @@ use super::spans::Span;
 
 /// An event that the report lists as a fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Fault {
+pub struct FaultMark {
     pub at: SimTime,
     pub label: String,
     /// The detail from the log; may be empty.
     pub detail: String,
-    pub phase: Phase,
+    pub phase: FaultMarkPhase,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
+pub enum FaultMarkPhase {
     Begin,
     /// The end of the fault, or its announcement before the start.
     End,
@@ -26,24 +26,26 @@ pub enum Phase {
 
 /// Returns all faults in order of time. Joins at the start do not count.
 #[must_use]
-pub fn faults(events: &[EventRow]) -> Vec<Fault> {
+pub fn faults(events: &[EventRow]) -> Vec<FaultMark> {
     events.iter().filter_map(fault).collect()
 }
 
-fn fault(event: &EventRow) -> Option<Fault> {
+fn fault(event: &EventRow) -> Option<FaultMark> {
     let EventRow { robot, subject, .. } = event;
     let (phase, label) = match event.kind.as_str() {
-        "gone" => (Phase::Begin, format!("{robot} died")),
-        "stalled" => (Phase::Begin, format!("{robot} stopped")),
-        "back" => (Phase::End, format!("{robot} back")),
-        "joined" if event.t_ms > SimTime::ZERO => (Phase::End, format!("{robot} joined")),
-        "lost" => (Phase::Hit, format!("{robot} lost a message")),
-        "hit" => (Phase::Hit, format!("{subject} hit")),
-        kind @ ("applied" | "failed") => (Phase::Begin, format!("{subject} {kind}")),
-        kind @ ("armed" | "healed" | "cleared") => (Phase::End, format!("{subject} {kind}")),
+        "gone" => (FaultMarkPhase::Begin, format!("{robot} died")),
+        "stalled" => (FaultMarkPhase::Begin, format!("{robot} stopped")),
+        "back" => (FaultMarkPhase::End, format!("{robot} back")),
+        "joined" if event.t_ms > SimTime::ZERO => (FaultMarkPhase::End, format!("{robot} joined")),
+        "lost" => (FaultMarkPhase::Hit, format!("{robot} lost a message")),
+        "hit" => (FaultMarkPhase::Hit, format!("{subject} hit")),
+        kind @ ("applied" | "failed") => (FaultMarkPhase::Begin, format!("{subject} {kind}")),
+        kind @ ("armed" | "healed" | "cleared") => {
+            (FaultMarkPhase::End, format!("{subject} {kind}"))
+        }
         _ => return None,
     };
-    Some(Fault {
+    Some(FaultMark {
         at: event.t_ms,
         label,
         detail: event.detail.clone(),
@@ -227,17 +229,17 @@ mod tests {
             .map(|fault| (fault.at.0, fault.label, fault.phase))
             .collect();
         let expected = [
-            (100, "cut armed", Phase::End),
-            (150, "cut applied", Phase::Begin),
-            (200, "cut hit", Phase::Hit),
-            (250, "blue lost a message", Phase::Hit),
-            (300, "cut healed", Phase::End),
-            (350, "gold died", Phase::Begin),
-            (400, "gold joined", Phase::End),
-            (450, "green stopped", Phase::Begin),
-            (500, "green back", Phase::End),
-            (550, "push failed", Phase::Begin),
-            (600, "push cleared", Phase::End),
+            (100, "cut armed", FaultMarkPhase::End),
+            (150, "cut applied", FaultMarkPhase::Begin),
+            (200, "cut hit", FaultMarkPhase::Hit),
+            (250, "blue lost a message", FaultMarkPhase::Hit),
+            (300, "cut healed", FaultMarkPhase::End),
+            (350, "gold died", FaultMarkPhase::Begin),
+            (400, "gold joined", FaultMarkPhase::End),
+            (450, "green stopped", FaultMarkPhase::Begin),
+            (500, "green back", FaultMarkPhase::End),
+            (550, "push failed", FaultMarkPhase::Begin),
+            (600, "push cleared", FaultMarkPhase::End),
         ]
         .map(|(at, label, phase)| (at, label.to_owned(), phase));
         assert_eq!(found, expected);

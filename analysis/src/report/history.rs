@@ -46,12 +46,12 @@ pub struct RobotHistory {
     /// The meaning of the behavior sets' levels.
     pub measure: LevelUnit,
     /// Task claims from teammates, in order of receipt.
-    pub heard: Vec<Claim>,
+    pub received_claims: Vec<ReceivedClaim>,
     /// The position at the start of each tick.
-    pub track: Vec<Place>,
+    pub track: Vec<TrackPoint>,
     /// The claims in `heard`, plus messages of teammates that wait for a task. Under some presets, these messages also
     /// reset motivations.
-    may_reset: Vec<Claim>,
+    may_reset: Vec<ReceivedClaim>,
 }
 
 /// The log data of one behavior set of one robot. Each tick lasts until the start of the next one.
@@ -70,14 +70,14 @@ pub struct SetHistory {
     /// Steps in which impatience_reset = 0 reduced the motivation.
     pub resets: Vec<Reset>,
     /// Steps in which the impatience rate rose to δ_fast.
-    pub hurries: Vec<SimTime>,
+    pub impatience_rises: Vec<SimTime>,
     /// The impatience rate in the latest step, motivation/s.
     impatience: f64,
 }
 
 /// A message that the sender executes or has done a task. comm_received counts it under every preset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Claim {
+pub struct ReceivedClaim {
     /// The time of receipt.
     pub at: SimTime,
     pub sender: usize,
@@ -93,7 +93,7 @@ pub struct Reset {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct TrackPoint {
     /// Center of the body, m.
     pub position: (f64, f64),
     /// `true` if the gripper held an item.
@@ -178,7 +178,7 @@ impl History {
                     })
                     .collect(),
                 measure: LevelUnit::Motivation,
-                heard: Vec::new(),
+                received_claims: Vec::new(),
                 track: Vec::new(),
                 may_reset: Vec::new(),
             })
@@ -283,14 +283,14 @@ impl History {
         let task = self
             .task_named(&row.task)
             .ok_or_else(|| unknown(TABLE, &row.task))?;
-        let claim = Claim {
+        let claim = ReceivedClaim {
             at: row.t_ms,
             sender,
             task,
         };
         let receiver = &mut self.robots[receiver];
         if claims {
-            receiver.heard.push(claim);
+            receiver.received_claims.push(claim);
         }
         receiver.may_reset.push(claim);
         Ok(())
@@ -308,7 +308,7 @@ impl History {
                 set.active.push(tick);
             }
         }
-        robot.track.push(Place {
+        robot.track.push(TrackPoint {
             position: (row.x_m.into(), row.y_m.into()),
             carrying: row.carrying,
             energy_j: row.energy.map(f64::from),
@@ -422,7 +422,7 @@ impl SetHistory {
             active: Spans::default(),
             waiting: Spans::default(),
             resets: Vec::new(),
-            hurries: Vec::new(),
+            impatience_rises: Vec::new(),
         }
     }
 
@@ -434,7 +434,7 @@ impl SetHistory {
         }
         let fast = self.params.fast_impatience;
         if self.impatience < fast && row.impatience >= fast {
-            self.hurries.push(tick.from);
+            self.impatience_rises.push(tick.from);
         }
         self.impatience = row.impatience;
         self.levels.push((tick.from, row.motivation));

@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::time::{Duration, UNIX_EPOCH};
 
-use super::figures::Wanted;
+use super::figures::FigureSelection;
 
 /// Facts that a replay does not reproduce, and the shown part of the run.
 #[derive(Clone, Debug, Default)]
-pub struct Made {
+pub struct RunOrigin {
     /// The start time, UTC.
     pub date: Option<String>,
     pub command: Option<String>,
@@ -15,10 +15,10 @@ pub struct Made {
     pub window: Option<String>,
 }
 
-impl Made {
+impl RunOrigin {
     /// Reads host.json. A killed run has no such file.
     #[must_use]
-    pub fn of(folder: &Path, wanted: &Wanted) -> Self {
+    pub fn of(folder: &Path, wanted: &FigureSelection) -> Self {
         let text = std::fs::read(folder.join("host.json")).unwrap_or_default();
         let host: serde_json::Value = serde_json::from_slice(&text).unwrap_or_default();
         let started = host["started_unix_ms"].as_u64();

@@ -33,12 +33,12 @@ pub struct RobotMetrics {
     pub idle: SimTime,
     pub activations: u32,
     /// The sent messages; `None` until run.json has a result, because the log lists broadcasts only by receiver.
-    pub sent: Option<Sent>,
+    pub sent: Option<SentTotals>,
 }
 
 /// The broadcasts of a robot. Each broadcast counts once, independent of its receivers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sent {
+pub struct SentTotals {
     pub messages: u64,
     /// The published payload bytes: encoded and sealed, without the overhead of zenoh and TCP.
     pub bytes: u64,
@@ -61,13 +61,13 @@ pub struct Recurring {
     pub event: &'static str,
     /// The wanted period; `None` if the mission has none.
     pub period: Option<SimTime>,
-    pub moments: Vec<Moment>,
+    pub moments: Vec<Occurrence>,
     /// The excess over the period at the end of the log, counted from the latest event or the start.
     pub overdue: SimTime,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Moment {
+pub struct Occurrence {
     pub at: SimTime,
     /// Rank of the robot; `None` if run.json has no such name.
     pub by: Option<usize>,
@@ -91,7 +91,7 @@ impl RobotMetrics {
     }
 }
 
-impl Sent {
+impl SentTotals {
     /// Returns broadcasts and bytes per second of `time`.
     #[must_use]
     pub fn per_s(&self, time: SimTime) -> (f64, f64) {
@@ -112,7 +112,7 @@ fn rate(amount: f64, time: SimTime) -> f64 {
 impl Metrics {
     /// Computes all metrics. `run` provides the outcome and the sent messages.
     #[must_use]
-    pub fn of(history: &History, run: &RunFile) -> Self {
+    pub fn compute(history: &History, run: &RunFile) -> Self {
         let stints = stints(history);
         let failures = failures(history, &stints);
         let takeovers = takeovers(history, &stints, &failures);
@@ -147,7 +147,7 @@ fn robot(history: &History, rank: usize, figures: Option<&RobotFigures>) -> Robo
         present: robot.present.total(),
         idle: robot.present.without(&robot.active()).total(),
         activations: activated.count() as u32,
-        sent: figures.map(|figures| Sent {
+        sent: figures.map(|figures| SentTotals {
             messages: figures.messages_sent,
             bytes: figures.bytes_sent,
         }),
@@ -190,7 +190,7 @@ fn recurring(history: &History) -> Vec<Recurring> {
                 .map(|row| {
                     let interval = row.t_ms.since(before);
                     before = row.t_ms;
-                    Moment {
+                    Occurrence {
                         at: row.t_ms,
                         by: history.rank(&row.robot),
                         interval,

@@ -6,11 +6,11 @@ use scenario::mission::FigureValue;
 use scenario::mission::columns::{display_name, format_value, short_summary};
 use scenario::time::SimTime;
 
-use super::failures::{Aftermath, Cause, Loss, Sign};
-use super::faults::{Fault, Phase, faults};
+use super::failures::{DetectionSign, Loss, OrphanOutcome, TakeoverCause};
+use super::faults::{FaultMark, FaultMarkPhase, faults};
 use super::figures::Figure;
 use super::history::History;
-use super::made::Made;
+use super::made::RunOrigin;
 use super::metrics::{Metrics, Recurring};
 use crate::page_head::head;
 
@@ -82,22 +82,22 @@ const DEFINITIONS: [(&str, &str); 12] = [
 ];
 
 /// The data that a page shows of one run.
-pub struct Part<'r> {
+pub struct RunSection<'r> {
     pub run: &'r RunFile,
     pub history: &'r History,
     pub metrics: &'r Metrics,
     pub figures: Vec<Figure>,
-    pub made: Made,
+    pub made: RunOrigin,
 }
 
 /// The inline figures of a page, up to a size limit.
-pub(super) struct Frames {
+pub(super) struct InlineFigures {
     room: usize,
     /// The number of figures without room.
     pub left_out: usize,
 }
 
-impl Frames {
+impl InlineFigures {
     pub fn new() -> Self {
         Self {
             room: INLINE_BYTES,
@@ -124,15 +124,15 @@ impl Frames {
 
 /// Returns the page and the number of figures left out.
 #[must_use]
-pub fn page(part: &Part<'_>) -> (String, usize) {
-    let Part {
+pub fn page(part: &RunSection<'_>) -> (String, usize) {
+    let RunSection {
         run,
         history,
         metrics,
         figures,
         made,
     } = part;
-    let mut frames = Frames::new();
+    let mut frames = InlineFigures::new();
     let shown: Vec<Markup> = figures
         .iter()
         .map(|figure| frames.put(figure, ""))
@@ -182,8 +182,8 @@ pub(super) fn definitions() -> Markup {
     }
 }
 
-pub(super) fn tables(part: &Part<'_>) -> [(&'static str, Markup); 6] {
-    let Part {
+pub(super) fn tables(part: &RunSection<'_>) -> [(&'static str, Markup); 6] {
+    let RunSection {
         run,
         history,
         metrics,
@@ -200,8 +200,8 @@ pub(super) fn tables(part: &Part<'_>) -> [(&'static str, Markup); 6] {
 }
 
 /// Returns setup and result of a run as named values.
-pub(super) fn facts(part: &Part<'_>) -> Vec<(String, Markup)> {
-    let Part {
+pub(super) fn facts(part: &RunSection<'_>) -> Vec<(String, Markup)> {
+    let RunSection {
         run,
         history,
         metrics,
@@ -226,7 +226,7 @@ pub(super) fn facts(part: &Part<'_>) -> Vec<(String, Markup)> {
     let (lost, live): (Vec<_>, Vec<_>) = metrics
         .takeovers
         .iter()
-        .partition(|takeover| matches!(takeover.cause, Cause::Lost(_)));
+        .partition(|takeover| matches!(takeover.cause, TakeoverCause::Lost(_)));
     let latencies = |takeovers: &[&super::failures::Takeover]| {
         summary(takeovers.iter().map(|takeover| takeover.latency()))
     };
@@ -426,7 +426,7 @@ fn losses(history: &History, metrics: &Metrics) -> Markup {
                     tr {
                         td { (seconds(failure.at)) }
                         td.text { (name(history, failure.robot)) " " (loss(failure.loss)) }
-                        td.text { (failure.back.map_or_else(|| "never".to_owned(), seconds)) }
+                        td.text { (failure.returned_at.map_or_else(|| "never".to_owned(), seconds)) }
                         @match &failure.orphan {
                             None => { td.text { "none" } td.text { "" } td.text { "" } },
                             Some(orphan) => {
@@ -434,7 +434,7 @@ fn losses(history: &History, metrics: &Metrics) -> Markup {
                                 td.text {
                                     @match orphan.detection {
                                         Some(found) => {
-                                            (seconds(found.at.since(failure.at))) " by " (name(history, found.by))
+                                            (seconds(found.at.since(failure.at))) " by " (name(history, found.robot))
                                             " (" (sign(found.sign)) ")"
                                         },
                                         None => "not detected",
@@ -465,14 +465,14 @@ fn takeovers(history: &History, metrics: &Metrics) -> Markup {
                         td { (seconds(takeover.at)) }
                         td.text { (history.catalog.task_name(takeover.task)) }
                         td.text { (name(history, takeover.from)) }
-                        td.text { (name(history, takeover.by)) }
+                        td.text { (name(history, takeover.robot)) }
                         td { (seconds(takeover.latency())) }
                         td.text {
                             (name(history, takeover.from)) " "
                             @match &takeover.cause {
-                                Cause::Lost(how) => (loss(*how)),
-                                Cause::Left(reason) => { "left: " (reason) },
-                                Cause::StillActive => "was still active",
+                                TakeoverCause::Lost(how) => (loss(*how)),
+                                TakeoverCause::Left(reason) => { "left: " (reason) },
+                                TakeoverCause::StillActive => "was still active",
                             }
                         }
                     }
@@ -482,15 +482,19 @@ fn takeovers(history: &History, metrics: &Metrics) -> Markup {
     }
 }
 
-fn fault_table(faults: &[Fault]) -> Markup {
+fn fault_table(faults: &[FaultMark]) -> Markup {
     if faults.is_empty() {
         return html! { p.note { "The log has no faults." } };
     }
     let hits = faults
         .iter()
-        .filter(|fault| fault.phase == Phase::Hit)
+        .filter(|fault| fault.phase == FaultMarkPhase::Hit)
         .count();
-    let named = || faults.iter().filter(|fault| fault.phase != Phase::Hit);
+    let named = || {
+        faults
+            .iter()
+            .filter(|fault| fault.phase != FaultMarkPhase::Hit)
+    };
     let hidden = named().count().saturating_sub(FAULT_ROWS);
     html! {
         @if hits > 0 { p.note { "Single effects not listed, such as lost messages: " (hits) "." } }
@@ -521,26 +525,28 @@ fn loss(loss: Loss) -> &'static str {
     }
 }
 
-fn sign(sign: Sign) -> &'static str {
+fn sign(sign: DetectionSign) -> &'static str {
     match sign {
-        Sign::Silence => "silence",
-        Sign::Impatience => "impatience",
-        Sign::Activation => "activation",
+        DetectionSign::Silence => "silence",
+        DetectionSign::Impatience => "impatience",
+        DetectionSign::Activation => "activation",
     }
 }
 
-fn aftermath(history: &History, lost: SimTime, aftermath: Aftermath) -> String {
+fn aftermath(history: &History, lost: SimTime, aftermath: OrphanOutcome) -> String {
     match aftermath {
-        Aftermath::Covered { by } => format!("{} was also executing it", name(history, by)),
-        Aftermath::TakenOver { at, by } => {
+        OrphanOutcome::Covered { by } => format!("{} was also executing it", name(history, by)),
+        OrphanOutcome::TakenOver { at, by } => {
             format!(
                 "{} took over after {}",
                 name(history, by),
                 seconds(at.since(lost))
             )
         }
-        Aftermath::Resumed { at } => format!("resumed by itself after {}", seconds(at.since(lost))),
-        Aftermath::Nobody => "no takeover".to_owned(),
+        OrphanOutcome::Resumed { at } => {
+            format!("resumed by itself after {}", seconds(at.since(lost)))
+        }
+        OrphanOutcome::Abandoned => "no takeover".to_owned(),
     }
 }
 

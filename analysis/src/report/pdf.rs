@@ -3,19 +3,19 @@
 use crate::optional;
 
 /// Checks that this program can write PDF files.
-pub fn is_there() -> anyhow::Result<()> {
+pub fn check_built_in() -> anyhow::Result<()> {
     optional::check("pdf", cfg!(feature = "pdf"))
 }
 
 /// Returns an error, because this program has no PDF support.
 #[cfg(not(feature = "pdf"))]
-pub fn of(_svg: &str) -> anyhow::Result<Vec<u8>> {
+pub fn from_svg(_svg: &str) -> anyhow::Result<Vec<u8>> {
     is_there().map(|()| Vec::new())
 }
 
 /// Converts an SVG to a PDF of the same size.
 #[cfg(feature = "pdf")]
-pub fn of(svg: &str) -> anyhow::Result<Vec<u8>> {
+pub fn from_svg(svg: &str) -> anyhow::Result<Vec<u8>> {
     use svg2pdf::usvg::{Options, Tree, fontdb::Database};
 
     let mut fonts = Database::new();
@@ -37,19 +37,19 @@ pub fn of(svg: &str) -> anyhow::Result<Vec<u8>> {
 #[cfg(all(test, feature = "pdf"))]
 mod tests {
     use super::*;
-    use crate::report::figures::canvas::{Lettering, svg};
+    use crate::report::figures::canvas::{TextLabel, svg};
 
     #[test]
     fn a_pdf_page_has_the_size_and_the_fonts_of_the_figure() {
         let figure = svg("title", 100.0, |area| {
-            Lettering::default().write(area, "green→all, θ = 1 × δ", (10.0, 20.0))?;
-            let bold = Lettering {
+            TextLabel::default().write(area, "green→all, θ = 1 × δ", (10.0, 20.0))?;
+            let bold = TextLabel {
                 bold: true,
-                ..Lettering::default()
+                ..TextLabel::default()
             };
             bold.write(area, "gold", (10.0, 50.0))
         });
-        let pdf = of(&figure.unwrap()).unwrap();
+        let pdf = from_svg(&figure.unwrap()).unwrap();
         assert!(pdf.starts_with(b"%PDF-"));
         let text = String::from_utf8_lossy(&pdf);
         // 960 px are 10 inches of 72 points.

@@ -16,7 +16,7 @@ pub struct Stint {
     /// The effects on the world, in order: ends of steps with an event that changed a column of mission.csv, notes of
     /// progress on the task, and events that the mission declares as effects.
     pub effects: Vec<SimTime>,
-    /// `true` if the whole stint is an effect ([`Terms::continuous`](scenario::mission::Terms)).
+    /// `true` if the whole stint is an effect ([`MissionVocabulary::continuous`](scenario::mission::MissionVocabulary)).
     pub continuous: bool,
     pub end: StintEnd,
 }

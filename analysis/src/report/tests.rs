@@ -15,12 +15,14 @@ use scenario::ids::TaskId;
 use scenario::time::SimTime;
 use scenario::{Robot, Scenario, Setup, TaskSection};
 
-use super::failures::{Aftermath, Cause, Detection, Failure, Loss, Orphan, Sign, Takeover};
-use super::figures::{Wanted, figures};
+use super::failures::{
+    Detection, DetectionSign, Failure, Loss, OrphanOutcome, OrphanedTask, Takeover, TakeoverCause,
+};
+use super::figures::{FigureSelection, figures};
 use super::history::History;
-use super::made::Made as MadeHow;
-use super::metrics::{Metrics, Moment, Sent};
-use super::page::{Part, page};
+use super::made::RunOrigin as MadeHow;
+use super::metrics::{Metrics, Occurrence, SentTotals};
+use super::page::{RunSection, page};
 use super::spans::{Span, Spans};
 use super::stints::StintEnd;
 use crate::visit;
@@ -169,7 +171,7 @@ impl Made {
             result: self.figures.clone(),
             setup: self.history.setup.clone(),
         };
-        Metrics::of(&self.history, &run)
+        Metrics::compute(&self.history, &run)
     }
 
     fn task(&self, name: &str) -> TaskId {
@@ -215,16 +217,16 @@ fn a_death_its_detection_and_its_takeover() {
             at: at(30.0),
             robot: GOLD,
             loss: Loss::Died,
-            back: None,
-            orphan: Some(Orphan {
+            returned_at: None,
+            orphan: Some(OrphanedTask {
                 task,
                 // Last received at 28.5 s, and τ = 5 s.
                 detection: Some(Detection {
                     at: at(33.5),
-                    by: GREEN,
-                    sign: Sign::Silence,
+                    robot: GREEN,
+                    sign: DetectionSign::Silence,
                 }),
-                aftermath: Aftermath::TakenOver {
+                aftermath: OrphanOutcome::TakenOver {
                     at: at(45.0),
                     by: BLUE,
                 },
@@ -235,9 +237,9 @@ fn a_death_its_detection_and_its_takeover() {
         at: at(45.0),
         task,
         from: GOLD,
-        by: BLUE,
-        stood_since: at(30.0),
-        cause: Cause::Lost(Loss::Died),
+        robot: BLUE,
+        idle_since: at(30.0),
+        cause: TakeoverCause::Lost(Loss::Died),
     };
     assert_eq!(takeover.latency(), at(15.0));
     assert_eq!(metrics.takeovers, [takeover]);
@@ -298,11 +300,11 @@ fn a_stopped_robot_that_comes_back() {
             panic!("{:?}", metrics.failures)
         };
         assert_eq!(
-            (failure.loss, failure.back),
+            (failure.loss, failure.returned_at),
             (Loss::Stopped, Some(at(back)))
         );
         let orphan = failure.orphan.as_ref().unwrap();
-        assert_eq!(orphan.aftermath, Aftermath::Resumed { at: at(back) });
+        assert_eq!(orphan.aftermath, OrphanOutcome::Resumed { at: at(back) });
         assert_eq!(orphan.detection.map(|found| found.at), detected.map(at));
         assert_eq!(metrics.takeovers, []);
         assert_eq!(metrics.robots[GOLD].present, at(20.0 + 60.0 - back));
@@ -323,7 +325,7 @@ fn a_stand_in_for_a_stopped_robot_takes_over_and_gives_back() {
     let facts: Vec<_> = metrics
         .takeovers
         .iter()
-        .map(|takeover| (takeover.at, takeover.by, takeover.latency()))
+        .map(|takeover| (takeover.at, takeover.robot, takeover.latency()))
         .collect();
     assert_eq!(facts, [(at(40.0), GOLD, at(10.0))]);
     let top = &metrics.tasks[made.task(TOP).index()];
@@ -344,7 +346,7 @@ fn a_claim_that_is_withdrawn_takes_nothing_over() {
     let takeovers = made.metrics().takeovers;
     let facts: Vec<_> = takeovers
         .iter()
-        .map(|takeover| (takeover.from, takeover.by, takeover.latency()))
+        .map(|takeover| (takeover.from, takeover.robot, takeover.latency()))
         .collect();
     assert_eq!(facts, [(BLUE, GREEN, at(35.0))]);
 }
@@ -374,12 +376,18 @@ fn impatience_and_activation_are_signs_too() {
             .detection
             .map(|found| (found.at, found.sign))
     };
-    assert_eq!(detection(&made), Some((at(32.0), Sign::Impatience)));
+    assert_eq!(
+        detection(&made),
+        Some((at(32.0), DetectionSign::Impatience))
+    );
 
     // Green has received nothing from gold, and its own turn was due.
     made.during("green", 0.0, 31.0, None);
     made.during("green", 31.0, 60.0, Some(TOP));
-    assert_eq!(detection(&made), Some((at(31.0), Sign::Activation)));
+    assert_eq!(
+        detection(&made),
+        Some((at(31.0), DetectionSign::Activation))
+    );
 }
 
 #[test]
@@ -388,9 +396,9 @@ fn a_shared_task_is_covered_and_an_abandoned_one_is_not() {
     made.during("gold", 10.0, 30.0, Some(TOP));
     made.event(30.0, "gone", "gold", ["", "", ""]);
     let aftermath = |made: &Made| made.metrics().failures[0].orphan.clone().unwrap().aftermath;
-    assert_eq!(aftermath(&made), Aftermath::Nobody);
+    assert_eq!(aftermath(&made), OrphanOutcome::Abandoned);
     made.during("blue", 20.0, 40.0, Some(TOP));
-    assert_eq!(aftermath(&made), Aftermath::Covered { by: BLUE });
+    assert_eq!(aftermath(&made), OrphanOutcome::Covered { by: BLUE });
 }
 
 /// Blue executes the upper spill's task from 10 s, delivers last before 30 s and leaves at 50 s for `reason`. Gold
@@ -417,9 +425,9 @@ fn a_handover_counts_from_the_latest_effect() {
                 at: at(52.0),
                 task: made.task(TOP),
                 from: BLUE,
-                by: GOLD,
-                stood_since: at(30.0),
-                cause: Cause::Left(reason.to_owned()),
+                robot: GOLD,
+                idle_since: at(30.0),
+                cause: TakeoverCause::Left(reason.to_owned()),
             }]
         );
     }
@@ -451,7 +459,7 @@ fn two_robots_on_an_exclusive_task_count_as_duplicate() {
     let top = &metrics.tasks[made.task(TOP).index()];
     assert_eq!(top.duplicate, Some(spans([(15.0, 20.0)])));
     let takeover = &metrics.takeovers[0];
-    assert_eq!(takeover.cause, Cause::StillActive);
+    assert_eq!(takeover.cause, TakeoverCause::StillActive);
     // Only blue's first delivery came before gold's activation.
     assert_eq!(takeover.latency(), at(3.0));
 
@@ -475,7 +483,7 @@ fn shares_and_rates_count_the_time_in_which_a_robot_took_part() {
     assert_eq!((gold.present, gold.idle), (at(30.0), at(10.0)));
     assert_eq!(gold.idle_share(), 1.0 / 3.0);
     assert_eq!(gold.activations_per_min(), 2.0);
-    let sent = Sent {
+    let sent = SentTotals {
         messages: 60,
         bytes: 6_000,
     };
@@ -502,7 +510,7 @@ fn lateness_of_reports() {
     let [reports] = metrics.recurring.as_slice() else {
         panic!("{:?}", metrics.recurring)
     };
-    let made = |seconds, by, interval, late| Moment {
+    let made = |seconds, by, interval, late| Occurrence {
         at: at(seconds),
         by: Some(by),
         interval: at(interval),
@@ -587,7 +595,7 @@ fn a_robot_alone_and_a_run_without_a_tick() {
     let orphan = made.metrics().failures[0].orphan.clone().unwrap();
     assert_eq!(
         (orphan.detection, orphan.aftermath),
-        (None, Aftermath::Nobody)
+        (None, OrphanOutcome::Abandoned)
     );
 
     let metrics = Made::with(0.0, alone).metrics();
@@ -680,7 +688,7 @@ fn the_report_of_an_external_mission_shows_its_marks_columns_and_events() {
     for (seconds, robot) in [(10.0, "blue"), (20.0, "gold")] {
         made.event(seconds, "visited", robot, ["", "", ""]);
     }
-    let metrics = Metrics::of(&made.history, &log.run);
+    let metrics = Metrics::compute(&made.history, &log.run);
     let [visits] = metrics.recurring.as_slice() else {
         panic!("{:?}", metrics.recurring)
     };
@@ -688,7 +696,7 @@ fn the_report_of_an_external_mission_shows_its_marks_columns_and_events() {
     // The next visit is due after 15 s.
     assert_eq!(visits.overdue, at(25.0));
 
-    let figures = figures(&made.history, &metrics, &Wanted::default()).unwrap();
+    let figures = figures(&made.history, &metrics, &FigureSelection::default()).unwrap();
     let svg = |name: &str| {
         &figures
             .iter()
@@ -704,7 +712,7 @@ fn the_report_of_an_external_mission_shows_its_marks_columns_and_events() {
     }
     assert!(svg("mission-way-m").contains("way m"));
     assert!(svg("every-visited").contains("gold: in time"));
-    let (page, _) = page(&Part {
+    let (page, _) = page(&RunSection {
         run: &log.run,
         history: &made.history,
         metrics: &metrics,
@@ -764,8 +772,8 @@ fn utilities_are_drawn_where_there_are_no_motivations() {
             .contains(event.t_ms);
         assert!(begins, "{event:?}");
     }
-    let metrics = Metrics::of(&history, &run);
-    let figures = figures(&history, &metrics, &Wanted::default()).unwrap();
+    let metrics = Metrics::compute(&history, &run);
+    let figures = figures(&history, &metrics, &FigureSelection::default()).unwrap();
     let blue = figures
         .iter()
         .find(|figure| figure.name == "robot-blue")
@@ -785,7 +793,7 @@ fn shipped(scenario: &str, limit_s: f64) -> Metrics {
     let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
     let (_, recorder) = team.run().unwrap();
     let log = RunLog::from_memory(&recorder.into_sink(), &vocabulary).unwrap();
-    Metrics::of(&History::read(&log).unwrap(), &log.run)
+    Metrics::compute(&History::read(&log).unwrap(), &log.run)
 }
 
 #[test]

@@ -9,16 +9,16 @@ use std::thread::available_parallelism;
 
 use anyhow::Context;
 use clap::Args;
-use terminal::tell;
+use terminal::stderr_line;
 
 use super::design::{RULES, conditions};
 use super::figure::draw;
-use super::results::{Study, place};
-use super::trial::{Trial, attempt};
-use crate::interrupted::Interrupted;
-use crate::sweep::folder::put;
+use super::results::{Study, trial_of_run};
+use super::trial::{Trial, run_trial};
+use crate::interrupted::InterruptFlag;
+use crate::sweep::folder::write_atomically;
 use crate::sweep::progress::Progress;
-use crate::sweep::workers::work;
+use crate::sweep::workers::run_parallel;
 
 const TRIALS: &str = "trials.csv";
 const TABLES: &str = "tables.md";
@@ -51,11 +51,11 @@ impl StrategiesCommand {
         match self.all() {
             Ok(true) => ExitCode::SUCCESS,
             Ok(false) => {
-                tell!("interrupted: no results are written");
+                stderr_line!("interrupted: no results are written");
                 ExitCode::from(1)
             }
             Err(error) => {
-                tell!("alliance lalliance-strategies: {error:#}");
+                stderr_line!("alliance lalliance-strategies: {error:#}");
                 ExitCode::from(3)
             }
         }
@@ -68,41 +68,41 @@ impl StrategiesCommand {
         let Some(study) = self.study()? else {
             return Ok(false);
         };
-        put(folder, TRIALS, &study.csv()?)?;
-        put(folder, TABLES, study.markdown().as_bytes())?;
-        put(folder, FIGURE, draw(&study)?.as_bytes())?;
+        write_atomically(folder, TRIALS, &study.csv()?)?;
+        write_atomically(folder, TABLES, study.markdown().as_bytes())?;
+        write_atomically(folder, FIGURE, draw(&study)?.as_bytes())?;
         for (what, file) in [("trials", TRIALS), ("tables", TABLES), ("figure", FIGURE)] {
-            tell!("{what}   {}", folder.join(file).display());
+            stderr_line!("{what}   {}", folder.join(file).display());
         }
         Ok(true)
     }
 
     fn study(&self) -> anyhow::Result<Option<Study>> {
-        let interrupted = Interrupted::watch()?;
+        let interrupted = InterruptFlag::install()?;
         let seeds = self.seeds as usize;
         let conditions = conditions();
         let runs: Vec<usize> = (0..Study::runs(seeds)).collect();
         let jobs = self.jobs.or_else(|| available_parallelism().ok());
         let jobs = jobs.unwrap_or(NonZeroUsize::MIN);
         let mut progress = Progress::new(0, runs.len());
-        progress.say(&format!(
+        progress.print_line(&format!(
             "lalliance-strategies: {} runs; {jobs} at a time",
             runs.len()
         ));
         let mut done: BTreeMap<usize, Trial> = BTreeMap::new();
         let attempt = |run, _: &dyn Fn() -> bool| {
-            let (condition, rule, seed) = place(run, seeds);
+            let (condition, rule, seed) = trial_of_run(run, seeds);
             let (condition, rule) = (&conditions[condition], &RULES[rule]);
-            let trial = attempt(condition, rule, seed);
+            let trial = run_trial(condition, rule, seed);
             Some((
                 run,
                 trial.with_context(|| format!("{condition}, {}, seed {seed}", rule.name)),
             ))
         };
-        let worked = work(
+        let worked = run_parallel(
             &runs,
             jobs,
-            &|| interrupted.is_so(),
+            &|| interrupted.is_set(),
             attempt,
             |(run, trial)| {
                 done.insert(run, trial?);

@@ -26,14 +26,14 @@ pub struct Condition {
     pub coverage: usize,
     /// h, the spread of times and powers.
     pub spread: f64,
-    pub mishap: Mishap,
+    pub mishap: TrialFault,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mishap {
+pub enum TrialFault {
     None,
     /// The first robot is killed at 60 s.
-    Dies,
+    Crash,
     /// The first robot takes three times as long as its teammates expect.
     Slow,
 }
@@ -92,12 +92,12 @@ impl Rule {
     }
 }
 
-impl Mishap {
+impl TrialFault {
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
             Self::None => "none",
-            Self::Dies => "r0 dies at 60 s",
+            Self::Crash => "r0 dies at 60 s",
             Self::Slow => "r0 is three times slower",
         }
     }
@@ -114,7 +114,7 @@ impl fmt::Display for Condition {
         } = self;
         write!(f, "({robots},{tasks},{coverage}), {spread}")?;
         match mishap {
-            Mishap::None => Ok(()),
+            TrialFault::None => Ok(()),
             mishap => write!(f, ", {}", mishap.as_str()),
         }
     }
@@ -129,10 +129,10 @@ pub fn conditions() -> Vec<Condition> {
             tasks,
             coverage,
             spread,
-            mishap: Mishap::None,
+            mishap: TrialFault::None,
         })
     });
-    let mishaps = [Mishap::Dies, Mishap::Slow].map(|mishap| Condition {
+    let mishaps = [TrialFault::Crash, TrialFault::Slow].map(|mishap| Condition {
         robots: 4,
         tasks: 8,
         coverage: 4,

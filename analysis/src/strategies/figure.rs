@@ -7,8 +7,8 @@ use super::design::{RULES, SPREADS};
 use super::results::{Measure, Study};
 use crate::palette::colors;
 use crate::report::figures::canvas::{
-    Area, Axes, Drawn, FAINT, Frame, INK, Lettering, Mark, WIDTH_PX, chart, curve, level, line,
-    part, px, svg,
+    Area, Axes, DrawResult, FAINT, Frame, INK, Mark, TextLabel, WIDTH_PX, chart, curve,
+    horizontal_line, line, part, px, svg,
 };
 
 const LEFT_PX: f64 = 62.0;
@@ -48,9 +48,9 @@ pub fn draw(study: &Study) -> anyhow::Result<String> {
                 let top_px = LEGEND_PX + place as f64 * (PLOT_PX + GAP_PX);
                 panel(area, study, top_px, what, value)?;
             }
-            let letters = Lettering {
+            let letters = TextLabel {
                 anchor: (HPos::Center, VPos::Center),
-                ..Lettering::default()
+                ..TextLabel::default()
             };
             let width_px = (WIDTH_PX - LEFT_PX - RIGHT_PX) / RULES.len() as f64;
             for (place, rule) in RULES.iter().enumerate() {
@@ -66,8 +66,8 @@ fn spread_colors() -> Vec<RGBColor> {
     colors(SPREADS.iter().map(|_| ""))
 }
 
-fn legend(area: &Area<'_>) -> Drawn {
-    let letters = Lettering::default();
+fn legend(area: &Area<'_>) -> DrawResult {
+    let letters = TextLabel::default();
     let mut left_px = LEFT_PX;
     for ((spread, mark), color) in SPREADS.iter().zip(MARKS).zip(spread_colors()) {
         let text = format!("h = {spread}");
@@ -81,7 +81,7 @@ fn legend(area: &Area<'_>) -> Drawn {
     letters.write(area, &text, (left_px, LEGEND_PX / 2.0))
 }
 
-fn panel(area: &Area<'_>, study: &Study, top_px: f64, what: &str, value: Measure) -> Drawn {
+fn panel(area: &Area<'_>, study: &Study, top_px: f64, what: &str, value: Measure) -> DrawResult {
     let within = part(area, (0.0, top_px), (WIDTH_PX, PLOT_PX));
     let frame = Frame {
         left: LEFT_PX,
@@ -96,11 +96,11 @@ fn panel(area: &Area<'_>, study: &Study, top_px: f64, what: &str, value: Measure
     };
     let chart = chart(&within, frame, &axes)?;
     curve(&chart, vec![(x.start, 1.0), (x.end, 1.0)], line(FAINT, 1.0))?;
-    level(&chart, x, PUBLISHED, line(FAINT, 1.0))?;
+    horizontal_line(&chart, x, PUBLISHED, line(FAINT, 1.0))?;
     let colors = spread_colors();
     for rule in 0..RULES.len() {
         let cells: Vec<_> = study
-            .undisturbed(rule)
+            .without_faults(rule)
             .filter_map(|(condition, cell)| Some((condition.spread, value(&cell)?)))
             .collect();
         let count = cells.len() as f64;

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use scenario::{LearnedTimes, LearnedTimesByTask, Profile};
 
-use super::design::{Condition, Mishap, Rule};
+use super::design::{Condition, Rule, TrialFault};
 
 /// The shortest and longest time of a task with spread 0, s.
 const LEAST_S: f64 = 40.0;
@@ -74,7 +74,7 @@ impl Instance {
     /// Returns the mission as a scenario file. Each task is a kind of work with one point, and interrupted work is lost. Robots
     /// that can do no task are omitted.
     #[must_use]
-    pub fn scenario(&self, rule: &Rule, mishap: Mishap) -> String {
+    pub fn scenario(&self, rule: &Rule, mishap: TrialFault) -> String {
         let mut text = format!(
             "step_ms = {STEP_MS}\nlimit_s = {LIMIT_S}\nallocator = 'l-alliance'\n{ACTIVATION}\
              [allocators.l-alliance]\n{}\n[service]\ntasks = 'kinds'\nreach_m = 1000\n",
@@ -91,7 +91,7 @@ impl Instance {
         }
         for (robot, times_s) in self.times_s.iter().enumerate() {
             let slower = match mishap {
-                Mishap::Slow if robot == 0 => 3.0,
+                TrialFault::Slow if robot == 0 => 3.0,
                 _ => 1.0,
             };
             let skills: Vec<String> = (0..)
@@ -109,7 +109,7 @@ impl Instance {
                 );
             }
         }
-        if mishap == Mishap::Dies {
+        if mishap == TrialFault::Crash {
             text += "[[faults.timeline]]\nfault.kill = 'r0'\nat_s = 60\n";
         }
         text

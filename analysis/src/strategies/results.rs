@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::design::{Condition, Mishap, RULES, conditions};
+use super::design::{Condition, RULES, TrialFault, conditions};
 use super::trial::Trial;
 
 pub struct Study {
@@ -19,17 +19,17 @@ pub type Measure = fn(&Cell) -> Option<f64>;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
     /// The number of trials that did not end within the limit.
-    pub endless: usize,
+    pub unfinished: usize,
     /// The mean ratio of the time to the least time over the trials that ended.
     pub time: Option<f64>,
     /// The mean ratio of the energy to the least energy over the same trials.
     pub energy: Option<f64>,
     /// The mean time at tasks that another robot already works on, over the same trials, robot-s.
-    pub doubled_s: Option<f64>,
+    pub duplicate_s: Option<f64>,
 }
 
 #[must_use]
-pub fn place(run: usize, seeds: usize) -> (usize, usize, u64) {
+pub fn trial_of_run(run: usize, seeds: usize) -> (usize, usize, u64) {
     let cell = run / seeds;
     let seed = run % seeds + 1;
     (cell / RULES.len(), cell % RULES.len(), seed as u64)
@@ -54,18 +54,18 @@ impl Study {
             (!ended.is_empty()).then(|| sum / ended.len() as f64)
         };
         Cell {
-            endless: trials.len() - ended.len(),
+            unfinished: trials.len() - ended.len(),
             time: mean(&|time_s, trial| time_s / trial.least_time_s),
             energy: mean(&|_, trial| trial.energy_j / trial.least_energy_j),
-            doubled_s: mean(&|_, trial| trial.doubled_s),
+            duplicate_s: mean(&|_, trial| trial.doubled_s),
         }
     }
 
     /// Returns the cells of a rule without faults, with their conditions.
-    pub fn undisturbed(&self, rule: usize) -> impl Iterator<Item = (&Condition, Cell)> {
+    pub fn without_faults(&self, rule: usize) -> impl Iterator<Item = (&Condition, Cell)> {
         let conditions = self.conditions.iter().enumerate();
         conditions
-            .filter(|(_, condition)| condition.mishap == Mishap::None)
+            .filter(|(_, condition)| condition.mishap == TrialFault::None)
             .map(move |(place, condition)| (condition, self.cell(place, rule)))
     }
 
@@ -78,7 +78,7 @@ impl Study {
         let tables: [(&str, Measure, usize); 3] = [
             ("Time by the least time", |cell| cell.time, 2),
             ("Energy by the least energy", |cell| cell.energy, 2),
-            ("Two at one task, robot-s", |cell| cell.doubled_s, 0),
+            ("Two at one task, robot-s", |cell| cell.duplicate_s, 0),
         ];
         for (title, value, digits) in tables {
             let names: Vec<&str> = RULES.iter().map(|rule| rule.name).collect();
@@ -97,7 +97,7 @@ impl Study {
             for (place, condition) in self.conditions.iter().enumerate() {
                 let cells = (0..RULES.len()).map(|rule| {
                     let cell = self.cell(place, rule);
-                    let endless = match cell.endless {
+                    let endless = match cell.unfinished {
                         0 => String::new(),
                         endless => format!(" ({endless})"),
                     };
@@ -106,7 +106,7 @@ impl Study {
                 row(condition.to_string(), cells.collect());
             }
             let values = |rule| {
-                let cells = self.undisturbed(rule);
+                let cells = self.without_faults(rule);
                 let values: Vec<f64> = cells.filter_map(|(_, cell)| value(&cell)).collect();
                 values
             };
@@ -145,7 +145,7 @@ impl Study {
             "doubled_s",
         ])?;
         for (run, trial) in self.trials.iter().enumerate() {
-            let (condition, rule, seed) = place(run, self.seeds);
+            let (condition, rule, seed) = trial_of_run(run, self.seeds);
             let condition = &self.conditions[condition];
             writer.write_record([
                 condition.robots.to_string(),
@@ -169,7 +169,7 @@ impl Study {
 }
 #[cfg(test)]
 mod tests {
-    use super::super::trial::attempt;
+    use super::super::trial::run_trial;
     use super::*;
 
     /// The rules of the reduced study: one per strategy that ends, and strategy III with another order.
@@ -179,10 +179,10 @@ mod tests {
     fn reduced(seeds: usize) -> Study {
         let conditions = conditions();
         let trial = |run| {
-            let (condition, rule, seed) = place(run, seeds);
+            let (condition, rule, seed) = trial_of_run(run, seeds);
             let (condition, rule) = (&conditions[condition], &RULES[rule]);
-            let is_played = PLAYED.contains(&rule.name) && condition.mishap == Mishap::None;
-            is_played.then(|| attempt(condition, rule, seed).unwrap())
+            let is_played = PLAYED.contains(&rule.name) && condition.mishap == TrialFault::None;
+            is_played.then(|| run_trial(condition, rule, seed).unwrap())
         };
         let trials = (0..Study::runs(seeds)).map(|run| trial(run).unwrap_or(NONE));
         Study {
@@ -217,13 +217,13 @@ mod tests {
             assert!(is_possible, "better than the optimum: {trial:?}");
         }
         for name in PLAYED {
-            for (condition, cell) in study.undisturbed(named(name)) {
-                assert_eq!(cell.endless, 0, "{condition}, {name}");
-                let is_alone = name == "I longest" || cell.doubled_s == Some(0.0);
+            for (condition, cell) in study.without_faults(named(name)) {
+                assert_eq!(cell.unfinished, 0, "{condition}, {name}");
+                let is_alone = name == "I longest" || cell.duplicate_s == Some(0.0);
                 assert!(is_alone, "{condition}, {name}: two at a task");
             }
         }
-        let of = |name| study.undisturbed(named(name));
+        let of = |name| study.without_faults(named(name));
         for ((condition, four), (_, one)) in of("IV").zip(of("I longest")) {
             let (four, one) = (four.time.unwrap(), one.time.unwrap());
             let all_can = condition.coverage == 5;
@@ -253,9 +253,9 @@ mod tests {
         };
         let cell = study.cell(3, 2);
         // 12 and 14 of 10 s; 0 and 2 robot-s.
-        assert_eq!(cell.endless, 1);
+        assert_eq!(cell.unfinished, 1);
         assert!((cell.time.unwrap() - 1.3).abs() < 1e-9);
-        assert_eq!((cell.energy, cell.doubled_s), (Some(1.5), Some(1.0)));
+        assert_eq!((cell.energy, cell.duplicate_s), (Some(1.5), Some(1.0)));
         let text = study.markdown();
         assert!(text.contains("| (5,6,5), 0.5 | 1.30 (1) | "), "{text}");
         assert!(text.contains("| worst of them | 1.30 | "), "{text}");
@@ -275,7 +275,7 @@ mod tests {
 
     #[test]
     fn run_numbers_map_to_condition_rule_and_seed() {
-        assert_eq!(place(0, 5), (0, 0, 1));
-        assert_eq!(place(5 * RULES.len() + 7, 5), (1, 1, 3));
+        assert_eq!(trial_of_run(0, 5), (0, 0, 1));
+        assert_eq!(trial_of_run(5 * RULES.len() + 7, 5), (1, 1, 3));
     }
 }

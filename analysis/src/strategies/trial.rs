@@ -24,7 +24,7 @@ pub struct Trial {
     pub doubled_s: f64,
 }
 
-pub fn attempt(condition: &Condition, rule: &Rule, seed: u64) -> anyhow::Result<Trial> {
+pub fn run_trial(condition: &Condition, rule: &Rule, seed: u64) -> anyhow::Result<Trial> {
     let instance = Instance::draw(condition, seed);
     let vocabulary = Registry::current().vocabulary();
     let text = instance.scenario(rule, condition.mishap);

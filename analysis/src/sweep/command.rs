@@ -5,17 +5,17 @@ use std::process::ExitCode;
 
 use clap::Args;
 use comfy_table::{CellAlignment, Table};
-use terminal::tell;
+use terminal::stderr_line;
 use world_server::mission_args::Known;
 
-use super::execution::{Arguments, Study, counted, quoted, repeat};
+use super::execution::{Arguments, PlanCommand, counted, repeat_command, shell_quoted};
 use super::figures::draw;
-use super::folder::{FAILURES, put};
+use super::folder::{FAILURES, write_atomically};
 use super::journal::Header;
 use super::page::{Figure, Page};
-use super::parquet::parquet;
-use super::results::{csv, table};
-use super::run::{End, FaultCount, Row};
+use super::parquet::to_parquet;
+use super::results::{csv, results_table};
+use super::run::{FaultCount, Row, RunResult};
 use super::statistics::Estimate;
 use super::summary::{Summary, by_column, by_condition, failed_by_reason, faults_by_kind, overall};
 use crate::table;
@@ -39,7 +39,7 @@ impl SweepCommand {
     /// cannot be written. Incomplete missions are not failures.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
-        let study = Study {
+        let study = PlanCommand {
             name: "sweep",
             folder: "sweeps",
             prepare: |_, _| Ok(None),
@@ -57,9 +57,9 @@ fn finish(
     _plan: Option<&Path>,
 ) -> anyhow::Result<bool> {
     let design = &header.design;
-    let columns = table(design, rows);
-    put(folder, "results.csv", &csv(&columns, rows.len())?)?;
-    put(folder, "results.parquet", &parquet(&columns)?)?;
+    let columns = results_table(design, rows);
+    write_atomically(folder, "results.csv", &csv(&columns, rows.len())?)?;
+    write_atomically(folder, "results.parquet", &to_parquet(&columns)?)?;
 
     let overall = overall(rows);
     let conditions = by_condition(design, rows);
@@ -70,7 +70,7 @@ fn finish(
     for (number, of_column) in columns.enumerate() {
         let (svg, column) = (draw(of_column)?, of_column[0].column.clone());
         let file = format!("by-{number}-{}.svg", plain(&column));
-        put(folder, &file, svg.as_bytes())?;
+        write_atomically(folder, &file, svg.as_bytes())?;
         figures.push(Figure { column, svg });
     }
     let page = Page {
@@ -81,24 +81,24 @@ fn finish(
         conditions: &conditions,
         figures: &figures,
     };
-    put(folder, "summary.csv", &page.csv()?)?;
+    write_atomically(folder, "summary.csv", &page.csv()?)?;
     if let Some(faults) = page.faults_csv()? {
-        put(folder, FAULTS, &faults)?;
+        write_atomically(folder, FAULTS, &faults)?;
     }
-    put(folder, "summary.html", page.html().as_bytes())?;
+    write_atomically(folder, "summary.html", page.html().as_bytes())?;
     show(folder, header, &page);
     Ok(overall.failed == 0)
 }
 
 fn show(folder: &Path, header: &Header, page: &Page<'_>) {
     if page.conditions.len() <= SHOWN {
-        tell!(
+        stderr_line!(
             "{}\n95 % intervals: Wilson's for completion, bootstrap for medians",
             terminal_table(page).trim_fmt()
         );
     }
     let all = page.overall;
-    tell!(
+    stderr_line!(
         "{}: {} complete, {} not complete, {} failed",
         counted(all.runs, "run"),
         all.complete,
@@ -108,21 +108,21 @@ fn show(folder: &Path, header: &Header, page: &Page<'_>) {
     let failed = page
         .rows
         .iter()
-        .filter(|row| matches!(row.end, End::Failed(_)));
+        .filter(|row| matches!(row.end, RunResult::Failed(_)));
     for row in failed.clone().take(SHOWN) {
         let scenario = folder.join(FAILURES).join(format!("{}.toml", row.run));
         let seed = header.design.seed(row.run);
-        let again = repeat(&quoted(&scenario), seed, header.check);
-        tell!("run {} failed; repeat it with: {again}", row.run);
+        let again = repeat_command(&shell_quoted(&scenario), seed, header.check);
+        stderr_line!("run {} failed; repeat it with: {again}", row.run);
     }
     if failed.count() > SHOWN {
-        tell!(
+        stderr_line!(
             "the other failed runs are in {}",
             folder.join(FAILURES).display()
         );
     }
     for (reason, runs) in failed_by_reason(page.rows) {
-        tell!("failed   {}: {reason}", counted(runs, "run"));
+        stderr_line!("failed   {}: {reason}", counted(runs, "run"));
     }
     let faults = faults_by_kind(page.rows);
     if !faults.is_empty() {
@@ -131,7 +131,7 @@ fn show(folder: &Path, header: &Header, page: &Page<'_>) {
             all.add(count);
         }
         let file = folder.join(FAULTS);
-        tell!(
+        stderr_line!(
             "faults   {} armed, {} took effect ({}): {}",
             all.armed,
             all.hit,
@@ -139,9 +139,9 @@ fn show(folder: &Path, header: &Header, page: &Page<'_>) {
             file.display()
         );
     }
-    tell!("rows     {}", folder.join("results.csv").display());
-    tell!("         {}", folder.join("results.parquet").display());
-    tell!("summary  {}", folder.join("summary.html").display());
+    stderr_line!("rows     {}", folder.join("results.csv").display());
+    stderr_line!("         {}", folder.join("results.parquet").display());
+    stderr_line!("summary  {}", folder.join("summary.html").display());
 }
 
 /// Creates a table with one row per condition. Intervals stand below their estimates and long keys span several lines, so that

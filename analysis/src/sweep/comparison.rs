@@ -26,7 +26,7 @@ pub struct Axes {
 
 impl Axes {
     #[must_use]
-    pub fn of(scenario: &Scenario) -> Self {
+    pub fn from_scenario(scenario: &Scenario) -> Self {
         let faults = &scenario.faults;
         let loss = match &faults.timeline[..] {
             _ if faults.random.is_some() => None,
@@ -82,7 +82,11 @@ mod tests {
                 faults: faults.try_into().unwrap(),
                 ..default_scenario()
             };
-            assert_eq!(Axes::of(&scenario), Axes { robots: 3, loss }, "{timeline}");
+            assert_eq!(
+                Axes::from_scenario(&scenario),
+                Axes { robots: 3, loss },
+                "{timeline}"
+            );
         }
     }
 }

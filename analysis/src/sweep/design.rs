@@ -56,7 +56,7 @@ pub enum Cell {
 
 impl Cell {
     #[must_use]
-    pub fn of(value: &toml::Value) -> Self {
+    pub fn from_toml(value: &toml::Value) -> Self {
         match value {
             toml::Value::Boolean(flag) => Self::Flag(*flag),
             toml::Value::Integer(number) => Self::Integer(*number),
@@ -96,12 +96,12 @@ impl Design {
     }
 
     #[must_use]
-    pub fn repetitions(&self) -> usize {
+    pub fn seeds_per_condition(&self) -> usize {
         self.factors.last().map_or(1, |seeds| seeds.levels.len())
     }
 
     #[must_use]
-    pub fn places(&self, run: usize) -> Vec<usize> {
+    pub fn level_indices(&self, run: usize) -> Vec<usize> {
         let mut rest = run;
         let mut places: Vec<usize> = self
             .factors
@@ -118,7 +118,7 @@ impl Design {
     }
 
     pub fn levels(&self, run: usize) -> impl Iterator<Item = &Level> {
-        let places = self.places(run).into_iter();
+        let places = self.level_indices(run).into_iter();
         let factors = self.factors.iter();
         factors
             .zip(places)
@@ -147,7 +147,7 @@ impl Design {
 ///
 /// # Errors
 /// Returns the problem with the path and its remedy.
-pub fn change(scenario: &mut toml::Table, change: &Change) -> Result<(), String> {
+pub fn apply_change(scenario: &mut toml::Table, change: &Change) -> Result<(), String> {
     let Some((last, way)) = change.path.split_last() else {
         if let toml::Value::Table(whole) = &change.value {
             scenario.clone_from(whole);
@@ -227,7 +227,7 @@ mod tests {
             ],
         };
         assert_eq!(design.runs(), Some(6));
-        assert_eq!(design.repetitions(), 3);
+        assert_eq!(design.seeds_per_condition(), 3);
         let runs: Vec<String> = (0..6)
             .map(|run| {
                 let cells: Vec<String> = design.cells(run).map(Cell::to_string).collect();
@@ -235,7 +235,7 @@ mod tests {
             })
             .collect();
         assert_eq!(runs, ["1 5 7", "1 5 8", "1 5 9", "2 5 7", "2 5 8", "2 5 9"]);
-        assert_eq!(design.places(5), [1, 0, 2]);
+        assert_eq!(design.level_indices(5), [1, 0, 2]);
         assert_eq!(design.seed(4), 8);
     }
 
@@ -257,7 +257,7 @@ mod tests {
             Cell::Number(4.0),
             Cell::Number(0.1),
             Cell::Text("4".to_owned()),
-            Cell::of(&toml::Value::Float(f64::INFINITY)),
+            Cell::from_toml(&toml::Value::Float(f64::INFINITY)),
         ] {
             let json = serde_json::to_string(&cell).unwrap();
             assert_eq!(serde_json::from_str::<Cell>(&json).unwrap(), cell, "{json}");
@@ -268,7 +268,7 @@ mod tests {
     fn check(path: &str, expected: Result<&str, &str>) {
         let mut scenario: toml::Table =
             toml::from_str("name = 'a'\n[waste]\nspills = [{ items = 1 }, { items = 2 }]").unwrap();
-        let changed = change(
+        let changed = apply_change(
             &mut scenario,
             &Change {
                 path: path.split('.').map(str::to_owned).collect(),

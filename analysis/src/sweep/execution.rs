@@ -9,18 +9,18 @@ use std::thread::available_parallelism;
 use anyhow::{Context, bail};
 use clap::Args;
 use scenario::decode_text;
-use terminal::tell;
+use terminal::stderr_line;
 use world_server::mission_args::{Known, read_scenario};
 
 use super::comparison::Comparison;
-use super::folder::{FAILURES, PLAN, SCENARIO, put};
-use super::journal::{Header, Journal, Rows, read_all};
+use super::folder::{FAILURES, PLAN, SCENARIO, write_atomically};
+use super::journal::{Header, Journal, RowsByRun, read_all};
 use super::plan::Plan;
 use super::progress::Progress;
-use super::run::{End, Failure, Row, attempt};
+use super::run::{Failure, Row, RunResult, execute_run};
 use super::shard::Shard;
-use super::workers::work;
-use crate::interrupted::Interrupted;
+use super::workers::run_parallel;
+use crate::interrupted::InterruptFlag;
 
 /// The largest number of missing runs that a message lists.
 const SHOWN: usize = 20;
@@ -48,7 +48,7 @@ pub struct Arguments {
 }
 
 /// The parts of plan execution that depend on the subcommand.
-pub struct Study {
+pub struct PlanCommand {
     pub name: &'static str,
     /// The parent folder of the results by default.
     pub folder: &'static str,
@@ -64,7 +64,7 @@ pub struct Study {
 enum Task {
     Print(Plan, usize),
     Work(Box<Work>),
-    Merge(PathBuf, Header, Rows),
+    Merge(PathBuf, Header, RowsByRun),
 }
 
 /// A sweep, or a shard of it, that is ready to run.
@@ -74,19 +74,19 @@ struct Work {
     folder: PathBuf,
     shard: Option<Shard>,
     journal: Journal,
-    done: Rows,
+    done: RowsByRun,
 }
 
 impl Arguments {
     /// Runs the command. Exit status: 0 all runs are done, 1 failed runs or an interruption, 2 invalid input or missing runs, 3 a file
     /// cannot be written. Incomplete missions are not failures.
     #[must_use]
-    pub fn run(&self, known: &Known, study: &Study) -> ExitCode {
+    pub fn run(&self, known: &Known, study: &PlanCommand) -> ExitCode {
         // All inputs are read and checked before the first run.
         let task = match self.prepare(known, study) {
             Ok(task) => task,
             Err(error) => {
-                tell!("alliance {}: {error:#}", study.name);
+                stderr_line!("alliance {}: {error:#}", study.name);
                 return ExitCode::from(2);
             }
         };
@@ -99,7 +99,7 @@ impl Arguments {
             Ok(true) => ExitCode::SUCCESS,
             Ok(false) => ExitCode::from(1),
             Err(error) => {
-                tell!("alliance {}: {error:#}", study.name);
+                stderr_line!("alliance {}: {error:#}", study.name);
                 ExitCode::from(3)
             }
         }
@@ -123,7 +123,7 @@ impl Arguments {
         Ok((read_plan(file, &text, known)?, text))
     }
 
-    fn prepare(&self, known: &Known, study: &Study) -> anyhow::Result<Task> {
+    fn prepare(&self, known: &Known, study: &PlanCommand) -> anyhow::Result<Task> {
         if self.merge {
             return self.gather();
         }
@@ -160,8 +160,8 @@ impl Arguments {
         let done = known_rows(&folder, &header)?;
         fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
         let journal = Journal::open(&folder, self.shard, &header)?;
-        put(&folder, PLAN, text.as_bytes())?;
-        put(&folder, SCENARIO, plan.base().as_bytes())?;
+        write_atomically(&folder, PLAN, text.as_bytes())?;
+        write_atomically(&folder, SCENARIO, plan.base().as_bytes())?;
         Ok(Task::Work(Box::new(Work {
             plan,
             header,
@@ -198,7 +198,7 @@ impl Arguments {
         for name in [PLAN, SCENARIO] {
             let path = folders[0].join(name);
             let text = fs::read(&path).with_context(|| path.display().to_string())?;
-            put(&out, name, &text)?;
+            write_atomically(&out, name, &text)?;
         }
         Ok(Task::Merge(out, header, rows))
     }
@@ -207,19 +207,19 @@ impl Arguments {
         let scenario = plan.scenario(run).map_err(anyhow::Error::msg)?;
         terminal::print(&scenario)?;
         let file = format!("run-{run}.toml");
-        tell!(
+        stderr_line!(
             "to repeat the run, save this as {file}: {}",
-            repeat(&file, plan.design.seed(run), plan.check)
+            repeat_command(&file, plan.design.seed(run), plan.check)
         );
         Ok(true)
     }
 
     /// Returns the command that resumes the sweep.
-    fn again(&self, study: &Study) -> String {
+    fn again(&self, study: &PlanCommand) -> String {
         let mut words = vec![format!("alliance {}", study.name)];
-        words.extend(self.paths.iter().map(|path| quoted(path)));
+        words.extend(self.paths.iter().map(|path| shell_quoted(path)));
         if let Some(out) = &self.out {
-            words.push(format!("--out {}", quoted(out)));
+            words.push(format!("--out {}", shell_quoted(out)));
         }
         if let Some(jobs) = self.jobs {
             words.push(format!("--jobs {jobs}"));
@@ -244,12 +244,12 @@ pub fn read_plan(file: &Path, text: &str, known: &Known) -> anyhow::Result<Plan>
     })
 }
 
-fn known_rows(folder: &Path, header: &Header) -> anyhow::Result<Rows> {
+fn known_rows(folder: &Path, header: &Header) -> anyhow::Result<RowsByRun> {
     if !folder.exists() {
-        return Ok(Rows::new());
+        return Ok(RowsByRun::new());
     }
     let Some((known, rows)) = read_all(&[folder.to_owned()])? else {
-        return Ok(Rows::new());
+        return Ok(RowsByRun::new());
     };
     let folder = folder.display();
     if known.version != header.version {
@@ -271,13 +271,13 @@ impl Work {
     fn run(
         mut self,
         jobs: NonZeroUsize,
-        study: &Study,
+        study: &PlanCommand,
         again: &str,
         plan: &Path,
     ) -> anyhow::Result<bool> {
-        let interrupted = Interrupted::watch()?;
+        let interrupted = InterruptFlag::install()?;
         let all = self.plan.design.runs().unwrap_or_default();
-        let mine = |run: &usize| self.shard.is_none_or(|shard| shard.has(*run));
+        let mine = |run: &usize| self.shard.is_none_or(|shard| shard.contains(*run));
         let (before, runs): (Vec<usize>, Vec<usize>) = (0..all)
             .filter(mine)
             .partition(|run| self.done.contains_key(run));
@@ -290,48 +290,48 @@ impl Work {
         let part = self
             .shard
             .map_or_else(String::new, |shard| format!(", shard {shard}"));
-        progress.say(&format!(
+        progress.print_line(&format!(
             "{} {}{part}: {}{known}; {jobs} at a time",
             study.name,
             self.header.sweep,
             counted(total, "run")
         ));
-        let stops = || interrupted.is_so();
-        let attempt = |run, stops: &dyn Fn() -> bool| attempt(&self.plan, run, stops);
-        let worked = work(&runs, jobs, &stops, attempt, |row| {
+        let stops = || interrupted.is_set();
+        let attempt = |run, stops: &dyn Fn() -> bool| execute_run(&self.plan, run, stops);
+        let worked = run_parallel(&runs, jobs, &stops, attempt, |row| {
             self.journal.add_row(&row)?;
-            if let End::Failed(failure) = &row.end {
+            if let RunResult::Failed(failure) = &row.end {
                 keep(&self.folder, &self.header, row.run, failure)?;
-                progress.say(&format!("run {} failed: {}", row.run, failure.reason));
+                progress.print_line(&format!("run {} failed: {}", row.run, failure.reason));
             }
-            progress.add(matches!(row.end, End::Failed(_)));
+            progress.add(matches!(row.end, RunResult::Failed(_)));
             self.done.insert(row.run, row);
             Ok(())
         });
         progress.clear();
         worked?;
 
-        let folder = quoted(&self.folder);
+        let folder = shell_quoted(&self.folder);
         let left = runs
             .iter()
             .filter(|run| !self.done.contains_key(run))
             .count();
         if left > 0 {
-            tell!(
+            stderr_line!(
                 "interrupted: {left} of {} left; continue with\n  {again}",
                 counted(total, "run")
             );
             return Ok(false);
         }
         if let Some(shard) = self.shard {
-            tell!(
+            stderr_line!(
                 "shard {shard}: {} done; when all shards are done, merge them with\n  alliance {} --merge {folder}",
                 counted(total, "run"),
                 study.name
             );
-            let failed = (0..all).filter(|run| shard.has(*run)).any(|run| {
+            let failed = (0..all).filter(|run| shard.contains(*run)).any(|run| {
                 let row = self.done.get(&run);
-                row.is_some_and(|row| matches!(row.end, End::Failed(_)))
+                row.is_some_and(|row| matches!(row.end, RunResult::Failed(_)))
             });
             return Ok(!failed);
         }
@@ -343,13 +343,13 @@ impl Work {
 fn finish(
     folder: &Path,
     header: &Header,
-    rows: Rows,
-    study: &Study,
+    rows: RowsByRun,
+    study: &PlanCommand,
     plan: Option<&Path>,
 ) -> anyhow::Result<bool> {
     let rows: Vec<Row> = rows.into_values().collect();
     for row in &rows {
-        if let End::Failed(failure) = &row.end {
+        if let RunResult::Failed(failure) = &row.end {
             keep(folder, header, row.run, failure)?;
         }
     }
@@ -364,21 +364,21 @@ fn keep(folder: &Path, header: &Header, run: usize, failure: &Failure) -> anyhow
     let text = format!(
         "# run {run} failed: {}\n# {}\n{}",
         failure.reason,
-        repeat(&name, header.design.seed(run), header.check),
+        repeat_command(&name, header.design.seed(run), header.check),
         failure.scenario
     );
-    put(&failures, &name, text.as_bytes())
+    write_atomically(&failures, &name, text.as_bytes())
 }
 
 #[must_use]
-pub fn repeat(scenario: &str, seed: u64, check: bool) -> String {
+pub fn repeat_command(scenario: &str, seed: u64, check: bool) -> String {
     let check = if check { " --check" } else { "" };
     format!("alliance run {scenario} --seed {seed} --in-process{check}")
 }
 
 /// Quotes a path for a shell.
 #[must_use]
-pub fn quoted(path: &Path) -> String {
+pub fn shell_quoted(path: &Path) -> String {
     let text = path.display().to_string();
     let plain = |c: char| c.is_alphanumeric() || "/._-+,=:@".contains(c);
     if !text.is_empty() && text.chars().all(plain) {
@@ -407,9 +407,12 @@ mod tests {
 
     #[test]
     fn paths_are_quoted_for_a_shell() {
-        assert_eq!(quoted(Path::new("sweeps/a-1.toml")), "sweeps/a-1.toml");
-        assert_eq!(quoted(Path::new("my $weep")), "'my $weep'");
-        assert_eq!(quoted(Path::new("it's")), r"'it'\''s'");
+        assert_eq!(
+            shell_quoted(Path::new("sweeps/a-1.toml")),
+            "sweeps/a-1.toml"
+        );
+        assert_eq!(shell_quoted(Path::new("my $weep")), "'my $weep'");
+        assert_eq!(shell_quoted(Path::new("it's")), r"'it'\''s'");
     }
 
     #[test]

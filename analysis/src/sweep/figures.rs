@@ -6,11 +6,11 @@ use plotters::style::RGBColor;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::statistics::{Estimate, Interval};
-use super::summary::{Against, Summary};
+use super::summary::{ColumnSeries, Summary};
 use crate::palette::colors;
 use crate::report::figures::canvas::{
-    Area, Axes, Chart, Drawn, FAINT, Frame, INK, Lettering, Mark, TEXT_PX, WIDTH_PX, chart, curve,
-    line, part, px, rows_for, svg,
+    Area, Axes, Chart, DrawResult, FAINT, Frame, INK, Mark, TEXT_PX, TextLabel, WIDTH_PX, chart,
+    curve, line, part, px, rows_for, svg,
 };
 
 const LEFT_PX: f64 = 62.0;
@@ -23,7 +23,7 @@ const LEGEND_PX: f64 = 26.0;
 const LABEL_ROWS: usize = 3;
 const ROW_PX: f64 = 16.0;
 
-const LABELS: Lettering = Lettering {
+const LABELS: TextLabel = TextLabel {
     size_px: TEXT_PX,
     bold: false,
     color: INK,
@@ -55,7 +55,7 @@ fn spot(estimate: Option<Estimate>) -> Option<(f64, Interval)> {
 }
 
 /// Draws the figure of a column: one block per class of faults, one below the other.
-pub fn draw(of_column: &[Against]) -> anyhow::Result<String> {
+pub fn draw(of_column: &[ColumnSeries]) -> anyhow::Result<String> {
     let blocks: Vec<Block> = of_column.iter().map(Block::new).collect();
     let column = of_column.first().map_or("", |against| &against.column);
     let title = format!("Completion and times by {column}");
@@ -71,14 +71,14 @@ pub fn draw(of_column: &[Against]) -> anyhow::Result<String> {
 }
 
 struct Block<'s> {
-    against: &'s Against,
+    against: &'s ColumnSeries,
     panels: Vec<Panel>,
     /// The row of each label below the plots.
     label_rows: Vec<Option<usize>>,
 }
 
 impl<'s> Block<'s> {
-    fn new(against: &'s Against) -> Self {
+    fn new(against: &'s ColumnSeries) -> Self {
         let share = Panel {
             what: "share of complete runs",
             // Keeps marks at 0 and 1 visible.
@@ -116,7 +116,7 @@ impl<'s> Block<'s> {
     }
 
     /// Draws the block in its part of the area.
-    fn draw(&self, area: &Area<'_>, within: &Area<'_>) -> Drawn {
+    fn draw(&self, area: &Area<'_>, within: &Area<'_>) -> DrawResult {
         let against = self.against;
         let colors = colors(against.series.iter().map(|(name, _)| name.as_str()));
         if self.has_legend() {
@@ -141,7 +141,7 @@ impl<'s> Block<'s> {
 }
 
 /// Creates a panel of times whose range covers all intervals. Returns `None` if no run has such a time.
-fn time_panel(against: &Against, what: &'static str, at: At) -> Option<Panel> {
+fn time_panel(against: &ColumnSeries, what: &'static str, at: At) -> Option<Panel> {
     let summaries = against.series.iter().flat_map(|(_, groups)| groups);
     let intervals = summaries
         .flatten()
@@ -158,7 +158,7 @@ fn time_panel(against: &Against, what: &'static str, at: At) -> Option<Panel> {
     })
 }
 
-fn is_log(against: &Against) -> bool {
+fn is_log(against: &ColumnSeries) -> bool {
     let numbers = against.numbers.as_deref().unwrap_or_default();
     let ends = numbers.first().zip(numbers.last());
     ends.is_some_and(|(least, most)| *least > 0.0 && most / least >= LOG_FROM)
@@ -166,7 +166,7 @@ fn is_log(against: &Against) -> bool {
 
 /// Returns the x coordinate of a group. Numbers are to scale, from 0 to the number of groups less one; other groups are at 0,
 /// 1, ...
-fn place(against: &Against, group: usize) -> f64 {
+fn place(against: &ColumnSeries, group: usize) -> f64 {
     let Some(numbers) = &against.numbers else {
         return group as f64;
     };
@@ -180,12 +180,12 @@ fn place(against: &Against, group: usize) -> f64 {
 }
 
 /// Returns the x range of [`place`].
-fn x_range(against: &Against) -> Range<f64> {
+fn x_range(against: &ColumnSeries) -> Range<f64> {
     -0.5..against.groups.len() as f64 - 0.5
 }
 
 /// Returns the x position of a group, px.
-fn x_px(against: &Against, group: usize) -> f64 {
+fn x_px(against: &ColumnSeries, group: usize) -> f64 {
     let width = WIDTH_PX - LEFT_PX - RIGHT_PX;
     LEFT_PX + width * (place(against, group) + 0.5) / against.groups.len() as f64
 }
@@ -194,9 +194,9 @@ fn draw_panel(
     area: &Area<'_>,
     within: &Area<'_>,
     panel: &Panel,
-    against: &Against,
+    against: &ColumnSeries,
     colors: &[RGBColor],
-) -> Drawn {
+) -> DrawResult {
     let frame = Frame {
         left: LEFT_PX,
         right: RIGHT_PX,
@@ -235,7 +235,7 @@ fn draw_series(
     chart: &Chart<'_>,
     points: &[(f64, f64, Interval)],
     (mark, color): (Mark, RGBColor),
-) -> Drawn {
+) -> DrawResult {
     let middles = points.iter().map(|(x, at, _)| (*x, *at)).collect();
     curve(chart, middles, line(FAINT, 0.75))?;
     for &(x, at, (from, to)) in points {
@@ -245,8 +245,8 @@ fn draw_series(
     Ok(())
 }
 
-fn legend(area: &Area<'_>, against: &Against, colors: &[RGBColor]) -> Drawn {
-    let letters = Lettering::default();
+fn legend(area: &Area<'_>, against: &ColumnSeries, colors: &[RGBColor]) -> DrawResult {
+    let letters = TextLabel::default();
     let mut left_px = LEFT_PX;
     for (place, (name, _)) in against.series.iter().enumerate() {
         let at = (px(left_px + 6.0), px(LEGEND_PX / 2.0));
@@ -258,7 +258,7 @@ fn legend(area: &Area<'_>, against: &Against, colors: &[RGBColor]) -> Drawn {
 }
 
 /// Returns the label row of each group, or `None` if the label has no room.
-fn label_rows(against: &Against) -> Vec<Option<usize>> {
+fn label_rows(against: &ColumnSeries) -> Vec<Option<usize>> {
     let places: Vec<(f64, f64)> = against
         .groups
         .iter()
@@ -271,7 +271,12 @@ fn label_rows(against: &Against) -> Vec<Option<usize>> {
     rows_for(&places, LABEL_ROWS)
 }
 
-fn labels(area: &Area<'_>, against: &Against, top_px: f64, rows: &[Option<usize>]) -> Drawn {
+fn labels(
+    area: &Area<'_>,
+    against: &ColumnSeries,
+    top_px: f64,
+    rows: &[Option<usize>],
+) -> DrawResult {
     for (group, row) in rows.iter().enumerate() {
         if let Some(row) = row {
             let y_px = top_px + (*row as f64 + 0.75) * ROW_PX;
@@ -325,7 +330,7 @@ mod tests {
             let rows: Vec<_> = runs.map(|run| complete(run, 4_000)).collect();
             by_column(&design, &rows).remove(0)
         };
-        let places = |against: &Against| -> Vec<f64> {
+        let places = |against: &ColumnSeries| -> Vec<f64> {
             let groups = 0..against.groups.len();
             groups.map(|group| place(against, group)).collect()
         };
@@ -336,7 +341,7 @@ mod tests {
         }
         let wide = by("alliance.defaults.ceased_after_s = [2.0, 20.0, 200.0]");
         assert!((places(&wide)[1] - 1.0).abs() < 1e-9);
-        let other = Against {
+        let other = ColumnSeries {
             faults: Some("gold-dies".to_owned()),
             ..wide.clone()
         };

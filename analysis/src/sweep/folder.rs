@@ -17,7 +17,7 @@ pub const FAILURES: &str = "failures";
 ///
 /// # Errors
 /// Returns an error if the file cannot be written; the old file then remains.
-pub fn put(folder: &Path, name: &str, contents: &[u8]) -> anyhow::Result<()> {
+pub fn write_atomically(folder: &Path, name: &str, contents: &[u8]) -> anyhow::Result<()> {
     let path = folder.join(name);
     let written = Builder::new()
         .prefix(".new-")

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::comparison::Comparison;
 use super::design::Design;
-use super::lines::{Lines, intact, numbered};
+use super::lines::{LineFile, numbered_lines, verified_text};
 use super::run::Row;
 use super::shard::Shard;
 
@@ -35,11 +35,11 @@ pub struct Header {
     pub comparison: Option<Comparison>,
 }
 
-pub type Rows = BTreeMap<usize, Row>;
+pub type RowsByRun = BTreeMap<usize, Row>;
 
 /// A journal that is open for writing. The file stays locked while it is open.
 pub struct Journal {
-    lines: Lines,
+    lines: LineFile,
 }
 
 impl Journal {
@@ -57,7 +57,7 @@ impl Journal {
                 )
             }
         });
-        let (mut lines, known) = Lines::open(path)?;
+        let (mut lines, known) = LineFile::open(path)?;
         if known.is_empty() {
             lines.add(header)?;
         }
@@ -73,8 +73,8 @@ impl Journal {
 ///
 /// # Errors
 /// Returns an error if journals belong to different sweeps, contain an invalid row, or differ on one run.
-pub fn read_all(folders: &[PathBuf]) -> anyhow::Result<Option<(Header, Rows)>> {
-    let mut all: Option<(Header, Rows, PathBuf)> = None;
+pub fn read_all(folders: &[PathBuf]) -> anyhow::Result<Option<(Header, RowsByRun)>> {
+    let mut all: Option<(Header, RowsByRun, PathBuf)> = None;
     for path in paths(folders)? {
         let Some((header, rows)) = read(&path)? else {
             continue;
@@ -119,7 +119,7 @@ fn paths(folders: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-fn read(path: &Path) -> anyhow::Result<Option<(Header, Rows)>> {
+fn read(path: &Path) -> anyhow::Result<Option<(Header, RowsByRun)>> {
     let bytes = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
     parse(&bytes).map_err(|(line, what)| {
         anyhow!(
@@ -133,17 +133,17 @@ fn read(path: &Path) -> anyhow::Result<Option<(Header, Rows)>> {
 ///
 /// # Errors
 /// Returns the number of the first invalid line, from 1, and the problem.
-pub fn parse(bytes: &[u8]) -> Result<Option<(Header, Rows)>, (usize, String)> {
-    let mut lines = numbered(bytes);
+pub fn parse(bytes: &[u8]) -> Result<Option<(Header, RowsByRun)>, (usize, String)> {
+    let mut lines = numbered_lines(bytes);
     let Some((_, first)) = lines.next() else {
         return Ok(None);
     };
-    let header: Header = serde_json::from_str(&intact(1, first)?)
+    let header: Header = serde_json::from_str(&verified_text(1, first)?)
         .map_err(|error| (1, one_line(&format!("not a journal: {error}"))))?;
     let runs = header.design.runs().unwrap_or_default();
-    let mut rows = Rows::new();
+    let mut rows = RowsByRun::new();
     for (number, line) in lines {
-        let row: Row = serde_json::from_str(&intact(number, line)?)
+        let row: Row = serde_json::from_str(&verified_text(number, line)?)
             .map_err(|error| (number, one_line(&format!("not a row: {error}"))))?;
         if row.run >= runs {
             return Err((number, format!("there is no run {}", row.run)));
@@ -164,7 +164,7 @@ mod tests {
     use tempfile::TempDir;
 
     use super::super::plan::Plan;
-    use super::super::run::{End, Failure};
+    use super::super::run::{Failure, RunResult};
     use super::*;
 
     fn header(text: &str) -> Header {
@@ -183,7 +183,7 @@ mod tests {
     fn row(run: usize, reason: &str) -> Row {
         Row {
             run,
-            end: End::Failed(Failure {
+            end: RunResult::Failed(Failure {
                 reason: reason.to_owned(),
                 scenario: "a = 1\n".to_owned(),
             }),
@@ -192,7 +192,7 @@ mod tests {
 
     const PLAN: &str = "seeds = 9\n[grid]\nbody.speed_m_s = [0.5, 0.1]\n";
 
-    fn all(folder: &TempDir) -> anyhow::Result<Option<(Header, Rows)>> {
+    fn all(folder: &TempDir) -> anyhow::Result<Option<(Header, RowsByRun)>> {
         read_all(&[folder.path().to_owned()])
     }
 

@@ -11,12 +11,12 @@ use serde::Serialize;
 use xxhash_rust::xxh3::xxh3_64;
 
 /// A file of lines that is open for writing. The file stays locked while it is open.
-pub struct Lines {
+pub struct LineFile {
     file: File,
     path: PathBuf,
 }
 
-impl Lines {
+impl LineFile {
     /// Opens or creates the file. Returns its contents without an incomplete last line, which is removed from the file.
     ///
     /// # Errors
@@ -91,7 +91,7 @@ fn unseal(line: &str) -> Option<String> {
 ///
 /// # Errors
 /// Returns the line number and the problem.
-pub fn intact(number: usize, line: &[u8]) -> Result<String, (usize, String)> {
+pub fn verified_text(number: usize, line: &[u8]) -> Result<String, (usize, String)> {
     str::from_utf8(line).ok().and_then(unseal).ok_or_else(|| {
         (
             number,
@@ -101,7 +101,7 @@ pub fn intact(number: usize, line: &[u8]) -> Result<String, (usize, String)> {
 }
 
 /// Returns the lines with their numbers, from 1. Empty lines and an incomplete last line are omitted.
-pub fn numbered(bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
+pub fn numbered_lines(bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
     let lines = whole_lines(bytes).split(|byte| *byte == b'\n').enumerate();
     lines
         .map(|(place, line)| (place + 1, line))

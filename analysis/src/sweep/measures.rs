@@ -6,14 +6,14 @@ use run_log::RunLog;
 use scenario::time::SimTime;
 use serde::{Deserialize, Serialize};
 
-use crate::report::failures::Cause;
+use crate::report::failures::TakeoverCause;
 use crate::report::history::{History, HistoryError, RobotHistory};
 use crate::report::metrics::Metrics;
 use in_process::BroadcastCounts;
 
 /// The measures of one run, for the whole team.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Measures {
+pub struct ComparisonMeasures {
     /// The run's limit, s of simulated time.
     pub limit_s: f64,
     /// The distance that all robots travelled, m.
@@ -35,21 +35,21 @@ pub struct Measures {
     /// Mean time from the loss of a robot at an exclusive task to the task's activation by another robot, s.
     pub takeover_s: Option<f64>,
     /// Traffic by kind of broadcast; unused kinds are absent.
-    pub sent: BTreeMap<String, Sent>,
+    pub sent: BTreeMap<String, BroadcastTraffic>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Sent {
+pub struct BroadcastTraffic {
     /// The number of broadcasts, each counted once for all receivers.
     pub messages: u64,
     pub bytes: u64,
 }
 
-impl Measures {
+impl ComparisonMeasures {
     /// Computes the measures from a full log.
-    pub fn of(log: &RunLog, traffic: &BroadcastCounts) -> Result<Self, HistoryError> {
+    pub fn from_log(log: &RunLog, traffic: &BroadcastCounts) -> Result<Self, HistoryError> {
         let history = History::read(log)?;
-        let metrics = Metrics::of(&history, &log.run);
+        let metrics = Metrics::compute(&history, &log.run);
         let ways: Vec<f64> = history.robots.iter().map(way).collect();
         let drawn = drawn(&history);
         let over_tasks = |time: fn(&crate::report::metrics::TaskMetrics) -> SimTime| {
@@ -63,7 +63,8 @@ impl Measures {
             Some(detection.at.since(failure.at).as_secs_f64())
         });
         let takeovers = metrics.takeovers.iter();
-        let takeovers = takeovers.filter(|takeover| matches!(takeover.cause, Cause::Lost(_)));
+        let takeovers =
+            takeovers.filter(|takeover| matches!(takeover.cause, TakeoverCause::Lost(_)));
         let bulletins = history.catalog.mission.vocabulary().bulletins;
         let sent = traffic
             .by_kind()
@@ -86,7 +87,10 @@ impl Measures {
             sent: sent
                 .map(|(kind, traffic)| {
                     let (messages, bytes) = (traffic.messages, traffic.bytes);
-                    (kind.name(bulletins).to_owned(), Sent { messages, bytes })
+                    (
+                        kind.name(bulletins).to_owned(),
+                        BroadcastTraffic { messages, bytes },
+                    )
                 })
                 .collect(),
         })

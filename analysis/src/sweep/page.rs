@@ -4,7 +4,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::design::{Cell, Design};
 use super::execution::counted;
-use super::run::{End, FaultCount, Row};
+use super::run::{FaultCount, Row, RunResult};
 use super::statistics::Estimate;
 use super::summary::{Summary, failed_by_reason, faults_by_kind};
 use crate::page_head::head;
@@ -191,8 +191,8 @@ impl Page<'_> {
             .rows
             .iter()
             .filter_map(|row| match &row.end {
-                End::Failed(failure) => Some((row.run, failure)),
-                End::Ended(_) => None,
+                RunResult::Failed(failure) => Some((row.run, failure)),
+                RunResult::Ended(_) => None,
             })
             .collect();
         html! {

@@ -14,7 +14,7 @@ use super::results::Column;
 use super::results::Values::{Flags, Integers, Numbers, Texts};
 
 /// Returns the table as a Parquet file.
-pub fn parquet(columns: &[Column]) -> anyhow::Result<Vec<u8>> {
+pub fn to_parquet(columns: &[Column]) -> anyhow::Result<Vec<u8>> {
     let fields = columns.iter().map(schema).collect::<Result<_, _>>()?;
     let schema = Type::group_type_builder("runs")
         .with_fields(fields)
@@ -81,7 +81,7 @@ mod tests {
     use ::parquet::file::reader::{FileReader, SerializedFileReader};
     use ::parquet::record::Field;
 
-    use super::super::results::table;
+    use super::super::results::results_table;
     use super::super::results::tests::{complete, design, failed, incomplete};
     use super::*;
 
@@ -89,7 +89,7 @@ mod tests {
     fn a_written_table_can_be_read() {
         let design = design("[grid]\nbody.speed_m_s = [0.5, 1, 0.25]\n");
         let rows = [complete(0, 4_000), incomplete(1), failed(2)];
-        let bytes = parquet(&table(&design, &rows)).unwrap();
+        let bytes = to_parquet(&results_table(&design, &rows)).unwrap();
         let path = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(path.path(), bytes).unwrap();
         let file = SerializedFileReader::new(path.reopen().unwrap()).unwrap();

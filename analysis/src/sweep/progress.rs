@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::time::Duration;
 
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
-use terminal::tell;
+use terminal::stderr_line;
 use tokio::time::Instant;
 
 /// The shortest interval between two lines if stderr is not a terminal.
@@ -65,12 +65,12 @@ impl Progress {
             && line.elapsed() >= LINE_INTERVAL
         {
             *line = Instant::now();
-            tell!("{}/{} runs  {message}", self.done, self.of);
+            stderr_line!("{}/{} runs  {message}", self.done, self.of);
         }
     }
 
-    pub fn say(&self, line: &str) {
-        self.bar.suspend(|| tell!("{line}"));
+    pub fn print_line(&self, line: &str) {
+        self.bar.suspend(|| stderr_line!("{line}"));
     }
 
     pub fn clear(&self) {

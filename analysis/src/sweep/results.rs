@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use scenario::mission::{FigureValue, MissionFigures};
 
 use super::design::{Cell, Design};
-use super::measures::{Measures, Sent};
-use super::run::{End, Figures, Row};
+use super::measures::{BroadcastTraffic, ComparisonMeasures};
+use super::run::{Figures, Row, RunResult};
 
 pub struct Column {
     pub name: String,
@@ -25,14 +25,14 @@ use Values::{Flags, Integers, Numbers, Texts};
 
 /// Creates all columns: run number, settings, outcome, figures, and the reason of a failure.
 #[must_use]
-pub fn table(design: &Design, rows: &[Row]) -> Vec<Column> {
+pub fn results_table(design: &Design, rows: &[Row]) -> Vec<Column> {
     let column = |name: &str, values| Column {
         name: name.to_owned(),
         values,
     };
     let whole = |of: fn(&Figures) -> Option<u64>| {
         // Signed integers, as notebooks expect; none of these numbers approaches 2^63.
-        let number = |row| figures(row).and_then(of).map(|number| number as i64);
+        let number = |row| figures_of(row).and_then(of).map(|number| number as i64);
         Integers(rows.iter().map(number).collect())
     };
     let runs = rows.iter().map(|row| Some(row.run as i64));
@@ -48,13 +48,13 @@ pub fn table(design: &Design, rows: &[Row]) -> Vec<Column> {
         column(
             "outcome",
             text(|row| {
-                let outcome = figures(row).map_or("failed", |figures| figures.outcome.as_str());
+                let outcome = figures_of(row).map_or("failed", |figures| figures.outcome.as_str());
                 Some(outcome.to_owned())
             }),
         ),
         column(
             "hash",
-            text(|row| figures(row).map(|figures| figures.hash.clone())),
+            text(|row| figures_of(row).map(|figures| figures.hash.clone())),
         ),
         column("sim_time_ms", whole(|figures| Some(figures.sim_time_ms))),
     ]);
@@ -91,8 +91,8 @@ pub fn table(design: &Design, rows: &[Row]) -> Vec<Column> {
     columns.extend([column(
         "reason",
         text(|row| match &row.end {
-            End::Ended(_) => None,
-            End::Failed(failure) => Some(failure.reason.clone()),
+            RunResult::Ended(_) => None,
+            RunResult::Failed(failure) => Some(failure.reason.clone()),
         }),
     )]);
     columns
@@ -100,11 +100,11 @@ pub fn table(design: &Design, rows: &[Row]) -> Vec<Column> {
 
 /// Creates the columns of the measures that comparisons add. Returns none if no run was measured.
 fn measured(rows: &[Row]) -> Vec<Column> {
-    let all = || rows.iter().map(|row| figures(row)?.measures.as_deref());
+    let all = || rows.iter().map(|row| figures_of(row)?.measures.as_deref());
     if all().flatten().next().is_none() {
         return Vec::new();
     }
-    let number = |name: &str, of: fn(&Measures) -> Option<f64>| Column {
+    let number = |name: &str, of: fn(&ComparisonMeasures) -> Option<f64>| Column {
         name: name.to_owned(),
         values: Numbers(all().map(|measures| of(measures?)).collect()),
     };
@@ -124,8 +124,10 @@ fn measured(rows: &[Row]) -> Vec<Column> {
         .flat_map(|measures| measures.sent.keys())
         .collect();
     for kind in kinds {
-        let whole = |of: fn(&Sent) -> u64| {
-            let sent = |measures: &Measures| measures.sent.get(kind).copied().unwrap_or_default();
+        let whole = |of: fn(&BroadcastTraffic) -> u64| {
+            let sent = |measures: &ComparisonMeasures| {
+                measures.sent.get(kind).copied().unwrap_or_default()
+            };
             Integers(
                 all()
                     .map(|measures| Some(of(&sent(measures?)) as i64))
@@ -150,7 +152,7 @@ fn measured(rows: &[Row]) -> Vec<Column> {
 fn of_mission(rows: &[Row]) -> impl Iterator<Item = Column> {
     let missions = || {
         rows.iter()
-            .filter_map(figures)
+            .filter_map(figures_of)
             .map(|figures| &figures.mission)
     };
     let mut names: Vec<&str> = Vec::new();
@@ -160,7 +162,10 @@ fn of_mission(rows: &[Row]) -> impl Iterator<Item = Column> {
         }
     }
     names.into_iter().map(|name| {
-        let values = || rows.iter().map(|row| Some(figures(row)?.mission.get(name)));
+        let values = || {
+            rows.iter()
+                .map(|row| Some(figures_of(row)?.mission.get(name)))
+        };
         let has = |wanted: fn(&FigureValue) -> bool| values().flatten().any(|value| wanted(&value));
         let is_whole = has(|value| matches!(value, FigureValue::Count(_)))
             && !has(|value| matches!(value, FigureValue::Real(_)));
@@ -178,10 +183,10 @@ fn of_mission(rows: &[Row]) -> impl Iterator<Item = Column> {
 }
 
 #[must_use]
-pub fn figures(row: &Row) -> Option<&Figures> {
+pub fn figures_of(row: &Row) -> Option<&Figures> {
     match &row.end {
-        End::Ended(figures) => Some(figures),
-        End::Failed(_) => None,
+        RunResult::Ended(figures) => Some(figures),
+        RunResult::Failed(_) => None,
     }
 }
 
@@ -290,13 +295,13 @@ pub(crate) mod tests {
         };
         Row {
             run,
-            end: End::Ended(figures),
+            end: RunResult::Ended(figures),
         }
     }
 
     pub fn incomplete(run: usize) -> Row {
         let mut row = complete(run, 9_000);
-        if let End::Ended(figures) = &mut row.end {
+        if let RunResult::Ended(figures) = &mut row.end {
             figures.outcome = Outcome::TimeLimit;
             let mission = &mut figures.mission;
             *mission = MissionFigures::default();
@@ -316,7 +321,7 @@ pub(crate) mod tests {
     pub fn failed(run: usize) -> Row {
         Row {
             run,
-            end: End::Failed(Failure {
+            end: RunResult::Failed(Failure {
                 reason: "no place, \"anywhere\"".to_owned(),
                 scenario: String::new(),
             }),
@@ -326,7 +331,7 @@ pub(crate) mod tests {
     #[test]
     fn column_names_are_unique() {
         let text = "presets = ['team']\n[faults.none]\n[grid]\nbody.speed_m_s = [0.5]\n";
-        let columns = table(&design(text), &[complete(0, 4_000)]);
+        let columns = results_table(&design(text), &[complete(0, 4_000)]);
         let names: std::collections::BTreeSet<&String> =
             columns.iter().map(|column| &column.name).collect();
         assert_eq!(names.len(), columns.len());
@@ -337,7 +342,7 @@ pub(crate) mod tests {
         let design =
             design("[grid]\nbody.speed_m_s = [0.5, 1, 0.25]\nwaste.spills.0.name = ['top']\n");
         let rows = [complete(0, 4_000), incomplete(1), failed(2)];
-        let table = table(&design, &rows);
+        let table = results_table(&design, &rows);
         let csv = String::from_utf8(csv(&table, rows.len()).unwrap()).unwrap();
         let expected = "\
             run,body.speed_m_s,waste.spills.0.name,seed,outcome,hash,sim_time_ms,items_delivered,items_total,reports_made,\

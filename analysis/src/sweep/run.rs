@@ -13,8 +13,8 @@ use scenario::mission::{FigureValue, MissionFigures};
 use serde::{Deserialize, Serialize};
 use terminal::panics::catch;
 
-use super::design::{Change, change};
-use super::measures::Measures;
+use super::design::{Change, apply_change};
+use super::measures::ComparisonMeasures;
 use super::plan::{Plan, setup};
 use crate::invariants::{Invariants, replayed};
 use in_process::Team;
@@ -25,12 +25,12 @@ const TICKS_PER_LOOK: u64 = 64;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     pub run: usize,
-    pub end: End,
+    pub end: RunResult,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum End {
+pub enum RunResult {
     /// The run ended and has figures.
     Ended(Figures),
     /// The run did not start, or did not reach its end.
@@ -58,7 +58,7 @@ pub struct Figures {
     pub faults: BTreeMap<String, FaultCount>,
     /// Measures for comparisons; `None` in other sweeps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub measures: Option<Box<Measures>>,
+    pub measures: Option<Box<ComparisonMeasures>>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -77,22 +77,22 @@ pub struct Failure {
 }
 
 /// Executes a run. Returns `None` if `stops` returned true. A panic becomes the reason of a failed run.
-pub fn attempt(plan: &Plan, run: usize, stops: &dyn Fn() -> bool) -> Option<Row> {
-    let end = attempt_changed(plan, run, &[], plan.design.seed(run), stops)?;
+pub fn execute_run(plan: &Plan, run: usize, stops: &dyn Fn() -> bool) -> Option<Row> {
+    let end = execute_changed_run(plan, run, &[], plan.design.seed(run), stops)?;
     Some(Row { run, end })
 }
 
 /// Executes a run with changes of its scenario and with the given seed.
-pub fn attempt_changed(
+pub fn execute_changed_run(
     plan: &Plan,
     run: usize,
     changes: &[Change],
     seed: u64,
     stops: &dyn Fn() -> bool,
-) -> Option<End> {
+) -> Option<RunResult> {
     let scenario = plan.scenario(run).and_then(|mut scenario| {
         let mut changes = changes.iter();
-        changes.try_for_each(|each| change(&mut scenario, each))?;
+        changes.try_for_each(|each| apply_change(&mut scenario, each))?;
         Ok(scenario)
     });
     let ended = scenario
@@ -104,8 +104,8 @@ pub fn attempt_changed(
         });
     match ended.and_then(|ended| ended) {
         Ok(None) => None,
-        Ok(Some(figures)) => Some(End::Ended(figures)),
-        Err(error) => Some(End::Failed(Failure {
+        Ok(Some(figures)) => Some(RunResult::Ended(figures)),
+        Err(error) => Some(RunResult::Failed(Failure {
             reason: format!("{error:#}").replace(['\n', '\r'], " "),
             scenario: scenario.map_or_else(|_| plan.base(), |table| table.to_string()),
         })),
@@ -133,7 +133,7 @@ fn simulate(
     let outcome = loop {
         let outcome = team.tick()?;
         if let Some(invariants) = &mut invariants {
-            invariants.see(team.simulation())?;
+            invariants.check_simulation(team.simulation())?;
         }
         if let Some(outcome) = outcome {
             break outcome;
@@ -152,7 +152,7 @@ fn simulate(
     }
     if let Some(traffic) = traffic {
         let log = RunLog::from_tables(Path::new(""), run, memory.tables);
-        figures.measures = Some(Box::new(Measures::of(&log, &traffic)?));
+        figures.measures = Some(Box::new(ComparisonMeasures::from_log(&log, &traffic)?));
     }
     Ok(Some(figures))
 }
@@ -278,8 +278,8 @@ mod tests {
     #[test]
     fn a_panic_becomes_the_reason_of_the_failed_run() {
         let plan = plan("");
-        let row = attempt(&plan, 0, &|| panic!("out of {}", "luck")).unwrap();
-        let End::Failed(failure) = row.end else {
+        let row = execute_run(&plan, 0, &|| panic!("out of {}", "luck")).unwrap();
+        let RunResult::Failed(failure) = row.end else {
             panic!("{row:?}")
         };
         assert_eq!(failure.reason, "panicked: out of luck");
@@ -294,8 +294,8 @@ mod tests {
              obstacles = [{ x_m = 8.0, y_m = 4.0, width_m = 1.0, height_m = 1.0 }]\n\
              [grid]\nbody.radius_m = [0.2, 0.5]\nobstacles.0.x_m = [8.0, 5.0]\n",
         );
-        let row = attempt(&plan, 3, &|| true).unwrap();
-        let End::Failed(failure) = row.end else {
+        let row = execute_run(&plan, 3, &|| true).unwrap();
+        let RunResult::Failed(failure) = row.end else {
             panic!("{row:?}")
         };
         assert_eq!(failure.reason.lines().count(), 1, "{failure:?}");
@@ -304,14 +304,14 @@ mod tests {
 
     #[test]
     fn a_stopped_run_leaves_no_row() {
-        assert_eq!(attempt(&plan(""), 0, &|| true), None);
+        assert_eq!(execute_run(&plan(""), 0, &|| true), None);
     }
 
     #[test]
     fn figures_equal_those_of_the_run() {
         let plan = plan("limit_s = 30.0\nseeds = [7]\n");
-        let row = attempt(&plan, 0, &|| false).unwrap();
-        let End::Ended(figures) = row.end else {
+        let row = execute_run(&plan, 0, &|| false).unwrap();
+        let RunResult::Ended(figures) = row.end else {
             panic!("{row:?}")
         };
         let setup = setup(&plan.scenario(0).unwrap(), 7).unwrap();

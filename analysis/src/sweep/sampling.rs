@@ -11,7 +11,7 @@ pub enum Distribution {
     /// A whole number between both bounds, inclusive; uniform.
     Integer(i64, i64),
     /// A number between both bounds; uniform.
-    Even(f64, f64),
+    Uniform(f64, f64),
     /// A positive number between both bounds; its logarithm is uniform.
     Log(f64, f64),
     /// One of the listed values; uniform.
@@ -21,10 +21,10 @@ pub enum Distribution {
 impl Distribution {
     /// Returns the bounds, or all values of a choice.
     #[must_use]
-    pub fn stated(&self) -> Vec<Value> {
+    pub fn limits(&self) -> Vec<Value> {
         match self {
             Self::Integer(min, max) => vec![Value::Integer(*min), Value::Integer(*max)],
-            Self::Even(min, max) | Self::Log(min, max) => {
+            Self::Uniform(min, max) | Self::Log(min, max) => {
                 vec![Value::Float(*min), Value::Float(*max)]
             }
             Self::Choice(values) => values.clone(),
@@ -40,7 +40,7 @@ impl Distribution {
                 let steps = ((u * span) as u64).min(max.abs_diff(*min));
                 Value::Integer(min.saturating_add_unsigned(steps))
             }
-            Self::Even(min, max) => Value::Float(min + u * (max - min)),
+            Self::Uniform(min, max) => Value::Float(min + u * (max - min)),
             Self::Log(min, max) => {
                 let (from, to) = (libm::log(*min), libm::log(*max));
                 // The logarithm and its inverse can miss a bound by rounding.
@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn each_distribution_keeps_its_bounds_and_mean() {
-        assert_mean(&Distribution::Even(2.0, 4.0), (2.0, 4.0), 3.0);
+        assert_mean(&Distribution::Uniform(2.0, 4.0), (2.0, 4.0), 3.0);
         // The mean of x with ln x uniform in [ln 1, ln 100] is 99 / ln 100.
         assert_mean(&Distribution::Log(1.0, 100.0), (1.0, 100.0), 21.5);
         assert_mean(&Distribution::Integer(1, 6), (1.0, 6.0), 3.5);
@@ -104,7 +104,7 @@ mod tests {
 
     #[test]
     fn keys_draw_independently_and_seeds_repeat_draws() {
-        let even = Distribution::Even(0.0, 1.0);
+        let even = Distribution::Uniform(0.0, 1.0);
         let a = draw(1, "a", &even, 3);
         assert_eq!(a, draw(1, "a", &even, 4)[..3]);
         assert_ne!(a, draw(1, "b", &even, 3));

@@ -12,7 +12,7 @@ pub struct Shard {
 
 impl Shard {
     #[must_use]
-    pub fn has(self, run: usize) -> bool {
+    pub fn contains(self, run: usize) -> bool {
         run % self.of == self.number
     }
 }
@@ -45,7 +45,7 @@ mod tests {
     fn each_run_is_in_exactly_one_shard() {
         let shards = ["0/3", "1/3", "2/3"].map(|text| text.parse::<Shard>().unwrap());
         for run in 0..10 {
-            assert_eq!(shards.iter().filter(|shard| shard.has(run)).count(), 1);
+            assert_eq!(shards.iter().filter(|shard| shard.contains(run)).count(), 1);
         }
         assert_eq!(shards[2].to_string(), "2/3");
         for wrong in ["3/3", "0/0", "1", "a/b", "-1/3", ""] {

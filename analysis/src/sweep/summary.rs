@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use proto::tick::Outcome;
 
 use super::design::{Cell, Design, FAULTS, PRESET};
-use super::results::figures;
-use super::run::{End, FaultCount, Row};
+use super::results::figures_of;
+use super::run::{FaultCount, Row, RunResult};
 use super::statistics::{Estimate, Interval, estimate, wilson};
 
 /// The number of distinct values from which a numeric column is divided into classes.
@@ -35,7 +35,7 @@ impl Summary {
         let seconds = |ms: u64| ms as f64 / 1000.0;
         for row in rows {
             runs += 1;
-            let Some(figures) = figures(row) else {
+            let Some(figures) = figures_of(row) else {
                 continue;
             };
             ended += 1;
@@ -73,7 +73,7 @@ pub fn faults_by_kind(rows: &[Row]) -> BTreeMap<&str, FaultCount> {
     let mut all: BTreeMap<&str, FaultCount> = BTreeMap::new();
     for (kind, count) in rows
         .iter()
-        .filter_map(figures)
+        .filter_map(figures_of)
         .flat_map(|figures| &figures.faults)
     {
         all.entry(kind).or_default().add(count);
@@ -86,7 +86,7 @@ pub fn faults_by_kind(rows: &[Row]) -> BTreeMap<&str, FaultCount> {
 pub fn failed_by_reason(rows: &[Row]) -> BTreeMap<&str, usize> {
     let mut all = BTreeMap::new();
     for row in rows {
-        if let End::Failed(failure) = &row.end {
+        if let RunResult::Failed(failure) = &row.end {
             let reason = failure.reason.split(": ").next().unwrap_or_default();
             *all.entry(reason).or_default() += 1;
         }
@@ -97,17 +97,19 @@ pub fn failed_by_reason(rows: &[Row]) -> BTreeMap<&str, usize> {
 /// Summarizes the runs of each condition, which differ only in the seed. `rows` are all rows, in run order.
 #[must_use]
 pub fn by_condition<'d>(design: &'d Design, rows: &[Row]) -> Vec<(Vec<&'d Cell>, Summary)> {
-    rows.chunk_by(|a, b| a.run / design.repetitions() == b.run / design.repetitions())
-        .map(|rows| {
-            let mut cells: Vec<&Cell> = design.cells(rows[0].run).collect();
-            cells.pop();
-            (cells, Summary::of(rows))
-        })
-        .collect()
+    rows.chunk_by(|a, b| {
+        a.run / design.seeds_per_condition() == b.run / design.seeds_per_condition()
+    })
+    .map(|rows| {
+        let mut cells: Vec<&Cell> = design.cells(rows[0].run).collect();
+        cells.pop();
+        (cells, Summary::of(rows))
+    })
+    .collect()
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub struct Against {
+pub struct ColumnSeries {
     pub column: String,
     pub faults: Option<String>,
     /// The values, or classes of values, from left to right.
@@ -121,7 +123,7 @@ pub struct Against {
 /// Summarizes runs by each swept column that has several values, except the seed, for each class of faults. Summaries cover all
 /// values of the other columns. `rows` are all rows, in run order.
 #[must_use]
-pub fn by_column(design: &Design, rows: &[Row]) -> Vec<Against> {
+pub fn by_column(design: &Design, rows: &[Row]) -> Vec<ColumnSeries> {
     let factor_of = |column: &str| {
         let mut factors = design.factors.iter();
         factors.position(|factor| factor.columns == [column])
@@ -166,7 +168,7 @@ pub fn by_column(design: &Design, rows: &[Row]) -> Vec<Against> {
             let empty: Vec<Vec<Vec<&Row>>> = vec![vec![Vec::new(); groups.len()]; names.len()];
             let mut sorted = vec![empty; classes.len()];
             for row in rows {
-                let places = design.places(row.run);
+                let places = design.level_indices(row.run);
                 let class = match classes.len() {
                     1 => 0,
                     _ => faults.map_or(0, |faults| places[faults]),
@@ -178,7 +180,7 @@ pub fn by_column(design: &Design, rows: &[Row]) -> Vec<Against> {
             for (faults, sorted) in classes.into_iter().zip(sorted) {
                 let summaries = sorted.into_iter();
                 let summaries = summaries.map(|groups| groups.into_iter().map(summary).collect());
-                all.push(Against {
+                all.push(ColumnSeries {
                     column: column.clone(),
                     faults,
                     groups: groups.clone(),
@@ -285,7 +287,7 @@ mod tests {
     fn faults_by_kind_and_failures_by_reason() {
         let failure = |run, reason: &str| {
             let mut row = failed(run);
-            if let End::Failed(failure) = &mut row.end {
+            if let RunResult::Failed(failure) = &mut row.end {
                 failure.reason = reason.to_owned();
             }
             row
@@ -339,7 +341,7 @@ mod tests {
             (against[0].column.as_str(), &against[0].groups[..]),
             ("body.speed_m_s", &["0.5".to_owned(), "1".to_owned()][..])
         );
-        let medians = |against: &Against| -> Vec<(String, Vec<f64>)> {
+        let medians = |against: &ColumnSeries| -> Vec<(String, Vec<f64>)> {
             let series = against.series.iter();
             let medians =
                 |groups: &[Option<Summary>]| groups.iter().flatten().map(median).collect();

@@ -7,7 +7,7 @@ use std::thread;
 
 /// Executes runs on `jobs` threads until all are done or `stops` returns true, and passes each result to `take`. A thread ends
 /// when `attempt` returns `None`.
-pub fn work<R: Send>(
+pub fn run_parallel<R: Send>(
     runs: &[usize],
     jobs: NonZeroUsize,
     stops: &(dyn Fn() -> bool + Sync),
@@ -54,7 +54,7 @@ mod tests {
         let runs: Vec<usize> = (2..12).collect();
         let mut done = BTreeSet::new();
         let attempt = |run, _: &dyn Fn() -> bool| Some(run);
-        work(&runs, JOBS, &|| false, attempt, |run| {
+        run_parallel(&runs, JOBS, &|| false, attempt, |run| {
             assert!(done.insert(run));
             Ok(())
         })
@@ -66,9 +66,9 @@ mod tests {
     fn work_ends_on_request_and_after_an_error_of_take() {
         let runs: Vec<usize> = (0..12).collect();
         let attempt = |run, stops: &dyn Fn() -> bool| (!stops()).then_some(run);
-        work(&runs, JOBS, &|| true, attempt, |_| panic!("a row")).unwrap();
+        run_parallel(&runs, JOBS, &|| true, attempt, |_| panic!("a row")).unwrap();
         let mut taken = 0;
-        let error = work(&runs, JOBS, &|| false, attempt, |_| {
+        let error = run_parallel(&runs, JOBS, &|| false, attempt, |_| {
             taken += 1;
             anyhow::bail!("the disk is full")
         });

@@ -9,19 +9,19 @@ use std::thread::available_parallelism;
 use anyhow::Context;
 use clap::Args;
 use scenario::decode_text;
-use terminal::tell;
+use terminal::stderr_line;
 use world_server::mission_args::Known;
 
 use super::page::Page;
-use super::record::{Header, Record, Stopped, Working};
+use super::record::{Executor, Header, SearchJournal, StoppedSearch};
 use super::search::population;
 use super::task::{Allocator, Task};
-use super::tuning::{Runs, Tuned, tune};
-use super::verdict::{Verdict, verdicts};
-use crate::interrupted::Interrupted;
-use crate::sweep::design::change;
-use crate::sweep::execution::{jobs, quoted, read_plan};
-use crate::sweep::folder::{PLAN, put};
+use super::tuning::{TrialExecutor, Tuned, tune};
+use super::verdict::{TestComparison, verdicts};
+use crate::interrupted::InterruptFlag;
+use crate::sweep::design::apply_change;
+use crate::sweep::execution::{jobs, read_plan, shell_quoted};
+use crate::sweep::folder::{PLAN, write_atomically};
 use crate::sweep::progress::Progress;
 use crate::sweep::results::Values::{Flags, Integers, Numbers, Texts};
 use crate::sweep::results::{Column, Values, csv};
@@ -55,18 +55,18 @@ impl TuneCommand {
         let (task, record, folder) = match self.prepare(known) {
             Ok(prepared) => prepared,
             Err(error) => {
-                tell!("alliance tune: {error:#}");
+                stderr_line!("alliance tune: {error:#}");
                 return ExitCode::from(2);
             }
         };
         match self.work(&task, record, &folder) {
             Ok(()) => ExitCode::SUCCESS,
-            Err(error) if error.is::<Stopped>() => {
-                tell!("interrupted; continue with\n  {}", self.again());
+            Err(error) if error.is::<StoppedSearch>() => {
+                stderr_line!("interrupted; continue with\n  {}", self.again());
                 ExitCode::from(1)
             }
             Err(error) => {
-                tell!("alliance tune: {error:#}");
+                stderr_line!("alliance tune: {error:#}");
                 ExitCode::from(3)
             }
         }
@@ -77,7 +77,7 @@ impl TuneCommand {
         stem.to_string_lossy().into_owned()
     }
 
-    fn prepare(&self, known: &Known) -> anyhow::Result<(Task, Record, PathBuf)> {
+    fn prepare(&self, known: &Known) -> anyhow::Result<(Task, SearchJournal, PathBuf)> {
         let file = self.plan.display().to_string();
         let bytes = fs::read(&self.plan).with_context(|| file.clone())?;
         let text = decode_text(&file, bytes)?;
@@ -93,17 +93,17 @@ impl TuneCommand {
             None => Path::new("tunings").join(self.name()),
         };
         fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
-        let record = Record::open(&folder, &header)?;
-        put(&folder, PLAN, text.as_bytes())?;
+        let record = SearchJournal::open(&folder, &header)?;
+        write_atomically(&folder, PLAN, text.as_bytes())?;
         Ok((task, record, folder))
     }
 
-    fn work(&self, task: &Task, record: Record, folder: &Path) -> anyhow::Result<()> {
-        let interrupted = Interrupted::watch()?;
+    fn work(&self, task: &Task, record: SearchJournal, folder: &Path) -> anyhow::Result<()> {
+        let interrupted = InterruptFlag::install()?;
         let jobs = self.jobs.or_else(|| available_parallelism().ok());
         let done = record.done();
-        let stops = || interrupted.is_so();
-        let mut working = Working {
+        let stops = || interrupted.is_set();
+        let mut working = Executor {
             task,
             jobs: jobs.unwrap_or(NonZeroUsize::MIN),
             stops: &stops,
@@ -114,7 +114,7 @@ impl TuneCommand {
             0 => String::new(),
             known => format!(", {known} of them done before"),
         };
-        working.say(&format!(
+        working.report_progress(&format!(
             "tune {}: about {} runs{known}; {} at a time",
             self.name(),
             expected(task),
@@ -129,9 +129,9 @@ impl TuneCommand {
 
     /// Returns the command that resumes the search.
     fn again(&self) -> String {
-        let mut words = vec!["alliance tune".to_owned(), quoted(&self.plan)];
+        let mut words = vec!["alliance tune".to_owned(), shell_quoted(&self.plan)];
         if let Some(out) = &self.out {
-            words.push(format!("--out {}", quoted(out)));
+            words.push(format!("--out {}", shell_quoted(out)));
         }
         if let Some(jobs) = self.jobs {
             words.push(format!("--jobs {jobs}"));
@@ -158,14 +158,14 @@ fn expected(task: &Task) -> usize {
     search + task.allocators.len() * (selection + test)
 }
 
-pub struct Result<'r> {
+pub struct AllocatorResult<'r> {
     pub allocator: &'r Allocator,
     pub tuned: &'r Tuned,
     pub chosen: usize,
-    pub verdicts: [Vec<Verdict>; 2],
+    pub verdicts: [Vec<TestComparison>; 2],
 }
 
-impl Result<'_> {
+impl AllocatorResult<'_> {
     /// Checks whether the tuned values are significantly better than the defaults on the test seeds. Otherwise the defaults are
     /// kept.
     #[must_use]
@@ -175,28 +175,28 @@ impl Result<'_> {
 }
 
 fn finish(task: &Task, name: &str, folder: &Path, found: &[Tuned]) -> anyhow::Result<()> {
-    let results: Vec<Result<'_>> = task
+    let results: Vec<AllocatorResult<'_>> = task
         .allocators
         .iter()
         .zip(found)
-        .map(|(allocator, tuned)| Result {
+        .map(|(allocator, tuned)| AllocatorResult {
             allocator,
             tuned,
             chosen: tuned.chosen(),
             verdicts: [0, 1].map(|method| verdicts(task, tuned, method)),
         })
         .collect();
-    put(folder, TUNED, scenario(task, name, &results)?.as_bytes())?;
+    write_atomically(folder, TUNED, scenario(task, name, &results)?.as_bytes())?;
     for (name, columns) in [
         ("candidates.csv", candidates(&results)),
         ("test.csv", tests(&results)),
     ] {
         let rows = columns.first().map_or(0, Column::rows);
-        put(folder, name, &csv(&columns, rows)?)?;
+        write_atomically(folder, name, &csv(&columns, rows)?)?;
     }
     let figures = super::figures::figures(task, &results)?;
     for figure in figures.iter().flatten() {
-        put(
+        write_atomically(
             folder,
             &format!("{}.svg", figure.name),
             figure.svg.as_bytes(),
@@ -208,18 +208,21 @@ fn finish(task: &Task, name: &str, folder: &Path, found: &[Tuned]) -> anyhow::Re
         results: &results,
         figures: &figures,
     };
-    put(folder, PAGE, page.html().as_bytes())?;
+    write_atomically(folder, PAGE, page.html().as_bytes())?;
     for result in &results {
-        tell!("- {}", super::page::sentence(task, result));
+        stderr_line!("- {}", super::page::sentence(task, result));
     }
-    tell!("scenario alliance run {}", quoted(&folder.join(TUNED)));
-    tell!("numbers  {}", folder.join("test.csv").display());
-    tell!("page     {}", folder.join(PAGE).display());
+    stderr_line!(
+        "scenario alliance run {}",
+        shell_quoted(&folder.join(TUNED))
+    );
+    stderr_line!("numbers  {}", folder.join("test.csv").display());
+    stderr_line!("page     {}", folder.join(PAGE).display());
     Ok(())
 }
 
 /// Creates the first mission without faults as a scenario with the best values of all allocators. It selects the first allocator.
-fn scenario(task: &Task, name: &str, results: &[Result<'_>]) -> anyhow::Result<String> {
+fn scenario(task: &Task, name: &str, results: &[AllocatorResult<'_>]) -> anyhow::Result<String> {
     let mut table = task.plan.scenario(0).map_err(anyhow::Error::msg)?;
     table.remove("faults");
     table.insert(
@@ -237,7 +240,7 @@ fn scenario(task: &Task, name: &str, results: &[Result<'_>]) -> anyhow::Result<S
         text += &format!("# {}\n", super::page::sentence(task, result));
         if result.is_better() {
             for each in allocator.changes(Some(&best.values)).into_iter().skip(1) {
-                change(&mut table, &each).map_err(anyhow::Error::msg)?;
+                apply_change(&mut table, &each).map_err(anyhow::Error::msg)?;
             }
             for (parameter, value) in allocator.parameters.iter().zip(&best.values) {
                 let bounds = parameter.bounds(&allocator.parameters);
@@ -269,7 +272,7 @@ impl Filling {
     }
 }
 
-fn candidates(results: &[Result<'_>]) -> Vec<Column> {
+fn candidates(results: &[AllocatorResult<'_>]) -> Vec<Column> {
     let all: Vec<_> = results
         .iter()
         .flat_map(|result| {
@@ -341,7 +344,8 @@ fn candidates(results: &[Result<'_>]) -> Vec<Column> {
     );
     for result in results {
         for (place, parameter) in result.allocator.parameters.iter().enumerate() {
-            let is_same = |other: &Result<'_>| other.allocator.name == result.allocator.name;
+            let is_same =
+                |other: &AllocatorResult<'_>| other.allocator.name == result.allocator.name;
             let values =
                 each().map(|(other, candidate)| is_same(other).then(|| candidate.values[place]));
             table.column(&parameter.key, Numbers(values.collect()));
@@ -350,7 +354,7 @@ fn candidates(results: &[Result<'_>]) -> Vec<Column> {
     table.0
 }
 
-fn tests(results: &[Result<'_>]) -> Vec<Column> {
+fn tests(results: &[AllocatorResult<'_>]) -> Vec<Column> {
     let mut rows = Vec::new();
     for result in results {
         for (method, verdicts) in super::search::Method::ALL.iter().zip(&result.verdicts) {
@@ -378,13 +382,17 @@ fn tests(results: &[Result<'_>]) -> Vec<Column> {
     );
     table.column(
         "condition",
-        texts(each().map(|(.., verdict)| verdict.what.clone()).collect()),
+        texts(
+            each()
+                .map(|(.., verdict)| verdict.condition.clone())
+                .collect(),
+        ),
     );
     table.column(
         "n",
         Integers(each().map(|(.., verdict)| Some(verdict.n as i64)).collect()),
     );
-    let number = |of: fn(&Verdict) -> Option<f64>| {
+    let number = |of: fn(&TestComparison) -> Option<f64>| {
         Numbers(each().map(|(.., verdict)| of(verdict)).collect())
     };
     table.column("default", number(|verdict| Some(verdict.means?.0)));

@@ -2,15 +2,15 @@
 
 use plotters::style::RGBColor;
 
-use super::command::Result;
+use super::command::AllocatorResult;
 use super::importance::importance;
 use super::search::Method;
 use super::task::Task;
 use super::tuning::{Candidate, percent};
 use crate::report::figures::Figure;
 use crate::report::figures::canvas::{
-    Axes, FAINT, Frame, INK, Lettering, Mark, WIDTH_PX, chart, curve, fill, level, line, part, px,
-    svg,
+    Axes, FAINT, Frame, INK, Mark, TextLabel, WIDTH_PX, chart, curve, fill, horizontal_line, line,
+    part, px, svg,
 };
 
 const PLOT_PX: f64 = 330.0;
@@ -28,7 +28,7 @@ const FRAME: Frame = Frame {
 };
 
 /// Draws search, importance, test, and bytes against the metric, for each allocator.
-pub fn figures(task: &Task, results: &[Result<'_>]) -> anyhow::Result<Vec<Vec<Figure>>> {
+pub fn figures(task: &Task, results: &[AllocatorResult<'_>]) -> anyhow::Result<Vec<Vec<Figure>>> {
     results
         .iter()
         .map(|result| {
@@ -53,16 +53,16 @@ fn span(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
 
 fn legend(
     area: &crate::report::figures::canvas::Area<'_>,
-) -> crate::report::figures::canvas::Drawn {
+) -> crate::report::figures::canvas::DrawResult {
     for (place, method) in Method::ALL.iter().enumerate() {
         let (x, y) = (WIDTH_PX - 150.0, 22.0 + 18.0 * place as f64);
         MARKS[place].draw(area, (px(x), px(y)), COLORS[place])?;
-        Lettering::default().write(area, method.as_str(), (x + 12.0, y))?;
+        TextLabel::default().write(area, method.as_str(), (x + 12.0, y))?;
     }
     Ok(())
 }
 
-fn search(task: &Task, result: &Result<'_>) -> anyhow::Result<Figure> {
+fn search(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
     let name = &result.allocator.name;
     let title = format!("{name}: best score so far against runs");
     let curves: Vec<Vec<(f64, f64)>> = Method::ALL
@@ -103,7 +103,7 @@ fn search(task: &Task, result: &Result<'_>) -> anyhow::Result<Figure> {
     let svg = svg(&title, PLOT_PX + 10.0, |area| {
         let within = part(area, (0.0, 6.0), (WIDTH_PX - 170.0, PLOT_PX));
         let chart = chart(&within, FRAME, &axes)?;
-        level(&chart, 0.0..most, 0.0, line(FAINT, 1.0))?;
+        horizontal_line(&chart, 0.0..most, 0.0, line(FAINT, 1.0))?;
         for (place, points) in curves.iter().enumerate() {
             curve(&chart, points.clone(), line(COLORS[place], 2.0))?;
             for point in points {
@@ -127,7 +127,7 @@ fn search(task: &Task, result: &Result<'_>) -> anyhow::Result<Figure> {
     })
 }
 
-fn matters(result: &Result<'_>) -> anyhow::Result<Figure> {
+fn matters(result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
     let name = &result.allocator.name;
     let title = format!("{name}: importance of the parameters");
     let all = importance(&result.tuned.candidates);
@@ -182,7 +182,7 @@ fn matters(result: &Result<'_>) -> anyhow::Result<Figure> {
     })
 }
 
-const RIGHT: Lettering = Lettering {
+const RIGHT: TextLabel = TextLabel {
     size_px: crate::report::figures::canvas::TEXT_PX,
     bold: false,
     color: INK,
@@ -193,7 +193,7 @@ const RIGHT: Lettering = Lettering {
     upright: false,
 };
 
-fn test(task: &Task, result: &Result<'_>) -> anyhow::Result<Figure> {
+fn test(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
     let name = &result.allocator.name;
     let title = format!("{name}: tuned against default on test seeds");
     let rows = result.verdicts[0].len();
@@ -236,7 +236,7 @@ fn test(task: &Task, result: &Result<'_>) -> anyhow::Result<Figure> {
                 )?;
                 if place == 0 {
                     let at = (NAMES_PX - 6.0, 50.0 + ROW_PX * (row as f64 + 0.5));
-                    RIGHT.write(area, &verdict.what, at)?;
+                    RIGHT.write(area, &verdict.condition, at)?;
                 }
             }
         }
@@ -252,7 +252,7 @@ fn test(task: &Task, result: &Result<'_>) -> anyhow::Result<Figure> {
     })
 }
 
-fn front(task: &Task, result: &Result<'_>) -> anyhow::Result<Figure> {
+fn front(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
     let name = &result.allocator.name;
     let title = format!("{name}: {} against bytes", task.metric.name());
     let candidates = || {

@@ -2,7 +2,7 @@
 //!
 //! - `task` checks a plan: the missions and faults of a sweep, and the table `tune`. `space` maps coordinates to values.
 //! - `search` selects the next points. `race` drops the worst candidates of a generation early. `tuning` combines search, selection
-//!   and test. These modules do no I/O: they request runs through `tuning::Runs`.
+//!   and test. These modules do no I/O: they request runs through `tuning::TrialExecutor`.
 //! - `record` executes runs in parallel and stores their outcomes. A resumed search replays its record and gives identical results.
 //! - `importance` and `verdict` compute the numbers of the result; `figures` and `page` present it; `command` is the command line.
 

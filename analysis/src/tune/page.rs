@@ -2,12 +2,12 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::command::{Result, TUNED};
+use super::command::{AllocatorResult, TUNED};
 use super::importance::importance;
 use super::search::Method;
 use super::task::Task;
-use super::verdict::Verdict;
-use crate::compare::page::LOOKS;
+use super::verdict::TestComparison;
+use crate::compare::page::STYLE;
 use crate::page_head::head;
 use crate::report::figures::Figure;
 use crate::sweep::execution::counted;
@@ -15,13 +15,13 @@ use crate::sweep::execution::counted;
 pub struct Page<'p> {
     pub name: &'p str,
     pub task: &'p Task,
-    pub results: &'p [Result<'p>],
+    pub results: &'p [AllocatorResult<'p>],
     pub figures: &'p [Vec<Figure>],
 }
 
 /// Returns the result of an allocator in one sentence.
 #[must_use]
-pub fn sentence(task: &Task, result: &Result<'_>) -> String {
+pub fn sentence(task: &Task, result: &AllocatorResult<'_>) -> String {
     let verdict = &result.verdicts[result.chosen][0];
     let (percent, (from, to)) = verdict.percent;
     let outcome = if result.is_better() {
@@ -63,7 +63,7 @@ impl Page<'_> {
         let text = html! {
             (DOCTYPE)
             html lang="en" {
-                (head(&format!("Tuning {}", self.name), LOOKS))
+                (head(&format!("Tuning {}", self.name), STYLE))
                 body {
                     h1 { "Tuning " (self.name) }
                     p.question { (question.unwrap_or("Which parameters are good, and how much better are they than the defaults?")) }
@@ -87,7 +87,7 @@ impl Page<'_> {
     }
 }
 
-fn allocator(result: &Result<'_>, figures: &[Figure]) -> Markup {
+fn allocator(result: &AllocatorResult<'_>, figures: &[Figure]) -> Markup {
     let importance = importance(&result.tuned.candidates);
     let parameters = &result.allocator.parameters;
     html! {
@@ -130,7 +130,7 @@ fn allocator(result: &Result<'_>, figures: &[Figure]) -> Markup {
     }
 }
 
-fn test(result: &Result<'_>, method: usize) -> Markup {
+fn test(result: &AllocatorResult<'_>, method: usize) -> Markup {
     html! {
         details open[method == result.chosen] {
             summary { "Test seeds, best of " (Method::ALL[method].as_str()) @if method == result.chosen { " (the winner on the selection seeds)" } }
@@ -145,11 +145,11 @@ fn test(result: &Result<'_>, method: usize) -> Markup {
     }
 }
 
-fn row(verdict: &Verdict) -> Markup {
+fn row(verdict: &TestComparison) -> Markup {
     let (percent, (from, to)) = verdict.percent;
     html! {
         tr {
-            td.text { (verdict.what) }
+            td.text { (verdict.condition) }
             @match verdict.means {
                 Some((default, tuned)) => { td { (number(default)) } td { (number(tuned)) } }
                 None => { td {} td {} }

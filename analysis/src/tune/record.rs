@@ -9,19 +9,19 @@ use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::task::Task;
-use super::tuning::{Outcome, Runs, Trial};
-use crate::sweep::lines::{Lines, intact, numbered};
-use crate::sweep::measures::Measures;
+use super::tuning::{Outcome, Trial, TrialExecutor};
+use crate::sweep::lines::{LineFile, numbered_lines, verified_text};
+use crate::sweep::measures::ComparisonMeasures;
 use crate::sweep::progress::Progress;
-use crate::sweep::run::{End, attempt_changed};
-use crate::sweep::workers::work;
+use crate::sweep::run::{RunResult, execute_changed_run};
+use crate::sweep::workers::run_parallel;
 
 const JOURNAL: &str = "journal.jsonl";
 
 /// The error of an interrupted search.
 #[derive(Debug, thiserror::Error)]
 #[error("interrupted")]
-pub struct Stopped;
+pub struct StoppedSearch;
 
 /// The first line of the journal, which identifies the search.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -40,27 +40,27 @@ struct Batch {
 }
 
 /// The stored batches, in the order of their requests.
-pub struct Record {
-    lines: Lines,
+pub struct SearchJournal {
+    lines: LineFile,
     known: VecDeque<Batch>,
 }
 
-impl Record {
+impl SearchJournal {
     /// Opens the journal of a folder, or starts a new one.
     ///
     /// # Errors
     /// Returns an error if the journal belongs to another search, is damaged, or cannot be written.
     pub fn open(folder: &Path, header: &Header) -> anyhow::Result<Self> {
-        let (mut lines, bytes) = Lines::open(folder.join(JOURNAL))?;
+        let (mut lines, bytes) = LineFile::open(folder.join(JOURNAL))?;
         let path = lines.path().display().to_string();
         let mut known = VecDeque::new();
-        for (number, line) in numbered(&bytes) {
+        for (number, line) in numbered_lines(&bytes) {
             let broken = |what: String| {
                 anyhow!(
                     "{path}:{number}: {what}; remove this line and all below it to repeat their runs"
                 )
             };
-            let text = intact(number, line).map_err(|(_, what)| broken(what))?;
+            let text = verified_text(number, line).map_err(|(_, what)| broken(what))?;
             if number > 1 {
                 let batch = serde_json::from_str(&text);
                 known.push_back(batch.map_err(|error| broken(error.to_string()))?);
@@ -88,16 +88,16 @@ impl Record {
 }
 
 /// The executor of a search's trials.
-pub struct Working<'w> {
+pub struct Executor<'w> {
     pub task: &'w Task,
-    pub record: Record,
+    pub record: SearchJournal,
     pub jobs: NonZeroUsize,
     /// Returns true after a signal.
     pub stops: &'w (dyn Fn() -> bool + Sync),
     pub progress: Progress,
 }
 
-impl Runs for Working<'_> {
+impl TrialExecutor for Executor<'_> {
     fn run(&mut self, trials: &[Trial]) -> anyhow::Result<Vec<Outcome>> {
         let digest = format!("{:016x}", xxh3_64(format!("{trials:?}").as_bytes()));
         if let Some(known) = self.record.known.pop_front() {
@@ -120,10 +120,10 @@ impl Runs for Working<'_> {
                 seed,
             } = &trials[place];
             let changes = task.allocators[*allocator].changes(values.as_deref());
-            let end = attempt_changed(&task.plan, *condition, &changes, *seed, stops)?;
+            let end = execute_changed_run(&task.plan, *condition, &changes, *seed, stops)?;
             Some((place, outcome(task, *condition, &end)))
         };
-        work(
+        run_parallel(
             &places,
             self.jobs,
             self.stops,
@@ -137,24 +137,24 @@ impl Runs for Working<'_> {
         let outcomes: Option<Vec<Outcome>> = found.into_iter().collect();
         let batch = Batch {
             asked: digest,
-            outcomes: outcomes.ok_or(Stopped)?,
+            outcomes: outcomes.ok_or(StoppedSearch)?,
         };
         self.record.lines.add(&batch)?;
         Ok(batch.outcomes)
     }
 
-    fn say(&mut self, line: &str) {
-        self.progress.say(line);
+    fn report_progress(&mut self, line: &str) {
+        self.progress.print_line(line);
     }
 }
 
-fn outcome(task: &Task, condition: usize, end: &End) -> Outcome {
-    let End::Ended(figures) = end else {
+fn outcome(task: &Task, condition: usize, end: &RunResult) -> Outcome {
+    let RunResult::Ended(figures) = end else {
         return Outcome::default();
     };
-    let measures = Measures {
+    let measures = ComparisonMeasures {
         limit_s: task.conditions[condition].limit_s,
-        ..Measures::default()
+        ..ComparisonMeasures::default()
     };
     Outcome {
         value: task.metric.of(figures, &measures),
@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn a_record_is_read_back_and_another_search_refused() {
         let folder = TempDir::new().unwrap();
-        let mut record = Record::open(folder.path(), &header("a")).unwrap();
+        let mut record = SearchJournal::open(folder.path(), &header("a")).unwrap();
         let batch = Batch {
             asked: "x".to_owned(),
             outcomes: vec![
@@ -196,18 +196,22 @@ mod tests {
         let path = folder.path().join(JOURNAL);
         let whole = std::fs::read(&path).unwrap();
         std::fs::write(&path, [&whole[..], b"{\"asked\":\"y"].concat()).unwrap();
-        let record = Record::open(folder.path(), &header("a")).unwrap();
+        let record = SearchJournal::open(folder.path(), &header("a")).unwrap();
         assert_eq!((record.done(), &record.known[0]), (2, &batch));
         drop(record);
         assert_eq!(std::fs::read(&path).unwrap(), whole);
-        let error = Record::open(folder.path(), &header("b")).err().unwrap();
+        let error = SearchJournal::open(folder.path(), &header("b"))
+            .err()
+            .unwrap();
         assert!(
             error.to_string().contains("holds another tuning"),
             "{error}"
         );
         let text = String::from_utf8(whole).unwrap().replace("0.3", "0.4");
         std::fs::write(&path, text).unwrap();
-        let error = Record::open(folder.path(), &header("a")).err().unwrap();
+        let error = SearchJournal::open(folder.path(), &header("a"))
+            .err()
+            .unwrap();
         assert!(
             error
                 .to_string()

@@ -10,7 +10,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-use super::space::folded;
+use super::space::reflected;
 
 /// The initial step size for coordinates from 0 to 1.
 const STEP: f64 = 0.3;
@@ -44,7 +44,12 @@ pub fn population(dimensions: usize) -> usize {
 /// Returns the points of the next generation, with coordinates from 0 to 1. `before` contains the values of the earlier
 /// generations' points in order. Less is better, and only the order of the values counts.
 #[must_use]
-pub fn next(method: Method, seed: u64, dimensions: usize, before: &[Vec<f64>]) -> Vec<Vec<f64>> {
+pub fn next_points(
+    method: Method,
+    seed: u64,
+    dimensions: usize,
+    before: &[Vec<f64>],
+) -> Vec<Vec<f64>> {
     match method {
         Method::Cmaes => by_cmaes(seed, dimensions, before),
         Method::Random => {
@@ -62,7 +67,12 @@ fn by_cmaes(seed: u64, dimensions: usize, before: &[Vec<f64>]) -> Vec<Vec<f64>> 
     // CMA-ES requests the values of the points one after the other.
     let value = |point: &DVector<f64>| {
         let mut points = points.borrow_mut();
-        points.push(point.iter().map(|coordinate| folded(*coordinate)).collect());
+        points.push(
+            point
+                .iter()
+                .map(|coordinate| reflected(*coordinate))
+                .collect(),
+        );
         let known: Option<&Vec<f64>> = before.get(generation.get());
         known.map_or(0.0, |values| values[points.len() - 1])
     };
@@ -98,7 +108,7 @@ mod tests {
         let mut before: Vec<Vec<f64>> = Vec::new();
         let mut count = 0;
         while count < most {
-            let points = next(method, 1, dimensions, &before);
+            let points = next_points(method, 1, dimensions, &before);
             assert!(
                 points
                     .iter()
@@ -148,20 +158,20 @@ mod tests {
     #[test]
     fn the_next_points_depend_only_on_seed_and_ranks() {
         for method in Method::ALL {
-            let first = next(method, 7, 3, &[]);
+            let first = next_points(method, 7, 3, &[]);
             assert_eq!(first.len(), population(3));
-            assert_eq!(first, next(method, 7, 3, &[]));
-            assert_ne!(first, next(method, 8, 3, &[]));
+            assert_eq!(first, next_points(method, 7, 3, &[]));
+            assert_ne!(first, next_points(method, 8, 3, &[]));
             let ranks = vec![
                 (0..population(3))
                     .map(|rank| rank as f64)
                     .collect::<Vec<_>>(),
             ];
-            let second = next(method, 7, 3, &ranks);
+            let second = next_points(method, 7, 3, &ranks);
             assert_ne!(first, second);
             let shifted: Vec<Vec<f64>> =
                 vec![ranks[0].iter().map(|rank| rank * 9.0 - 4.0).collect()];
-            assert_eq!(second, next(method, 7, 3, &shifted));
+            assert_eq!(second, next_points(method, 7, 3, &shifted));
         }
         assert_eq!([1, 3, 6, 22].map(population), [4, 7, 9, 13]);
     }

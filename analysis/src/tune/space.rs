@@ -136,7 +136,7 @@ fn rounded(value: f64) -> f64 {
 
 /// Reflects a coordinate at the bounds until it lies inside, so that an unbounded search respects them.
 #[must_use]
-pub fn folded(coordinate: f64) -> f64 {
+pub fn reflected(coordinate: f64) -> f64 {
     let period = coordinate.rem_euclid(2.0);
     period.min(2.0 - period)
 }
@@ -189,7 +189,7 @@ mod tests {
             (1.0, 1.0),
         ];
         for (outside, inside) in cases {
-            assert!((folded(outside) - inside).abs() < 1e-12, "{outside}");
+            assert!((reflected(outside) - inside).abs() < 1e-12, "{outside}");
         }
     }
 

@@ -8,7 +8,7 @@ use scenario::name_remedy;
 use super::space::{Parameter, changes, values};
 use crate::compare::metrics::Metric;
 use crate::sweep::design::{Change, FAULTS, MISSION};
-use crate::sweep::plan::tuning::Tuning;
+use crate::sweep::plan::tuning::SearchSettings;
 use crate::sweep::plan::{Plan, setup};
 
 /// The metrics that a search can optimize. They need no log.
@@ -23,7 +23,7 @@ const METRICS: [Metric; 4] = [
 pub struct Task {
     /// The missions under faults. Their single seed is not used.
     pub plan: Plan,
-    pub tuning: Tuning,
+    pub tuning: SearchSettings,
     pub metric: Metric,
     pub allocators: Vec<Allocator>,
     /// Every mission under every class of faults.
@@ -69,7 +69,7 @@ impl Task {
                 "the plan has no search; write a table [tune], as in campaigns/tune-alliance.toml"
             );
         };
-        if plan.design.repetitions() > 1 {
+        if plan.design.seeds_per_condition() > 1 {
             bail!("seeds: [tune] states the seeds as training, selection and test; remove seeds");
         }
         if plan.design.columns().any(|column| column == "allocator") {
@@ -166,7 +166,8 @@ impl Task {
         for run in 0..self.conditions.len() {
             let mut scenario = self.plan.scenario(run).map_err(anyhow::Error::msg)?;
             for each in changes {
-                crate::sweep::design::change(&mut scenario, each).map_err(anyhow::Error::msg)?;
+                crate::sweep::design::apply_change(&mut scenario, each)
+                    .map_err(anyhow::Error::msg)?;
             }
             setup(&scenario, 1)?;
         }
@@ -174,7 +175,7 @@ impl Task {
     }
 }
 
-fn check_seeds(tuning: &Tuning) -> anyhow::Result<()> {
+fn check_seeds(tuning: &SearchSettings) -> anyhow::Result<()> {
     let sets = [
         ("training", &tuning.training.0),
         ("selection", &tuning.selection.0),
@@ -218,7 +219,7 @@ fn check_seeds(tuning: &Tuning) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn conditions(plan: &Plan, tuning: &Tuning) -> anyhow::Result<Vec<Condition>> {
+fn conditions(plan: &Plan, tuning: &SearchSettings) -> anyhow::Result<Vec<Condition>> {
     let columns: Vec<&str> = plan.design.columns().collect();
     let classes = columns.iter().position(|column| *column == FAULTS);
     let mut known: Vec<String> = Vec::new();

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::race::survivors;
-use super::search::{Method, next};
+use super::search::{Method, next_points};
 use super::space::values;
 use super::task::Task;
 
@@ -34,14 +34,14 @@ pub struct Outcome {
     pub bytes: f64,
 }
 
-pub trait Runs {
+pub trait TrialExecutor {
     /// Executes all trials. Returns their outcomes in the same order.
     ///
     /// # Errors
     /// Returns an error if the trials cannot be executed, or after an interruption.
     fn run(&mut self, trials: &[Trial]) -> anyhow::Result<Vec<Outcome>>;
 
-    fn say(&mut self, line: &str);
+    fn report_progress(&mut self, line: &str);
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -110,7 +110,7 @@ pub fn ratios(task: &Task, found: Outcome, defaults: Outcome) -> (f64, f64) {
     }
 }
 
-pub fn tune(task: &Task, allocator: usize, runs: &mut impl Runs) -> anyhow::Result<Tuned> {
+pub fn tune(task: &Task, allocator: usize, runs: &mut impl TrialExecutor) -> anyhow::Result<Tuned> {
     let mut tuner = Tuner {
         task,
         allocator,
@@ -166,7 +166,7 @@ impl Runner {
     }
 }
 
-impl<R: Runs> Tuner<'_, R> {
+impl<R: TrialExecutor> Tuner<'_, R> {
     /// Searches until the budget is spent. The candidates of a generation share their seeds; the next generation has other seeds.
     fn search(&mut self, method: Method) -> anyhow::Result<()> {
         let tuning = &self.task.tuning;
@@ -177,7 +177,7 @@ impl<R: Runs> Tuner<'_, R> {
         let mut used = 0;
         while used < tuning.budget {
             let generation = before.len();
-            let points = next(method, tuning.seed, parameters.len(), &before);
+            let points = next_points(method, tuning.seed, parameters.len(), &before);
             let mut runners: Vec<Runner> = points
                 .iter()
                 .map(|point| Runner::new(values(parameters, point)))
@@ -221,7 +221,7 @@ impl<R: Runs> Tuner<'_, R> {
                 .map(|candidate| candidate.score);
             let best = best.fold(f64::INFINITY, f64::min);
             let name = &self.task.allocators[self.allocator].name;
-            self.runs.say(&format!(
+            self.runs.report_progress(&format!(
                 "{name}, {}: generation {}, {used} of {} runs, best {:+.1} %",
                 method.as_str(),
                 generation + 1,
@@ -421,7 +421,7 @@ mod tests {
         batches: usize,
     }
 
-    impl Runs for Formula {
+    impl TrialExecutor for Formula {
         fn run(&mut self, trials: &[Trial]) -> anyhow::Result<Vec<Outcome>> {
             self.batches += 1;
             self.trials.extend_from_slice(trials);
@@ -443,7 +443,7 @@ mod tests {
             Ok(each.collect())
         }
 
-        fn say(&mut self, _: &str) {}
+        fn report_progress(&mut self, _: &str) {}
     }
 
     #[test]

@@ -9,8 +9,8 @@ const LEVEL: f64 = 0.95;
 
 /// The comparison of tuned values with the defaults, under one or several conditions.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Verdict {
-    pub what: String,
+pub struct TestComparison {
+    pub condition: String,
     pub n: usize,
     /// The means of the metric with the defaults and with tuned values; `None` for several conditions.
     pub means: Option<(f64, f64)>,
@@ -23,7 +23,7 @@ pub struct Verdict {
     pub bytes_percent: f64,
 }
 
-impl Verdict {
+impl TestComparison {
     /// Checks whether the entire interval is on the better side.
     #[must_use]
     pub fn is_better(&self) -> bool {
@@ -33,7 +33,7 @@ impl Verdict {
 
 /// Returns the verdicts of a method's best candidate: over all seen conditions, over all unseen ones, and for each condition.
 #[must_use]
-pub fn verdicts(task: &Task, tuned: &Tuned, method: usize) -> Vec<Verdict> {
+pub fn verdicts(task: &Task, tuned: &Tuned, method: usize) -> Vec<TestComparison> {
     let (defaults, tuned) = (&tuned.test[0], &tuned.test[method + 1]);
     let groups = [
         ("all seen conditions", false),
@@ -56,11 +56,11 @@ pub fn verdicts(task: &Task, tuned: &Tuned, method: usize) -> Vec<Verdict> {
 
 fn verdict(
     task: &Task,
-    what: &str,
+    condition: &str,
     places: &[usize],
     defaults: &[Vec<Outcome>],
     tuned: &[Vec<Outcome>],
-) -> Verdict {
+) -> TestComparison {
     let seeds = task.tuning.test.0.len();
     // Conditions have equal weight: each seed counts with the mean over them.
     let by_seed = |of: fn((f64, f64)) -> f64| -> Vec<f64> {
@@ -82,8 +82,8 @@ fn verdict(
             .collect::<Vec<(f64, f64)>>()
     });
     let pairs = pairs.filter(|pairs| !pairs.is_empty());
-    Verdict {
-        what: what.to_owned(),
+    TestComparison {
+        condition: condition.to_owned(),
         n: seeds,
         means: pairs.as_ref().map(|pairs| {
             let each = pairs.iter();

@@ -16,5 +16,5 @@ struct WorldCli {
 fn main() -> ExitCode {
     cluster::session::prepare_process();
     log_to_stderr();
-    WorldCli::parse().world.run(&launch::known())
+    WorldCli::parse().world.run(&launch::program_content())
 }

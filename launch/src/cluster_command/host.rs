@@ -17,13 +17,13 @@ use proto::identity;
 use proto::keys::LAUNCHER_HOST;
 use proto::process::ProcessAction;
 use scenario::names::is_name;
-use terminal::tell;
+use terminal::stderr_line;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::time::sleep;
 
-use crate::run::bus::{Bus, Call};
-use crate::run::crew::Crew;
-use crate::run::supervise::{GRACE, end};
+use crate::run::bus::{BusMessage, LauncherBus};
+use crate::run::crew::AgentProcesses;
+use crate::run::supervise::{GRACE, end_processes};
 use crate::runtime;
 use cluster::host_router::Relay;
 
@@ -130,9 +130,10 @@ impl Daemon {
         say(&format!("run {}: robots {robots}", relay.run));
         let default = || PathBuf::from(format!("runs/{}.{}", relay.run, self.name));
         let folder = self.out.clone().unwrap_or_else(default);
-        let mut crew = Crew::new(relay.run.clone(), [].into(), folder);
+        let mut crew = AgentProcesses::new(relay.run.clone(), [].into(), folder);
         let (session, keys) = (relay.session.clone(), relay.keys.clone());
-        let mut bus = Bus::of_host(session, keys, relay.secret.clone(), &self.name).await?;
+        let mut bus =
+            LauncherBus::join_as_host(session, keys, relay.secret.clone(), &self.name).await?;
         if self.starts_agents {
             std::fs::create_dir_all(&crew.logs).with_context(|| crew.logs.display().to_string())?;
             for robot in &relay.enlisted.start {
@@ -141,7 +142,7 @@ impl Daemon {
             }
         }
         let interrupted = self.watch(&relay, &mut crew, &mut bus, signals).await;
-        end(crew.everybody().collect(), GRACE, &say).await;
+        end_processes(crew.all().collect(), GRACE, &say).await;
         relay.close().await;
         interrupted
     }
@@ -150,8 +151,8 @@ impl Daemon {
     async fn watch(
         &self,
         relay: &Relay,
-        crew: &mut Crew,
-        bus: &mut Bus,
+        crew: &mut AgentProcesses,
+        bus: &mut LauncherBus,
         signals: &mut Signals,
     ) -> anyhow::Result<bool> {
         let mut children = signal(SignalKind::child())?;
@@ -159,8 +160,8 @@ impl Daemon {
             tokio::select! {
                 () = signals.interrupted() => return Ok(true),
                 _ = children.recv() => {}
-                call = bus.call() => if let Call::Order(order, query) = call {
-                    let done = crew.obey(&order).await;
+                call = bus.call() => if let BusMessage::Order(order, query) = call {
+                    let done = crew.execute(&order).await;
                     if let (Ok(pid), ProcessAction::Start) = (&done, order.act) {
                         say(&format!("{} is process {pid} now", order.robot));
                     }
@@ -197,11 +198,11 @@ fn serve(command: &str, daemon: anyhow::Result<Daemon>) -> ExitCode {
     let daemon = match daemon {
         Ok(daemon) => daemon,
         Err(error) => {
-            tell!("alliance {command}: {error:#}");
+            stderr_line!("alliance {command}: {error:#}");
             return ExitCode::from(2);
         }
     };
-    let served = runtime::start().and_then(|runtime| {
+    let served = runtime::start_runtime().and_then(|runtime| {
         runtime.block_on(async {
             let mut signals = Signals {
                 interrupt: signal(SignalKind::interrupt())?,
@@ -217,7 +218,7 @@ fn serve(command: &str, daemon: anyhow::Result<Daemon>) -> ExitCode {
     match served {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            tell!("alliance {command}: {error:#}");
+            stderr_line!("alliance {command}: {error:#}");
             ExitCode::from(3)
         }
     }
@@ -233,7 +234,7 @@ fn end_with_input() {
 }
 
 fn say(line: &str) {
-    tell!("{line}");
+    stderr_line!("{line}");
 }
 
 fn host_name(text: &str) -> Result<String, String> {

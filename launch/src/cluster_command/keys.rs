@@ -8,13 +8,13 @@ use anyhow::bail;
 use clap::Args;
 use cluster::locator::is_address;
 use scenario::names::is_name;
-use terminal::tell;
+use terminal::stderr_line;
 use time::OffsetDateTime;
 use world_server::mission_args::read_scenario;
 use world_server::size::SizeArgs;
 
-use cluster::certificates::{Dates, make};
-use cluster::file::{Cluster, Host};
+use cluster::certificates::{CertificateDates, make};
+use cluster::file::{Cluster, HostEntry};
 use cluster::store;
 use cluster::team::{Team, robot_names};
 
@@ -31,7 +31,7 @@ pub struct KeysCommand {
     at: Vec<String>,
     /// Machine that runs `alliance host` or `alliance router`, and the addresses by which others connect to it; repeatable
     #[arg(long = "host", value_name = "NAME[=ADDRESS,…]", value_parser = host, requires = "at")]
-    hosts: Vec<Host>,
+    hosts: Vec<HostEntry>,
     /// Folder to create [default: keys, or the folder in the cluster file]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -59,13 +59,13 @@ impl KeysCommand {
                 Err(error) => (3, error),
             },
         };
-        tell!("alliance keys: {error:#}");
+        stderr_line!("alliance keys: {error:#}");
         ExitCode::from(status)
     }
 
     fn carry_out(&self, team: &Team, folder: &Path) -> anyhow::Result<String> {
         let members = team.members();
-        let dates = Dates::days(OffsetDateTime::now_utc(), self.days);
+        let dates = CertificateDates::days(OffsetDateTime::now_utc(), self.days);
         store::write(folder, &make(&members, dates)?)?;
         let (days, folder) = (self.days, folder.display());
         let days = match days {
@@ -84,7 +84,7 @@ impl KeysCommand {
         if self.at.is_empty() {
             return self.team_of_cluster();
         }
-        let known = crate::known();
+        let known = crate::program_content();
         let scenario = match self.size.scenario(Some(&self.source), &known.vocabulary)? {
             Some(sized) => sized,
             None => read_scenario(&self.source, &known)?,
@@ -108,7 +108,7 @@ impl KeysCommand {
     }
 
     fn team_of_cluster(&self) -> anyhow::Result<(Team, PathBuf)> {
-        let known = crate::known();
+        let known = crate::program_content();
         let vocabulary = &known.vocabulary;
         if vocabulary.builtin(&self.source).is_some() {
             let source = &self.source;
@@ -158,7 +158,7 @@ fn address(text: &str) -> Result<String, String> {
     }
 }
 
-fn host(text: &str) -> Result<Host, String> {
+fn host(text: &str) -> Result<HostEntry, String> {
     let (name, at) = match text.split_once('=') {
         Some((name, at)) => (name, at.split(',').map(address).collect::<Result<_, _>>()?),
         None => (text, Vec::new()),
@@ -169,7 +169,7 @@ fn host(text: &str) -> Result<Host, String> {
                 .to_owned(),
         );
     }
-    Ok(Host {
+    Ok(HostEntry {
         name: name.to_owned(),
         robots: Vec::new(),
         at,

@@ -10,22 +10,22 @@ use cluster::key_files::{KeyFiles, STANDARD_INPUT};
 use cluster::keyring::Keyring;
 use cluster::locator::Transport;
 use proto::identity::WORLD;
-use terminal::tell;
+use terminal::stderr_line;
 use world_server::mission_args::read_scenario;
 
-use crate::run::args::{Over, RunCommand};
+use crate::run::args::{RemoteSettings, RunCommand};
 use cluster::file::Cluster;
-use cluster::start::Start;
+use cluster::start::StartPlan;
 
 /// Run a mission over several machines
 #[derive(Args, Clone, Debug)]
 pub struct ClusterCommand {
     #[command(subcommand)]
-    what: What,
+    what: ClusterAction,
 }
 
 #[derive(Subcommand, Clone, Debug)]
-enum What {
+enum ClusterAction {
     Up(Box<Up>),
 }
 
@@ -47,11 +47,11 @@ impl ClusterCommand {
     /// Runs the command. The exit status is that of `alliance run`.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        let What::Up(up) = &self.what;
+        let ClusterAction::Up(up) = &self.what;
         match up.command() {
             Ok(command) => command.run(),
             Err(error) => {
-                tell!("alliance cluster: {error:#}");
+                stderr_line!("alliance cluster: {error:#}");
                 ExitCode::from(2)
             }
         }
@@ -61,14 +61,15 @@ impl ClusterCommand {
 impl Up {
     /// Returns the `alliance run` command for the cluster file.
     fn command(&self) -> anyhow::Result<RunCommand> {
-        let (cluster, scenario) =
-            Cluster::read(&self.cluster, |asked| read_scenario(asked, &crate::known()))?;
+        let (cluster, scenario) = Cluster::read(&self.cluster, |asked| {
+            read_scenario(asked, &crate::program_content())
+        })?;
         let name = self.cluster.display();
-        if self.run.is_of_a_scenario() {
+        if self.run.selects_scenario() {
             bail!("{name} sets the scenario and the seed; leave SCENARIO, its size and --seed out");
         }
         let start = self.start.as_deref();
-        let start = start.map(|command| Start::new(command, &cluster, &scenario));
+        let start = start.map(|command| StartPlan::new(command, &cluster, &scenario));
         let start = start.transpose()?;
         let keys = if start.is_some() {
             PathBuf::from(STANDARD_INPUT)
@@ -91,9 +92,9 @@ impl Up {
             arguments.push(format!("--place={}={}", host.name, host.robots.join(",")));
             elsewhere.extend(host.robots.iter().cloned());
         }
-        let over = Over {
+        let over = RemoteSettings {
             arguments,
-            elsewhere,
+            remote_robots: elsewhere,
             start,
         };
         Ok(self.run.clone().over(over, cluster.scenario, cluster.seed))

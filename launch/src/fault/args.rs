@@ -17,7 +17,7 @@ use super::modes::{ACTUATOR_MODES, SENSOR_MODES, actuator_mode, sensor_mode};
 use super::timing::Timing;
 
 #[derive(Subcommand, Clone, Debug)]
-pub enum OrderArgs {
+pub enum FaultCommand {
     /// Send SIGKILL to a robot's process; cleared by a restart in a new incarnation
     Kill(Timed<OneRobot>),
     /// Send SIGTERM to a robot's process; cleared by a restart in a new incarnation
@@ -41,7 +41,7 @@ pub enum OrderArgs {
     /// Deliver a share of messages after the next message of the same sender
     Reorder(Timed<ChanceArgs>),
     /// Hold messages back until the fault ends, then deliver them all at once
-    Hold(Timed<Ends>),
+    Hold(Timed<LinkEnds>),
     /// Block messages between groups of robots
     Partition(Timed<PartitionArgs>),
     /// Drop all messages from a robot
@@ -53,11 +53,11 @@ pub enum OrderArgs {
     /// Set the quality of all links by name
     Radio(Timed<RadioArgs>),
     /// Set all links to 1 % loss and 20 to 50 ms delay
-    GoodRadio(Timed<Nothing>),
+    GoodRadio(Timed<NoArguments>),
     /// Set all links to 15 % loss in bursts, 0.1 to 0.4 s delay, 1 % duplicates
-    PoorRadio(Timed<Nothing>),
+    PoorRadio(Timed<NoArguments>),
     /// Set all links to 40 % loss in long bursts, 0.3 to 1.5 s delay, 5 % duplicates, 5 % reordered
-    SevereRadio(Timed<Nothing>),
+    SevereRadio(Timed<NoArguments>),
     /// Make a sensor fail or return wrong readings
     Sensor(Timed<SensorArgs>),
     /// Make a motor or the gripper fail
@@ -86,7 +86,7 @@ pub struct Timed<F: Args> {
 }
 
 #[derive(Args, Clone, Copy, Debug)]
-pub struct Nothing;
+pub struct NoArguments;
 
 #[derive(Args, Clone, Debug)]
 pub struct OneRobot {
@@ -95,7 +95,7 @@ pub struct OneRobot {
 }
 
 #[derive(Args, Clone, Debug)]
-pub struct Ends {
+pub struct LinkEnds {
     /// Sender: a robot or all
     #[arg(long, value_name = "ROBOT|all", default_value = "all", value_parser = parse_end)]
     from: LinkEnd,
@@ -107,7 +107,7 @@ pub struct Ends {
 #[derive(Args, Clone, Debug)]
 pub struct LossArgs {
     #[command(flatten)]
-    ends: Ends,
+    ends: LinkEnds,
     /// Share of messages that are lost, 0 to 1
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     p: f64,
@@ -119,7 +119,7 @@ pub struct LossArgs {
 #[derive(Args, Clone, Debug)]
 pub struct DelayArgs {
     #[command(flatten)]
-    ends: Ends,
+    ends: LinkEnds,
     /// Delay of every message
     #[arg(long = "by", value_name = "TIME", value_parser = seconds)]
     delay_s: f64,
@@ -131,7 +131,7 @@ pub struct DelayArgs {
 #[derive(Args, Clone, Debug)]
 pub struct ChanceArgs {
     #[command(flatten)]
-    ends: Ends,
+    ends: LinkEnds,
     /// Share of messages that are affected, 0 to 1
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     p: f64,
@@ -251,7 +251,7 @@ impl<F: Args> Timed<F> {
     }
 }
 
-impl OrderArgs {
+impl FaultCommand {
     /// Converts the arguments to an order. The world checks names and ranges.
     ///
     /// # Errors
@@ -262,11 +262,11 @@ impl OrderArgs {
         };
         let chance = |timed: Timed<ChanceArgs>, fault: fn(LinkChance) -> Fault| {
             timed.order(|ChanceArgs { ends, p }| {
-                let Ends { from, to } = ends;
+                let LinkEnds { from, to } = ends;
                 fault(LinkChance { from, to, p })
             })
         };
-        let radio = |timed: Timed<Nothing>, quality| timed.order(|_| Fault::Radio(quality));
+        let radio = |timed: Timed<NoArguments>, quality| timed.order(|_| Fault::Radio(quality));
         Ok(match self {
             Self::Kill(timed) => robot(timed, Fault::Kill),
             Self::Terminate(timed) => robot(timed, Fault::Terminate),
@@ -298,7 +298,7 @@ impl OrderArgs {
             Self::Duplicate(timed) => chance(timed, Fault::Duplicate),
             Self::Reorder(timed) => chance(timed, Fault::Reorder),
             Self::Hold(timed) => {
-                timed.order(|Ends { from, to }| Fault::Hold(LinkSelection { from, to }))
+                timed.order(|LinkEnds { from, to }| Fault::Hold(LinkSelection { from, to }))
             }
             Self::Partition(timed) => timed.order(|partition| {
                 Fault::Partition(Partition {

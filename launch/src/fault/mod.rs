@@ -15,7 +15,7 @@ use comfy_table::{CellAlignment, Table};
 use proto::control::{Armed, Cleared, ControlCommand, FaultStatus, Phase, Reply, schema};
 use scenario::fault::Order;
 use scenario::time::SimTime;
-use terminal::tell;
+use terminal::stderr_line;
 
 use crate::control::{ControlArgs, print, unexpected};
 
@@ -42,7 +42,7 @@ enum Action {
         id: Option<String>,
     },
     #[command(flatten)]
-    Order(Box<args::OrderArgs>),
+    Order(Box<args::FaultCommand>),
 }
 
 impl FaultArgs {
@@ -53,7 +53,7 @@ impl FaultArgs {
             return match print(&schema()) {
                 Ok(()) => ExitCode::SUCCESS,
                 Err(error) => {
-                    tell!("alliance fault: {error:#}");
+                    stderr_line!("alliance fault: {error:#}");
                     ExitCode::from(3)
                 }
             };
@@ -69,28 +69,31 @@ impl FaultArgs {
             Ok(_) if self.schema => refuse("--schema cannot be combined with a command"),
             Ok(ControlCommand::Fault(order)) => {
                 let acknowledged = order.clone();
-                self.control.ask(
-                    "fault",
-                    ControlCommand::Fault(order),
-                    move |reply| match reply {
-                        Reply::Armed(armed) => acknowledge(armed, &acknowledged),
-                        other => unexpected(other),
-                    },
-                )
+                self.control
+                    .send_command(
+                        "fault",
+                        ControlCommand::Fault(order),
+                        move |reply| match reply {
+                            Reply::Armed(armed) => acknowledge(armed, &acknowledged),
+                            other => unexpected(other),
+                        },
+                    )
             }
-            Ok(command) => self.control.ask("fault", command, |reply| match reply {
-                Reply::Cleared(cleared) => cleared_in_words(cleared),
-                Reply::Faults(faults) if faults.is_empty() => "no faults".to_owned(),
-                Reply::Faults(faults) => in_a_table(faults).trim_fmt(),
-                other => unexpected(other),
-            }),
+            Ok(command) => self
+                .control
+                .send_command("fault", command, |reply| match reply {
+                    Reply::Cleared(cleared) => cleared_in_words(cleared),
+                    Reply::Faults(faults) if faults.is_empty() => "no faults".to_owned(),
+                    Reply::Faults(faults) => in_a_table(faults).trim_fmt(),
+                    other => unexpected(other),
+                }),
             Err(why) => refuse(&why),
         }
     }
 }
 
 fn refuse(why: &str) -> ExitCode {
-    tell!("alliance fault: {why}; try --help");
+    stderr_line!("alliance fault: {why}; try --help");
     ExitCode::from(2)
 }
 

@@ -1,6 +1,6 @@
 //! Access control of the page's server.
 //!
-//! Any page in the same browser can send requests to this server, but it cannot choose the headers `Host` and `Origin`. The origin
+//! Any page in the same browser can send requests to this server, but it cannot choose the headers `HostEntry` and `Origin`. The origin
 //! detects pages of other sites. The host detects sites whose name resolves to this machine (DNS rebinding). The token, which only the
 //! link contains, excludes other users and programs.
 
@@ -11,14 +11,14 @@ use axum::http::{HeaderMap, Method, StatusCode};
 pub const SUBPROTOCOL: &str = "alliance";
 
 #[derive(Clone, Debug)]
-pub struct Gate {
+pub struct AccessControl {
     hosts: [String; 2],
     token: String,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Refusal {
-    /// The header `Host` contains another name.
+pub enum AccessError {
+    /// The header `HostEntry` contains another name.
     #[error("this server accepts only the address in its link")]
     Host,
     /// The header `Origin` is missing or contains another site.
@@ -28,7 +28,7 @@ pub enum Refusal {
     Token,
 }
 
-impl Refusal {
+impl AccessError {
     #[must_use]
     pub fn status(self) -> StatusCode {
         match self {
@@ -38,7 +38,7 @@ impl Refusal {
     }
 }
 
-impl Gate {
+impl AccessControl {
     /// Creates the gate of a server on this port of the loopback interface.
     #[must_use]
     pub fn new(port: u16, token: String) -> Self {
@@ -49,17 +49,22 @@ impl Gate {
     }
 
     /// Checks a request. The page's files need no token; data and commands of the run do.
-    pub fn check(&self, method: &Method, path: &str, headers: &HeaderMap) -> Result<(), Refusal> {
+    pub fn check(
+        &self,
+        method: &Method,
+        path: &str,
+        headers: &HeaderMap,
+    ) -> Result<(), AccessError> {
         let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
         let host = text(HOST).unwrap_or_default();
         if !self.hosts.iter().any(|name| name == host) {
-            return Err(Refusal::Host);
+            return Err(AccessError::Host);
         }
         // Browsers omit the origin if a page only reads from its own server.
         let needs_origin = headers.contains_key(UPGRADE) || !method.is_safe();
         match headers.get(ORIGIN) {
-            None if needs_origin => return Err(Refusal::Origin),
-            Some(origin) if *origin != format!("http://{host}") => return Err(Refusal::Origin),
+            None if needs_origin => return Err(AccessError::Origin),
+            Some(origin) if *origin != format!("http://{host}") => return Err(AccessError::Origin),
             _ => {}
         }
         if path.starts_with("/api/") {
@@ -70,7 +75,7 @@ impl Gate {
                 .map(str::trim)
                 .chain(bearer);
             if !offered.any(|token| token == self.token) {
-                return Err(Refusal::Token);
+                return Err(AccessError::Token);
             }
         }
         Ok(())
@@ -84,8 +89,8 @@ mod tests {
     const TOKEN: &str = "0123456789abcdef";
 
     #[track_caller]
-    fn check(request: &str, headers: &[(&str, &str)], expected: Result<(), Refusal>) {
-        let gate = Gate::new(4711, TOKEN.to_owned());
+    fn check(request: &str, headers: &[(&str, &str)], expected: Result<(), AccessError>) {
+        let gate = AccessControl::new(4711, TOKEN.to_owned());
         let (method, path) = request.split_once(' ').unwrap();
         let mut map = HeaderMap::new();
         for (name, value) in headers {
@@ -117,7 +122,7 @@ mod tests {
     fn requests_without_the_token_are_refused() {
         let host = ("host", "127.0.0.1:4711");
         let origin = ("origin", "http://127.0.0.1:4711");
-        let refused = Err(Refusal::Token);
+        let refused = Err(AccessError::Token);
         check("GET /api/run", &[host], refused);
         check(
             "GET /api/run",
@@ -137,7 +142,7 @@ mod tests {
     fn other_origins_are_refused_even_with_the_token() {
         let host = ("host", "127.0.0.1:4711");
         let bearer = ("authorization", "Bearer 0123456789abcdef");
-        let refused = Err(Refusal::Origin);
+        let refused = Err(AccessError::Origin);
         for origin in [
             "http://evil.example",
             "null",
@@ -168,9 +173,9 @@ mod tests {
             ("origin", "http://evil.example:4711"),
             bearer,
         ];
-        check("GET /", &evil[..1], Err(Refusal::Host));
-        check("POST /api/control", &evil, Err(Refusal::Host));
-        check("GET /", &[], Err(Refusal::Host));
-        check("GET /", &[("host", "127.0.0.1:80")], Err(Refusal::Host));
+        check("GET /", &evil[..1], Err(AccessError::Host));
+        check("POST /api/control", &evil, Err(AccessError::Host));
+        check("GET /", &[], Err(AccessError::Host));
+        check("GET /", &[("host", "127.0.0.1:80")], Err(AccessError::Host));
     }
 }

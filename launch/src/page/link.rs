@@ -22,13 +22,13 @@ pub struct LinkArgs {
 }
 
 /// A listening socket with the token that protects its page.
-pub struct Link {
+pub struct PageLink {
     listener: TcpListener,
     port: u16,
     token: String,
 }
 
-impl Link {
+impl PageLink {
     /// Opens a socket on the loopback interface and creates a token.
     pub fn new(port: Option<u16>) -> anyhow::Result<Self> {
         let port = port.unwrap_or(0);
@@ -62,7 +62,7 @@ impl Link {
     /// Returns the standard input and the environment variable for a process that inherits the link. Other users cannot read the
     /// variable, unlike an argument.
     #[must_use]
-    pub fn into_heritage(self) -> (TcpListener, (&'static str, String)) {
+    pub fn into_inherited(self) -> (TcpListener, (&'static str, String)) {
         (self.listener, (TOKEN, self.token))
     }
 

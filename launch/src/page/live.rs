@@ -17,7 +17,7 @@ use tokio::sync::{broadcast, watch};
 use zenoh::sample::SampleKind;
 
 use super::about::about;
-use super::past::Past;
+use super::past::RecordedRun;
 use crate::control;
 use crate::observer::Observer;
 
@@ -46,7 +46,7 @@ struct Received {
 }
 
 struct Memory {
-    past: Past,
+    past: RecordedRun,
     /// The ticks of the newest view and the newest events, for the detection of repetitions.
     view: Option<u64>,
     events: Option<u64>,
@@ -118,7 +118,7 @@ impl Live {
             .and_then(|outcome| outcome.flatten())
     }
 
-    pub fn leave(&self) {
+    pub fn close_pages(&self) {
         self.received.leaving.send_replace(true);
     }
 
@@ -129,17 +129,17 @@ impl Live {
         let _ = leaving.wait_for(|leaving| *leaving).await;
     }
 
-    pub async fn left_alone(&self) {
+    pub async fn wait_for_no_pages(&self) {
         self.received.view.closed().await;
     }
 
     /// Sends a command of a page to the world and returns the reply.
-    pub async fn ask(&self, command: ControlCommand) -> anyhow::Result<Reply> {
+    pub async fn send_command(&self, command: ControlCommand) -> anyhow::Result<Reply> {
         control::query(&self.observer, command).await
     }
 
     /// Sends all frames to a page until it disconnects or the run ends.
-    pub async fn tell(&self, mut page: WebSocket) {
+    pub async fn serve_page(&self, mut page: WebSocket) {
         let mut view = self.received.view.subscribe();
         view.mark_changed();
         let (past, mut news) = self.received.catch_up();
@@ -197,7 +197,7 @@ impl Received {
     fn new(step: SimTime) -> Self {
         Self {
             memory: Mutex::new(Memory {
-                past: Past::new(step),
+                past: RecordedRun::new(step),
                 view: None,
                 events: None,
             }),
@@ -221,7 +221,7 @@ impl Received {
             for message in &messages {
                 memory.past.keep_message(json!(message).to_string());
             }
-            memory.past.leave_messages_out(left_out);
+            memory.past.count_dropped_messages(left_out);
             let frame = json!({"messages": {"receptions": messages, "left_out": left_out}});
             // Under the lock, as with events.
             let _ = self.news.send(frame.to_string().into());
@@ -229,7 +229,7 @@ impl Received {
         let bends = std::mem::take(&mut view.bends);
         if !bends.is_empty() {
             for bend in &bends {
-                memory.past.keep_bend(json!(bend).to_string());
+                memory.past.keep_corner(json!(bend).to_string());
             }
             let _ = self.news.send(json!({"bends": bends}).to_string().into());
         }

@@ -122,7 +122,7 @@ impl Logged {
     }
 
     /// Counts a page as open until it disconnects.
-    pub async fn accompany(&self, mut page: WebSocket) {
+    pub async fn count_page(&self, mut page: WebSocket) {
         self.pages.send_modify(|open| *open += 1);
         // Messages of a page are ignored.
         while let Some(Ok(_)) = page.recv().await {}
@@ -130,7 +130,7 @@ impl Logged {
     }
 
     /// Waits until the last page has been closed for a while. The delay covers a reload, which closes the page first.
-    pub fn deserted(&self) -> impl Future<Output = ()> + Send + 'static {
+    pub fn wait_until_deserted(&self) -> impl Future<Output = ()> + Send + 'static {
         let mut pages = self.pages.subscribe();
         async move {
             let mut seen = false;
@@ -166,7 +166,7 @@ impl Logged {
 
     /// Returns the corners of all curves of a robot by time; empty for an unknown robot.
     #[must_use]
-    pub fn bends(&self, rank: usize) -> &[Corner] {
+    pub fn corners(&self, rank: usize) -> &[Corner] {
         self.bends.get(rank).map_or(&[], Vec::as_slice)
     }
 
@@ -251,7 +251,7 @@ mod tests {
             })
             .collect();
         let robots = about["scenario"]["robots"].as_array().unwrap();
-        let bends: Vec<&[Corner]> = (0..robots.len()).map(|rank| logged.bends(rank)).collect();
+        let bends: Vec<&[Corner]> = (0..robots.len()).map(|rank| logged.corners(rank)).collect();
         let data = json!({
             "robots": robots.iter().map(|robot| &robot["name"]).collect::<Vec<_>>(),
             "sets": about["catalog"]["sets"],

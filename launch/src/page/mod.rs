@@ -15,7 +15,7 @@
 //! | WebSocket `/api/live` | first `{"past": {"views", "messages", "bends", "events"}}`; then `{"view"}` (the newest [`View`](proto::view::View) without its messages and bends), `{"messages": {"receptions", "left_out"}}` and `{"bends"}` (of the view), `{"events"}` (rows of events.csv) and `{"missed"}` (the number of frames of the latter three that a slow page lost); finally `{"ended": {"outcome", "folder"}}`, unless only this server ends |
 //! | `POST /api/control` | a command as in `docs/CONTROL.md`; returns the world's reply |
 //! | `GET /api/views?from=TICK&count=N&step=K` | of a finished run: at most 1000 views |
-//! | `GET /api/bends?robot=RANK` | of a finished run: the corners of all curves of motivations of that robot ([`Bend`](proto::view::Bend)) |
+//! | `GET /api/bends?robot=RANK` | of a finished run: the corners of all curves of motivations of that robot ([`Corner`](proto::view::Corner)) |
 //! | WebSocket `/api/page` | of a finished run: nothing; it stays open as long as the page |
 //! | `GET /api/events` | of a finished run: all rows of events.csv |
 //!
@@ -47,7 +47,7 @@ fn node(command: &mut std::process::Command, file: &str) {
             String::from_utf8_lossy(&output.stderr)
         ),
         Err(_) if std::env::var_os("ALLIANCE_SKIP_TESTS").is_some_and(|value| value == "1") => {
-            terminal::tell!("skipped: the tests of the page need Node.js 20");
+            terminal::stderr_line!("skipped: the tests of the page need Node.js 20");
         }
         Err(error) => panic!("node: {error}; the tests of the page need Node.js 20"),
     }

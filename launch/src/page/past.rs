@@ -19,7 +19,7 @@ const BENDS_MAX: usize = 20_000;
 
 /// A bounded history of views, messages, curve corners and events as JSON texts.
 #[derive(Debug)]
-pub struct Past {
+pub struct RecordedRun {
     /// Oldest first, at least `spacing` apart.
     views: VecDeque<(SimTime, String)>,
     spacing: SimTime,
@@ -30,7 +30,7 @@ pub struct Past {
     events: VecDeque<String>,
 }
 
-impl Past {
+impl RecordedRun {
     /// Creates a history without entries for a run with this step.
     #[must_use]
     pub fn new(step: SimTime) -> Self {
@@ -75,11 +75,11 @@ impl Past {
         self.messages.push_back(message);
     }
 
-    pub fn leave_messages_out(&mut self, count: u64) {
+    pub fn count_dropped_messages(&mut self, count: u64) {
         self.messages_left_out += count;
     }
 
-    pub fn keep_bend(&mut self, bend: String) {
+    pub fn keep_corner(&mut self, bend: String) {
         if self.bends.len() == BENDS_MAX {
             self.bends.pop_front();
         }
@@ -118,13 +118,13 @@ mod tests {
 
     use super::*;
 
-    fn times(past: &Past) -> Vec<u64> {
+    fn times(past: &RecordedRun) -> Vec<u64> {
         past.views.iter().map(|(now, _)| now.0).collect()
     }
 
     #[test]
     fn a_long_history_is_thinned_evenly_from_the_start() {
-        let mut past = Past::new(SimTime(50));
+        let mut past = RecordedRun::new(SimTime(50));
         for tick in 0..10_000_u64 {
             past.keep_view(SimTime(50 * tick), &tick.to_string());
         }
@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn long_views_are_thinned_by_their_bytes() {
-        let mut past = Past::new(SimTime(50));
+        let mut past = RecordedRun::new(SimTime(50));
         let long = "7".repeat(BYTES_MAX / 8);
         for tick in 0..100 {
             past.keep_view(SimTime(50 * tick), &long);
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn json_contains_all_kept_entries() {
-        let mut past = Past::new(SimTime(50));
+        let mut past = RecordedRun::new(SimTime(50));
         let nothing =
             r#"{"views":[],"messages":{"receptions":[],"left_out":0},"bends":[],"events":[]}"#;
         assert_eq!(past.to_json(), nothing);
@@ -161,9 +161,9 @@ mod tests {
         for number in 0..MESSAGES_MAX + 2 {
             past.keep_message(number.to_string());
         }
-        past.leave_messages_out(7);
+        past.count_dropped_messages(7);
         for number in 0..BENDS_MAX + 4 {
-            past.keep_bend(number.to_string());
+            past.keep_corner(number.to_string());
         }
         let json: Value = serde_json::from_str(&past.to_json()).unwrap();
         assert_eq!(json["messages"]["left_out"], 9);

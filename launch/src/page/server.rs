@@ -24,7 +24,7 @@ use tokio::sync::oneshot;
 use tokio::time::timeout;
 
 use super::assets;
-use super::gate::{Gate, SUBPROTOCOL};
+use super::gate::{AccessControl, SUBPROTOCOL};
 use super::live::Live;
 use super::logged::Logged;
 
@@ -32,10 +32,10 @@ use super::logged::Logged;
 const COMMAND_MAX: usize = 256 * 1024;
 
 /// The time for pages to receive the end of the run. A browser on a busy machine first processes all earlier frames.
-pub const FAREWELL: Duration = Duration::from_secs(10);
+pub const END_OF_RUN_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// The time for pages to receive the end of this process after an interrupt.
-pub const LEAVE: Duration = Duration::from_secs(1);
+pub const INTERRUPT_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// The content security policy: the page runs only its own code, connects only to this server, and is not shown in a frame.
 const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
@@ -54,7 +54,7 @@ pub async fn serve(
     until: impl Future<Output = Duration> + Send + 'static,
 ) -> anyhow::Result<()> {
     let port = listener.local_addr().context("the page's socket")?.port();
-    let gate = Arc::new(Gate::new(port, token));
+    let gate = Arc::new(AccessControl::new(port, token));
     let live = match &shown {
         Shown::Live(live) => Some(Arc::clone(live)),
         Shown::Logged(_) => None,
@@ -94,10 +94,10 @@ pub async fn serve(
             // Pages that have not received all frames by then are disconnected.
             let drained = async {
                 // Incomplete requests are not waited for.
-                let _ = timeout(LEAVE, server).await;
+                let _ = timeout(INTERRUPT_TIMEOUT, server).await;
                 // The graceful shutdown does not wait for WebSockets.
                 if let Some(live) = live {
-                    live.left_alone().await;
+                    live.wait_for_no_pages().await;
                 }
             };
             let _ = timeout(patience, drained).await;
@@ -108,7 +108,7 @@ pub async fn serve(
 }
 
 /// Checks a request and adds the security headers to the response.
-async fn guard(State(gate): State<Arc<Gate>>, request: Request, next: Next) -> Response {
+async fn guard(State(gate): State<Arc<AccessControl>>, request: Request, next: Next) -> Response {
     let checked = gate.check(request.method(), request.uri().path(), request.headers());
     let mut response = match checked {
         Ok(()) => next.run(request).await,
@@ -145,7 +145,7 @@ async fn about_live(State(live): State<Arc<Live>>) -> Response {
 async fn send_live(State(live): State<Arc<Live>>, upgrade: WebSocketUpgrade) -> Response {
     upgrade
         .protocols([SUBPROTOCOL])
-        .on_upgrade(move |page| async move { live.tell(page).await })
+        .on_upgrade(move |page| async move { live.serve_page(page).await })
 }
 
 /// Sends a command as in `docs/CONTROL.md` to the world and returns its reply.
@@ -154,7 +154,7 @@ async fn control(State(live): State<Arc<Live>>, body: Bytes) -> Response {
         Ok(command) => command,
         Err(error) => return refuse(StatusCode::BAD_REQUEST, &error.to_string()),
     };
-    match live.ask(command).await {
+    match live.send_command(command).await {
         Ok(reply) => Json(reply).into_response(),
         Err(error) => refuse(StatusCode::BAD_GATEWAY, &format!("{error:#}")),
     }
@@ -167,7 +167,7 @@ async fn about_logged(State(logged): State<Arc<Logged>>) -> Response {
 async fn accompany(State(logged): State<Arc<Logged>>, upgrade: WebSocketUpgrade) -> Response {
     upgrade
         .protocols([SUBPROTOCOL])
-        .on_upgrade(move |page| async move { logged.accompany(page).await })
+        .on_upgrade(move |page| async move { logged.count_page(page).await })
 }
 
 #[derive(Deserialize)]
@@ -192,7 +192,7 @@ struct BendsQuery {
 }
 
 async fn bends(State(logged): State<Arc<Logged>>, Query(query): Query<BendsQuery>) -> Response {
-    Json(logged.bends(query.robot)).into_response()
+    Json(logged.corners(query.robot)).into_response()
 }
 
 async fn events(State(logged): State<Arc<Logged>>) -> Response {

@@ -6,12 +6,12 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::Args;
-use terminal::tell;
+use terminal::stderr_line;
 use tokio::signal::ctrl_c;
 
-use super::link::{Link, LinkArgs};
+use super::link::{LinkArgs, PageLink};
 use super::logged::Logged;
-use super::server::{LEAVE, Shown, serve};
+use super::server::{INTERRUPT_TIMEOUT, Shown, serve};
 
 /// Show a finished run on a page.
 #[derive(Args, Clone, Debug)]
@@ -29,35 +29,35 @@ impl ViewCommand {
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let prepared =
-            Link::new(self.link.port).and_then(|link| Ok((link, Logged::open(&self.folder)?)));
+            PageLink::new(self.link.port).and_then(|link| Ok((link, Logged::open(&self.folder)?)));
         let (link, logged) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
-                tell!("alliance view: {error:#}");
+                stderr_line!("alliance view: {error:#}");
                 return ExitCode::from(2);
             }
         };
         match self.serve(link, logged) {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => {
-                tell!("alliance view: {error:#}");
+                stderr_line!("alliance view: {error:#}");
                 ExitCode::from(3)
             }
         }
     }
 
-    fn serve(&self, link: Link, logged: Logged) -> anyhow::Result<()> {
+    fn serve(&self, link: PageLink, logged: Logged) -> anyhow::Result<()> {
         if let Some(warning) = &logged.warning {
-            tell!("{warning}");
+            stderr_line!("{warning}");
         }
-        tell!(
+        stderr_line!(
             "{}: {} (press Ctrl-C to end)",
             self.folder.display(),
             link.url()
         );
         if self.link.open {
             // The link has been printed in any case.
-            let _ = link.open().map_err(|error| tell!("{error:#}"));
+            let _ = link.open().map_err(|error| stderr_line!("{error:#}"));
         }
         serve_log(link, logged, std::future::pending())
     }
@@ -65,22 +65,22 @@ impl ViewCommand {
 
 /// Shows the log of a run at the link of its live page, until it is interrupted or no page is open. A run that the user ended is not
 /// shown.
-pub fn stay_with_log(link: Link, folder: &Path) -> anyhow::Result<()> {
+pub fn show_log(link: PageLink, folder: &Path) -> anyhow::Result<()> {
     let logged = Logged::open(folder)?;
     if logged.was_interrupted() {
         return Ok(());
     }
-    tell!(
+    stderr_line!(
         "page    {} shows the log (press Ctrl-C or close the page to end)",
         link.url()
     );
-    let deserted = logged.deserted();
+    let deserted = logged.wait_until_deserted();
     serve_log(link, logged, deserted)
 }
 
 /// Serves a log until Ctrl-C or until `over` resolves.
 fn serve_log(
-    link: Link,
+    link: PageLink,
     logged: Logged,
     over: impl Future<Output = ()> + Send + 'static,
 ) -> anyhow::Result<()> {
@@ -96,7 +96,7 @@ fn serve_log(
                 _ = ctrl_c() => {}
                 () = over => {}
             }
-            LEAVE
+            INTERRUPT_TIMEOUT
         };
         serve(listener, token, Shown::Logged(logged), until).await
     })

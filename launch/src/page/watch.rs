@@ -5,13 +5,13 @@ use std::time::Duration;
 
 use clap::Args;
 use cluster::rendezvous::Rendezvous;
-use terminal::tell;
+use terminal::stderr_line;
 use tokio::signal::ctrl_c;
 use tokio::time::{Instant, sleep};
 
-use super::link::{Link, LinkArgs};
+use super::link::{LinkArgs, PageLink};
 use super::live::Live;
-use super::server::{FAREWELL, LEAVE, Shown, serve};
+use super::server::{END_OF_RUN_TIMEOUT, INTERRUPT_TIMEOUT, Shown, serve};
 use crate::runtime;
 
 /// The time for a run given by id to be announced.
@@ -29,7 +29,7 @@ pub struct WatchCommand {
     inherited: bool,
     /// Announce that the launcher shows the log at the same link afterwards
     #[arg(long, hide = true)]
-    stays: bool,
+    shows_log_afterwards: bool,
 }
 
 impl WatchCommand {
@@ -39,47 +39,47 @@ impl WatchCommand {
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let link = if self.inherited {
-            Link::inherited()
+            PageLink::inherited()
         } else {
-            Link::new(self.link.port)
+            PageLink::new(self.link.port)
         };
         let watched = match link {
             Ok(link) => self.serve(link),
             Err(error) => {
-                tell!("alliance watch: {error:#}");
+                stderr_line!("alliance watch: {error:#}");
                 return ExitCode::from(2);
             }
         };
         match watched {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => {
-                tell!("alliance watch: {error:#}");
+                stderr_line!("alliance watch: {error:#}");
                 ExitCode::from(3)
             }
         }
     }
 
-    fn serve(&self, link: Link) -> anyhow::Result<()> {
-        let runtime = runtime::start()?;
+    fn serve(&self, link: PageLink) -> anyhow::Result<()> {
+        let runtime = runtime::start_runtime()?;
         runtime.block_on(async {
             let run = self.find().await?;
             let id = run.run.clone();
-            let live = Live::join(run, self.stays).await?;
+            let live = Live::join(run, self.shows_log_afterwards).await?;
             if !self.inherited {
-                tell!("run {id}: {}", link.url());
+                stderr_line!("run {id}: {}", link.url());
                 if self.link.open {
                     // The link has been printed in any case.
-                    let _ = link.open().map_err(|error| tell!("{error:#}"));
+                    let _ = link.open().map_err(|error| stderr_line!("{error:#}"));
                 }
             }
             let (listener, token) = link.into_server()?;
             let watched = live.clone();
             let until = async move {
                 tokio::select! {
-                    _ = watched.over() => FAREWELL,
+                    _ = watched.over() => END_OF_RUN_TIMEOUT,
                     _ = ctrl_c() => {
-                        watched.leave();
-                        LEAVE
+                        watched.close_pages();
+                        INTERRUPT_TIMEOUT
                     }
                 }
             };

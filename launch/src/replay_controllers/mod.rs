@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use analysis::diff::Difference;
-use analysis::replay::OtherAnswer;
+use analysis::replay::AnswerDifference;
 use anyhow::bail;
 use in_process::{AnswerError, AnswerSource, LoggedAnswers};
 use nix::sys::signal::Signal;
@@ -27,7 +27,7 @@ use tokio::runtime::Runtime;
 use tokio::time::timeout;
 
 use crate::run::child_processes::Process;
-use crate::run::controllers::MindCommand;
+use crate::run::controllers::ControllerCommand;
 use crate::runtime;
 use stage::{Stage, State};
 
@@ -35,7 +35,7 @@ use stage::{Stage, State};
 ///
 /// # Errors
 /// If a value is invalid, no robot has that controller, or the bus fails.
-pub fn ask(
+pub fn compare(
     logged: &RunLog,
     words: &[String],
     kept: LoggedAnswers,
@@ -44,8 +44,8 @@ pub fn ask(
     let minds = setup.scenario.external_controllers();
     let mut commands = BTreeMap::new();
     for word in words {
-        let mind =
-            MindCommand::parse(word).map_err(|why| anyhow::anyhow!("--mind {word}: {why}"))?;
+        let mind = ControllerCommand::parse(word)
+            .map_err(|why| anyhow::anyhow!("--mind {word}: {why}"))?;
         if !minds.contains(mind.name.as_str()) {
             let names: Vec<&str> = minds.iter().copied().collect();
             bail!(
@@ -56,7 +56,7 @@ pub fn ask(
         }
         commands.insert(mind.name, mind.command);
     }
-    let runtime = runtime::start()?;
+    let runtime = runtime::start_runtime()?;
     let stage = runtime.block_on(Stage::open(&setup))?;
     Ok(Box::new(Comparison {
         kept,
@@ -109,10 +109,10 @@ impl Comparison {
         self.stage
             .heard
             .lock()
-            .invited
+            .welcomes
             .insert(name.clone(), welcome);
         let log = self.stage.logs.join(format!("{name}.log"));
-        let started = Process::start_mind(&name, &log, &command, &self.stage.run);
+        let started = Process::start_controller(&name, &log, &command, &self.stage.run);
         let mut process = started.map_err(|error| format!("{name}: {error:#}"))?;
         let has_joined =
             |state: &mut State| (state.present.get(&name) == Some(&incarnation)).then_some(());
@@ -123,7 +123,7 @@ impl Comparison {
     }
 
     /// Returns the answer of the running controller.
-    fn ask(
+    fn compare(
         &mut self,
         robot: RobotId,
         tick: &TickMessage,
@@ -145,7 +145,7 @@ impl Comparison {
         } else {
             ToAgent::Informed(tick, tick.truth.clone())
         };
-        stage.tell(setup.roster.name(robot), &message)?;
+        stage.send_to_robot(setup.roster.name(robot), &message)?;
         let is_current =
             |report: &Report| (report.tick, report.incarnation) == (tick.tick, tick.incarnation);
         let report = stage.wait_for(process, |state| {
@@ -253,7 +253,7 @@ impl AnswerSource for Comparison {
         if self.command(robot).is_none() {
             return Ok(());
         }
-        let (new_report, new_broadcasts) = self.ask(robot, tick, arrived).map_err(|why| {
+        let (new_report, new_broadcasts) = self.compare(robot, tick, arrived).map_err(|why| {
             let name = self.name(robot);
             AnswerError::Other(format!("{name}: tick {}: {why}", tick.tick).into())
         })?;
@@ -264,7 +264,7 @@ impl AnswerSource for Comparison {
             (&new_report, &new_broadcasts),
         ) {
             None => Ok(()),
-            Some(found) => Err(AnswerError::Other(Box::new(OtherAnswer(found)))),
+            Some(found) => Err(AnswerError::Other(Box::new(AnswerDifference(found)))),
         }
     }
 }

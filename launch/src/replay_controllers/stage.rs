@@ -39,13 +39,13 @@ pub(super) struct Stage {
     pub keys: KeyExpressions,
     token: String,
     pub logs: PathBuf,
-    pub heard: Arc<Heard>,
+    pub heard: Arc<ReceivedMessages>,
     _token: LivelinessToken,
     _announcement: Announcement,
 }
 
 #[derive(Default)]
-pub(super) struct Heard {
+pub(super) struct ReceivedMessages {
     state: Mutex<State>,
     changed: Notify,
 }
@@ -53,7 +53,7 @@ pub(super) struct Heard {
 #[derive(Default)]
 pub(super) struct State {
     /// The robots that may join, by name, with their welcome messages.
-    pub invited: BTreeMap<String, Welcome>,
+    pub welcomes: BTreeMap<String, Welcome>,
     /// The robots whose liveliness token has appeared, by name.
     pub present: BTreeMap<String, Incarnation>,
     /// The latest report of each robot. `broadcasts` contains those of the same tick.
@@ -61,7 +61,7 @@ pub(super) struct State {
     pub broadcasts: BTreeMap<RobotId, Vec<Broadcast>>,
 }
 
-impl Heard {
+impl ReceivedMessages {
     pub fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -79,7 +79,7 @@ impl Stage {
         let mut rendezvous = Rendezvous::new(run.clone())?;
         let session = router::open_for_team(&mut rendezvous, None).await?;
         let (keys, token) = (KeyExpressions::new(&run), rendezvous.token.clone());
-        let heard = Arc::new(Heard::default());
+        let heard = Arc::new(ReceivedMessages::default());
         subscribe(&session, &keys, &token, &heard, setup)
             .await
             .map_err(anyhow::Error::from_boxed)?;
@@ -101,7 +101,7 @@ impl Stage {
     }
 
     /// Sends a message of the world to a robot.
-    pub fn tell<T: Serialize>(&self, robot: &str, message: &T) -> Result<(), String> {
+    pub fn send_to_robot<T: Serialize>(&self, robot: &str, message: &T) -> Result<(), String> {
         let secret = Secret::of_robot(&self.token, robot);
         self.put(&self.keys.tick(robot), &secret, message)
     }
@@ -139,7 +139,7 @@ impl Stage {
             }
             while let Ok(Some(_)) = process.poll() {}
             if let Some(ending) = process.ending() {
-                let output = process.last_words();
+                let output = process.last_log_lines();
                 return Err(format!(
                     "its controller {}: {}",
                     ending.describe(),
@@ -160,7 +160,7 @@ async fn subscribe(
     session: &Session,
     keys: &KeyExpressions,
     token: &str,
-    heard: &Arc<Heard>,
+    heard: &Arc<ReceivedMessages>,
     setup: &Setup,
 ) -> zenoh::Result<()> {
     for robot in &setup.scenario.robots {
@@ -244,7 +244,7 @@ fn answer(request: &JoinRequest, state: &mut State) -> JoinReply {
             world: PROTOCOL_VERSION,
         });
     }
-    match state.invited.remove(&request.robot) {
+    match state.welcomes.remove(&request.robot) {
         Some(welcome) => JoinReply::Welcome(welcome),
         None => JoinReply::Refused(Refusal::Absent {
             robot: request.robot.clone(),

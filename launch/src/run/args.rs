@@ -9,18 +9,18 @@ use anyhow::{Context, bail};
 use clap::Args;
 use missions::Registry;
 use run_log::RunLog;
-use terminal::tell;
+use terminal::stderr_line;
 use world_server::args::{RunArgs, random_run_id, run_id_for};
 use world_server::mission_args::MissionArgs;
 
-use super::controllers::{self, MindCommand};
+use super::controllers::{self, ControllerCommand};
 use super::one_process;
-use super::plan::Plan;
+use super::plan::RunPlan;
 use super::supervise::supervise;
 use crate::limits;
-use crate::page::link::{Link, LinkArgs};
-use crate::page::view::stay_with_log;
-use cluster::start::Start;
+use crate::page::link::{LinkArgs, PageLink};
+use crate::page::view::show_log;
+use cluster::start::StartPlan;
 
 /// Run a mission with one world process and one process per robot.
 #[derive(Args, Clone, Debug)]
@@ -30,8 +30,8 @@ pub struct RunCommand {
     #[command(flatten)]
     run: RunArgs,
     /// Start the external controller NAME with this shell command; repeat for each external controller of the scenario
-    #[arg(long = "mind", value_name = "NAME[@VERSION]=COMMAND", value_parser = MindCommand::parse)]
-    minds: Vec<MindCommand>,
+    #[arg(long = "mind", value_name = "NAME[@VERSION]=COMMAND", value_parser = ControllerCommand::parse)]
+    minds: Vec<ControllerCommand>,
     /// Run the world and all robots in this process: no page, no signals to robots, no pace, and the same log
     #[arg(long, conflicts_with_all = ["open", "port", "paused", "speed", "stall_after"])]
     in_process: bool,
@@ -50,17 +50,17 @@ pub struct RunCommand {
     #[arg(long)]
     json: bool,
     #[arg(skip)]
-    over: Option<Over>,
+    over: Option<RemoteSettings>,
 }
 
 /// The additional settings of a run over several machines.
 #[derive(Clone, Debug)]
-pub struct Over {
+pub struct RemoteSettings {
     pub arguments: Vec<String>,
     /// The names of the robots on other hosts.
-    pub elsewhere: BTreeSet<String>,
+    pub remote_robots: BTreeSet<String>,
     /// The hosts that the launcher starts, and the keys of this run.
-    pub start: Option<Start>,
+    pub start: Option<StartPlan>,
 }
 
 impl RunCommand {
@@ -71,12 +71,12 @@ impl RunCommand {
     #[must_use]
     pub fn run(&self) -> ExitCode {
         // All inputs are read and checked before the first process starts.
-        let prepared = self.mission.setup(&crate::known()).and_then(|setup| {
+        let prepared = self.mission.setup(&crate::program_content()).and_then(|setup| {
             if self.over.is_some() && self.in_process {
                 bail!("--in-process: a run over several machines needs several processes; leave it out");
             }
             if !self.in_process {
-                limits::allow_a_run(setup.scenario.robots.len())?;
+                limits::check_run_limits(setup.scenario.robots.len())?;
             }
             let minds = controllers::commands(&setup.scenario, &self.minds)?;
             if self.in_process && let Some((robot, _)) = minds.first_key_value() {
@@ -85,7 +85,7 @@ impl RunCommand {
                 );
             }
             if let Some(profile) = &self.mission.profile {
-                learned::check_place(profile).context("--profile")?;
+                learned::check_writable(profile).context("--profile")?;
             }
             if self.mcap {
                 mcap_is_there()?;
@@ -96,16 +96,16 @@ impl RunCommand {
         let (folder, setup, minds, link) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
-                tell!("alliance run: {error:#}");
+                stderr_line!("alliance run: {error:#}");
                 return ExitCode::from(2);
             }
         };
         // The socket outlives the run, so that an open page can show the log afterwards.
         let stay = link.as_ref().filter(|_| self.page.open);
-        let stay = match stay.map(Link::try_clone).transpose() {
+        let stay = match stay.map(PageLink::try_clone).transpose() {
             Ok(stay) => stay,
             Err(error) => {
-                tell!("alliance run: {error:#}");
+                stderr_line!("alliance run: {error:#}");
                 return ExitCode::from(3);
             }
         };
@@ -113,17 +113,17 @@ impl RunCommand {
         let run = match drawn.transpose() {
             Ok(drawn) => drawn.unwrap_or_else(|| run_id_for(&setup)),
             Err(error) => {
-                tell!("alliance run: {error:#}");
+                stderr_line!("alliance run: {error:#}");
                 return ExitCode::from(3);
             }
         };
         let over = self.over.as_ref();
-        let plan = Plan {
+        let plan = RunPlan {
             run,
             world_arguments: self.world_arguments(),
             setup,
             minds,
-            elsewhere: over.map_or_else(BTreeSet::new, |over| over.elsewhere.clone()),
+            elsewhere: over.map_or_else(BTreeSet::new, |over| over.remote_robots.clone()),
             start: over.and_then(|over| over.start.clone()),
             folder,
             paused: self.is_paused(),
@@ -132,7 +132,7 @@ impl RunCommand {
         };
         let carried_out = self.carry_out(&plan, link).and_then(|complete| {
             if let Some(link) = stay {
-                stay_with_log(link, &plan.folder)?;
+                show_log(link, &plan.folder)?;
             }
             Ok(complete)
         });
@@ -140,7 +140,7 @@ impl RunCommand {
             Ok(true) => ExitCode::SUCCESS,
             Ok(false) => ExitCode::from(1),
             Err(error) => {
-                tell!("alliance run: {error:#}");
+                stderr_line!("alliance run: {error:#}");
                 ExitCode::from(3)
             }
         }
@@ -148,7 +148,7 @@ impl RunCommand {
 
     /// Returns `true` if the arguments contain a scenario, a size or a seed.
     #[must_use]
-    pub fn is_of_a_scenario(&self) -> bool {
+    pub fn selects_scenario(&self) -> bool {
         let MissionArgs {
             scenario,
             size,
@@ -160,7 +160,7 @@ impl RunCommand {
 
     /// Returns the command for the same run over several machines.
     #[must_use]
-    pub fn over(mut self, over: Over, scenario: String, seed: Option<u64>) -> Self {
+    pub fn over(mut self, over: RemoteSettings, scenario: String, seed: Option<u64>) -> Self {
         self.mission.scenario = Some(scenario);
         self.mission.seed = seed.unwrap_or(self.mission.seed);
         self.over = Some(over);
@@ -168,7 +168,7 @@ impl RunCommand {
     }
 
     /// Runs the mission, then writes the profile and the export if requested. Returns `true` if the mission is complete.
-    fn carry_out(&self, plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
+    fn carry_out(&self, plan: &RunPlan, link: Option<PageLink>) -> anyhow::Result<bool> {
         let complete = if self.in_process {
             one_process::run(plan, self.run.log(&plan.setup), self.check)?
         } else {
@@ -186,11 +186,11 @@ impl RunCommand {
     }
 
     /// Opens the socket of the page; `None` for a run without a page.
-    fn link(&self) -> anyhow::Result<Option<Link>> {
+    fn link(&self) -> anyhow::Result<Option<PageLink>> {
         if self.no_page || self.in_process {
             return Ok(None);
         }
-        Link::new(self.page.port).map(Some)
+        PageLink::new(self.page.port).map(Some)
     }
 
     /// Returns `true` if the run starts paused. With `--open` it does, so that the page shows the run from its start.

@@ -15,7 +15,7 @@ use crate::observer::Observer;
 /// The capacity of the queues for orders and events. The world sends one order at a time.
 const QUEUE_CAPACITY: usize = 256;
 
-pub struct Bus {
+pub struct LauncherBus {
     session: Session,
     keys: KeyExpressions,
     secret: Secret,
@@ -29,13 +29,13 @@ pub struct Bus {
 }
 
 /// A received message that the launcher must handle.
-pub enum Call {
+pub enum BusMessage {
     /// An order of the world for one process.
     Order(ProcessOrder, Query),
     Event(EventLine),
 }
 
-impl Bus {
+impl LauncherBus {
     pub async fn join(run: &str, views: watch::Sender<Option<View>>) -> anyhow::Result<Self> {
         let observer = Observer::join(Rendezvous::find(Some(run))?, ConnectionRole::Team).await?;
         let (event_sender, events) = mpsc::channel(QUEUE_CAPACITY);
@@ -70,7 +70,7 @@ impl Bus {
     }
 
     /// Creates the connection of a host daemon, which receives no views and no events.
-    pub async fn of_host(
+    pub async fn join_as_host(
         session: Session,
         keys: KeyExpressions,
         secret: Secret,
@@ -117,18 +117,18 @@ impl Bus {
     }
 
     /// Waits for the next order or event.
-    pub async fn call(&mut self) -> Call {
+    pub async fn call(&mut self) -> BusMessage {
         loop {
             tokio::select! {
                 Some((order, query)) = self.orders.recv() => {
                     if order.number > self.latest_order {
                         self.latest_order = order.number;
-                        return Call::Order(order, query);
+                        return BusMessage::Order(order, query);
                     }
                     // A repeated order is executed once and answered again, because the first answer may have been lost.
                     self.reply(&query).await;
                 }
-                Some(line) = self.events.recv() => return Call::Event(line),
+                Some(line) = self.events.recv() => return BusMessage::Event(line),
             }
         }
     }
@@ -156,7 +156,7 @@ impl Bus {
     }
 
     /// Reports the state of an agent's process to the world.
-    pub async fn tell(&mut self, robot: &str, pid: u32, state: ProcessState) {
+    pub async fn report_state(&mut self, robot: &str, pid: u32, state: ProcessState) {
         self.report_count += 1;
         let news = ProcessNews {
             number: self.report_count,

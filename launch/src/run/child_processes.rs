@@ -15,13 +15,13 @@ use nix::unistd::{Pid, getppid};
 use terminal::panics::PANICKED;
 
 use super::{controllers, shell};
-use cluster::start::{Hold, HostStart};
+use cluster::start::{HostCommandLine, InputHold};
 
 /// The number of log lines that are shown when a process fails.
 const LAST_LINES: usize = 12;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Change {
+pub enum ProcessChange {
     Stopped,
     Continued,
     Ended(Ending),
@@ -54,14 +54,19 @@ impl Process {
     }
 
     /// Starts the external controller of a robot. See [`Process::start`].
-    pub fn start_mind(robot: &str, log: &Path, command: &str, run: &str) -> anyhow::Result<Self> {
+    pub fn start_controller(
+        robot: &str,
+        log: &Path,
+        command: &str,
+        run: &str,
+    ) -> anyhow::Result<Self> {
         let arguments = shell::invocation(command, &[]);
         let variables = controllers::variables(robot, run);
         Self::start_with(robot, log, &arguments, Stdio::null(), &variables, true)
     }
 
     /// Starts the command that runs another host's daemon, with its keys as standard input. See [`Process::start`].
-    pub fn start_host(host: &HostStart, logs: &Path) -> anyhow::Result<(Self, Hold)> {
+    pub fn start_host(host: &HostCommandLine, logs: &Path) -> anyhow::Result<(Self, InputHold)> {
         let (input, hold) = host.input().context("standard input of a host")?;
         let name = format!("host {}", host.name);
         let log = logs.join(format!("host-{}.log", host.name));
@@ -133,22 +138,24 @@ impl Process {
     ///
     /// # Errors
     /// If the process does not exist or is no child of this process.
-    pub fn poll(&mut self) -> io::Result<Option<Change>> {
+    pub fn poll(&mut self) -> io::Result<Option<ProcessChange>> {
         if self.ending.is_some() {
             return Ok(None);
         }
         let flags = WaitPidFlag::WNOHANG | WaitPidFlag::WUNTRACED | WaitPidFlag::WCONTINUED;
         let change = match waitpid(self.pid, Some(flags))? {
-            WaitStatus::Stopped(..) => Change::Stopped,
-            WaitStatus::Continued(_) => Change::Continued,
-            WaitStatus::Exited(_, status) => Change::Ended(Ending::Exit(status)),
-            WaitStatus::Signaled(_, signal, _) => Change::Ended(Ending::Signal(signal as i32)),
+            WaitStatus::Stopped(..) => ProcessChange::Stopped,
+            WaitStatus::Continued(_) => ProcessChange::Continued,
+            WaitStatus::Exited(_, status) => ProcessChange::Ended(Ending::Exit(status)),
+            WaitStatus::Signaled(_, signal, _) => {
+                ProcessChange::Ended(Ending::Signal(signal as i32))
+            }
             _ => return Ok(None),
         };
         match change {
-            Change::Stopped => self.stopped = true,
-            Change::Continued => self.stopped = false,
-            Change::Ended(ending) => self.ending = Some(ending),
+            ProcessChange::Stopped => self.stopped = true,
+            ProcessChange::Continued => self.stopped = false,
+            ProcessChange::Ended(ending) => self.ending = Some(ending),
         }
         Ok(Some(change))
     }
@@ -166,8 +173,8 @@ impl Process {
 
     /// Returns the last log lines for an error message, or the reason why there are none.
     #[must_use]
-    pub fn said(&self) -> String {
-        let lines = self.last_words();
+    pub fn failure_output(&self) -> String {
+        let lines = self.last_log_lines();
         if lines.is_empty() {
             let log = self.log.display();
             format!("its log {log} is empty: check whether the disk is full")
@@ -178,7 +185,7 @@ impl Process {
 
     /// Returns the last lines of the log, indented.
     #[must_use]
-    pub fn last_words(&self) -> String {
+    pub fn last_log_lines(&self) -> String {
         let text = std::fs::read(&self.log).unwrap_or_default();
         let text = String::from_utf8_lossy(&text);
         let lines: Vec<&str> = text.lines().collect();

@@ -11,14 +11,14 @@ use scenario::{Scenario, name_remedy};
 
 /// A value of `--mind`: `NAME[@VERSION]=COMMAND`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct MindCommand {
+pub struct ControllerCommand {
     pub name: String,
     /// The version label given by the author.
     pub version: Option<String>,
     pub command: String,
 }
 
-impl MindCommand {
+impl ControllerCommand {
     /// Parses a value of `--mind`.
     pub fn parse(text: &str) -> Result<Self, String> {
         let (name, command) = text
@@ -51,7 +51,7 @@ impl MindCommand {
 /// If a controller has no command, or a command has no controller.
 pub fn commands(
     scenario: &Scenario,
-    stated: &[MindCommand],
+    stated: &[ControllerCommand],
 ) -> anyhow::Result<BTreeMap<String, String>> {
     let names = scenario.external_controllers();
     for (index, mind) in stated.iter().enumerate() {
@@ -105,11 +105,11 @@ mod tests {
 
     #[test]
     fn parses_name_version_and_command() {
-        let parsed = MindCommand::parse("greedy@1.2= python3 greedy.py --x='a=b'").unwrap();
+        let parsed = ControllerCommand::parse("greedy@1.2= python3 greedy.py --x='a=b'").unwrap();
         assert_eq!(parsed.name, "greedy");
         assert_eq!(parsed.version.as_deref(), Some("1.2"));
         assert_eq!(parsed.command, "python3 greedy.py --x='a=b'");
-        assert_eq!(MindCommand::parse("a=b").unwrap().version, None);
+        assert_eq!(ControllerCommand::parse("a=b").unwrap().version, None);
         for (text, wrong) in [
             ("greedy", "use NAME=COMMAND"),
             ("greedy= ", "use NAME=COMMAND"),
@@ -117,7 +117,7 @@ mod tests {
             ("a b=x", "'a b' is not a"),
             ("a@=x", "NAME@VERSION=COMMAND"),
         ] {
-            let message = MindCommand::parse(text).unwrap_err();
+            let message = ControllerCommand::parse(text).unwrap_err();
             assert!(message.contains(wrong), "{text}: {message}");
         }
     }
@@ -126,7 +126,7 @@ mod tests {
     fn each_controller_has_one_command_and_each_command_a_controller() {
         let mut scenario = default_setup(1).scenario;
         let stated = |texts: &[&str]| -> Vec<_> {
-            let parsed = texts.iter().map(|text| MindCommand::parse(text));
+            let parsed = texts.iter().map(|text| ControllerCommand::parse(text));
             parsed.map(Result::unwrap).collect()
         };
         assert!(commands(&scenario, &[]).unwrap().is_empty());

@@ -4,7 +4,7 @@ use missions::Registry;
 use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use analysis::interrupted::Interrupted;
+use analysis::interrupted::InterruptFlag;
 use analysis::invariants::{Invariants, replayed};
 use in_process::Team;
 use proto::tick::Outcome;
@@ -12,13 +12,13 @@ use run_log::recorder::Folder;
 use run_log::{LogLevel, RunLog};
 use serde_json::json;
 use terminal::panics;
-use terminal::tell;
+use terminal::stderr_line;
 use tokio::time::Instant;
 use world_server::invocation;
 use world_server::latest::link_latest;
 
-use super::plan::Plan;
-use super::progress::Progress;
+use super::plan::RunPlan;
+use super::progress::ProgressDisplay;
 use super::summary;
 
 /// The interval between updates of the progress display.
@@ -28,15 +28,15 @@ const INTERVAL: Duration = Duration::from_millis(200);
 const TICKS_PER_CLOCK_READING: u64 = 64;
 
 /// Runs the mission to its end or to the first violated invariant. Returns `true` if the mission is complete and nothing is violated.
-pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
+pub fn run(plan: &RunPlan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
     panics::set_process_name(format!(
         "alliance run (mission {}, allocator {})",
         plan.setup.catalog.mission.name(),
         plan.setup.scenario.allocator_list(),
     ));
-    let interrupted = Interrupted::watch()?;
-    let mut progress = Progress::new(&plan.setup);
-    progress.say(&format!("run {}, in one process", plan.run));
+    let interrupted = InterruptFlag::install()?;
+    let mut progress = ProgressDisplay::new(&plan.setup);
+    progress.print_line(&format!("run {}, in one process", plan.run));
     let folder = Folder::create(&plan.folder)?;
     // The link `runs/latest` is optional, so a failure is ignored.
     let _ = link_latest(Path::new("runs"), &plan.folder);
@@ -48,7 +48,7 @@ pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
     let outcome = loop {
         let outcome = team.tick()?;
         if let Some(invariants) = &mut invariants
-            && let Err(found) = invariants.see(team.simulation())
+            && let Err(found) = invariants.check_simulation(team.simulation())
         {
             violation = Some(anyhow::Error::from(found));
             break outcome.unwrap_or(Outcome::Interrupted);
@@ -61,7 +61,7 @@ pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
             .tick()
             .is_multiple_of(TICKS_PER_CLOCK_READING)
         {
-            if interrupted.is_so() {
+            if interrupted.is_set() {
                 break Outcome::Interrupted;
             }
             if shown.elapsed() >= INTERVAL {
@@ -93,7 +93,7 @@ pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
         .err();
     }
     if let Some(violation) = &violation {
-        tell!("violated: {violation:#}");
+        stderr_line!("violated: {violation:#}");
     }
     Ok(outcome == Outcome::Complete && violation.is_none())
 }

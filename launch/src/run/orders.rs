@@ -9,7 +9,7 @@ use proto::process::{ProcessAction, ProcessOrder};
 use tokio::time::{Instant, sleep};
 
 use super::child_processes::Process;
-use super::crew::Crew;
+use super::crew::AgentProcesses;
 
 /// The maximum time until a signal takes effect.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -17,12 +17,12 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// The interval between checks of a process state.
 const GLANCE: Duration = Duration::from_millis(1);
 
-impl Crew {
+impl AgentProcesses {
     /// Executes an order of the world and returns the process id.
     ///
     /// # Errors
     /// If the signal cannot be sent or does not take effect.
-    pub async fn obey(&mut self, order: &ProcessOrder) -> anyhow::Result<u32> {
+    pub async fn execute(&mut self, order: &ProcessOrder) -> anyhow::Result<u32> {
         if order.act == ProcessAction::Start {
             return self.start(&order.robot);
         }

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use scenario::Setup;
 
-use cluster::start::Start;
+use cluster::start::StartPlan;
 
 /// The checked inputs of a run.
-pub struct Plan {
+pub struct RunPlan {
     pub run: String,
     pub setup: Setup,
     /// The arguments of the world process, without folder and run id.
@@ -17,7 +17,7 @@ pub struct Plan {
     pub minds: BTreeMap<String, String>,
     pub elsewhere: BTreeSet<String>,
     /// The hosts that the launcher starts, and the keys of this run.
-    pub start: Option<Start>,
+    pub start: Option<StartPlan>,
     pub folder: PathBuf,
     /// `true` if the run starts paused.
     pub paused: bool,

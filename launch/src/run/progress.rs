@@ -10,7 +10,7 @@ use proto::event::EventLine;
 use proto::view::{RobotView, View};
 use scenario::mission::columns::{Column, ColumnValue, Progress as MissionProgress, short_summary};
 use scenario::{Catalog, Setup};
-use terminal::tell;
+use terminal::stderr_line;
 use tokio::time::Instant;
 
 /// The minimum time between two lines if stderr is not a terminal.
@@ -20,7 +20,7 @@ const LINE_INTERVAL: Duration = Duration::from_secs(5);
 const ROBOTS_SHOWN: usize = 12;
 
 /// A progress display that is updated by views.
-pub struct Progress {
+pub struct ProgressDisplay {
     names: Vec<String>,
     catalog: Arc<Catalog>,
     columns: &'static [Column],
@@ -41,7 +41,7 @@ enum Style {
     },
 }
 
-impl Progress {
+impl ProgressDisplay {
     pub fn new(setup: &Setup) -> Self {
         let names: Vec<String> = setup
             .scenario
@@ -90,7 +90,7 @@ impl Progress {
         if self.waits_for.as_ref() != waits_for {
             self.waits_for = waits_for.cloned();
             if let Some(robots) = waits_for {
-                self.say(&format!(
+                self.print_line(&format!(
                     "the clock stands still at {}: it waits for {robots}; Ctrl-C ends the run",
                     view.now
                 ));
@@ -134,21 +134,21 @@ impl Progress {
             Style::Lines { last } => {
                 if last.is_none_or(|last| now.duration_since(last) >= LINE_INTERVAL) {
                     *last = Some(now);
-                    tell!("{clock}, {}; {}", short_summary(&row), doing.join("; "));
+                    stderr_line!("{clock}, {}; {}", short_summary(&row), doing.join("; "));
                 }
             }
         }
     }
 
-    pub fn say(&self, line: &str) {
+    pub fn print_line(&self, line: &str) {
         match &self.style {
             // Errors of a closed terminal are ignored.
             Style::Terminal { bars, .. } => drop(bars.println(line)),
-            Style::Lines { .. } => tell!("{line}"),
+            Style::Lines { .. } => stderr_line!("{line}"),
         }
     }
 
-    pub fn tell(&self, line: &EventLine) {
+    pub fn print_fault_event(&self, line: &EventLine) {
         if matches!(line.kind.as_str(), "applied" | "healed" | "failed") {
             let why = if line.reason.is_empty() {
                 String::new()
@@ -156,7 +156,7 @@ impl Progress {
                 format!(" ({})", line.reason)
             };
             let at = line.t_ms.as_secs_f64();
-            self.say(&format!(
+            self.print_line(&format!(
                 "{at:.3} s: {} {} {}{why}",
                 line.subject, line.kind, line.detail
             ));

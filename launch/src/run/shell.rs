@@ -5,7 +5,7 @@ use std::process::{Command, ExitCode};
 
 use clap::Args;
 use cluster::os_process::LAUNCHER;
-use terminal::tell;
+use terminal::stderr_line;
 
 /// Replace this process with an external program; it dies with the launcher.
 #[derive(Args, Clone, Debug)]
@@ -31,7 +31,7 @@ impl ShellCommand {
             // Processes that the program starts are not children of the launcher.
             .env_remove(LAUNCHER)
             .exec();
-        tell!("alliance shell: /bin/sh: {error}");
+        stderr_line!("alliance shell: /bin/sh: {error}");
         ExitCode::from(3)
     }
 }

@@ -7,15 +7,15 @@ use run_log::{LogLevel, RunFile, RunOutcome};
 use scenario::mission::FigureValue;
 use scenario::mission::columns::{ColumnValue, Progress, display_name, format_value};
 use serde_json::json;
-use terminal::tell;
+use terminal::stderr_line;
 
-use super::plan::Plan;
+use super::plan::RunPlan;
 
-pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
+pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
     let host: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(plan.folder.join("host.json"))?)?;
     if run.unscripted {
-        tell!(
+        stderr_line!(
             "note: this run contains a stall or a loss that no fault explains (`unscripted` in run.json)"
         );
     }
@@ -34,34 +34,34 @@ pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
         terminal::print(format_args!("{result:#}\n"))?;
         return Ok(());
     }
-    tell!("{}", robots(plan, run).trim_fmt());
+    stderr_line!("{}", robots(plan, run).trim_fmt());
     let result = &run.result;
     let real_s = host["running_s"].as_f64().unwrap_or_default();
     let ticks_per_s = host["ticks_per_s"].as_f64().unwrap_or_default();
-    tell!("{}: {}", outcome(run), mission(run));
-    tell!(
+    stderr_line!("{}: {}", outcome(run), mission(run));
+    stderr_line!(
         "{} simulated in {real_s:.1} s: {} ticks, {ticks_per_s:.0} per second",
         result.sim_time_ms,
         result.ticks,
     );
     if let Some(line) = faults(&run.faults) {
-        tell!("{line}");
+        stderr_line!("{line}");
     }
-    tell!("folder  {}", plan.folder.display());
-    tell!("seed    {}", run.setup.seed);
-    tell!("hash    {}", run.hash.as_deref().unwrap_or("none"));
+    stderr_line!("folder  {}", plan.folder.display());
+    stderr_line!("seed    {}", run.setup.seed);
+    stderr_line!("hash    {}", run.hash.as_deref().unwrap_or("none"));
     let sets = run.setup.behavior_sets();
     if run.log != LogLevel::Full && LogLevel::default_for(sets) == run.log {
-        tell!(
+        stderr_line!(
             "log     {}, because the team has {sets} behavior sets; use --log full for a report",
             run.log.as_str()
         );
     }
     if !plan.open {
         let folder = plan.folder.display();
-        tell!("next    alliance view {folder}");
+        stderr_line!("next    alliance view {folder}");
         if run.log == LogLevel::Full {
-            tell!("        alliance report {folder}");
+            stderr_line!("        alliance report {folder}");
         }
     }
     Ok(())
@@ -122,7 +122,7 @@ fn faults(faults: &[FaultStatus]) -> Option<String> {
     Some(line)
 }
 
-fn robots(plan: &Plan, run: &RunFile) -> Table {
+fn robots(plan: &RunPlan, run: &RunFile) -> Table {
     // By rank; `result.robots` is ordered by name.
     let robots = plan.setup.scenario.robots.iter();
     let robots: Vec<_> = robots

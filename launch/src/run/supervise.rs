@@ -21,28 +21,28 @@ use tokio::sync::watch;
 use tokio::time::{Instant, sleep, timeout};
 use world_server::invocation;
 
-use super::bus::{Bus, Call};
-use super::child_processes::{Change, Ending, Process};
-use super::crew::Crew;
-use super::plan::Plan;
-use super::progress::Progress;
+use super::bus::{BusMessage, LauncherBus};
+use super::child_processes::{Ending, Process, ProcessChange};
+use super::crew::AgentProcesses;
+use super::plan::RunPlan;
+use super::progress::ProgressDisplay;
 use super::summary;
-use crate::page::link::Link;
-use crate::page::server::FAREWELL;
+use crate::page::link::PageLink;
+use crate::page::server::END_OF_RUN_TIMEOUT;
 use crate::runtime;
-use cluster::start::Hold;
+use cluster::start::InputHold;
 
 /// The time for a process to end by itself, and again after SIGTERM, before it is killed.
 pub const GRACE: Duration = Duration::from_secs(3);
 
 /// The minimum time between two separate requests to end.
-const AGAIN: Duration = Duration::from_millis(500);
+const MIN_SIGNAL_INTERVAL: Duration = Duration::from_millis(500);
 
 /// The time for other hosts to end their agents and themselves.
 const HOSTS: Duration = Duration::from_secs(15);
 
 /// The time after a process failure at which a run that has not begun is aborted.
-const STILLBORN: Duration = Duration::from_secs(1);
+const START_FAILURE_DELAY: Duration = Duration::from_secs(1);
 
 /// The time for the world to complete its log and end after a request.
 const ENDING: Duration = Duration::from_secs(15);
@@ -54,10 +54,10 @@ const INTERVAL: Duration = Duration::from_millis(200);
 ///
 /// # Errors
 /// If a process cannot be started or fails, or the bus fails.
-pub fn supervise(plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
-    let runtime = runtime::start()?;
+pub fn supervise(plan: &RunPlan, link: Option<PageLink>) -> anyhow::Result<bool> {
+    let runtime = runtime::start_runtime()?;
     runtime.block_on(async {
-        let mut team = Team::start(plan, link)?;
+        let mut team = RunProcesses::start(plan, link)?;
         let watched = team.watch(plan).await;
         team.end_all().await;
         team.progress.clear();
@@ -69,18 +69,18 @@ pub fn supervise(plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
     Ok(run.outcome == RunOutcome::Ended(proto::tick::Outcome::Complete))
 }
 
-struct Team {
+struct RunProcesses {
     world: Process,
-    crew: Crew,
+    crew: AgentProcesses,
     /// The commands that run the daemons of other hosts, each with its hold.
-    hosts: Vec<(Process, Hold)>,
+    hosts: Vec<(Process, InputHold)>,
     /// The process of the page. The run continues without it.
     page: Option<Process>,
-    progress: Progress,
+    progress: ProgressDisplay,
 }
 
-impl Team {
-    fn start(plan: &Plan, link: Option<Link>) -> anyhow::Result<Self> {
+impl RunProcesses {
+    fn start(plan: &RunPlan, link: Option<PageLink>) -> anyhow::Result<Self> {
         let logs = plan.folder.join("logs");
         std::fs::create_dir_all(&logs).with_context(|| logs.display().to_string())?;
 
@@ -100,10 +100,10 @@ impl Team {
         let world = Process::start_with("world", &log, &arguments, input, &command, false)?;
         let mut team = Self {
             world,
-            crew: Crew::new(plan.run.clone(), plan.minds.clone(), logs),
+            crew: AgentProcesses::new(plan.run.clone(), plan.minds.clone(), logs),
             hosts: Vec::new(),
             page: None,
-            progress: Progress::new(&plan.setup),
+            progress: ProgressDisplay::new(&plan.setup),
         };
         let robots = plan.setup.scenario.robots.iter();
         let is_local = |name: &String| !plan.elsewhere.contains(name);
@@ -121,24 +121,25 @@ impl Team {
             .chain(hosts)
             .map(|process| format!("{} {}", process.name(), process.pid()))
             .collect();
-        team.progress.say(&format!("run {}", plan.run));
+        team.progress.print_line(&format!("run {}", plan.run));
         team.progress
-            .say(&format!("process ids: {}", pids.join(", ")));
+            .print_line(&format!("process ids: {}", pids.join(", ")));
         if let Some(link) = link {
             team.start_page(link, plan.open);
         }
         if plan.paused {
-            team.progress
-                .say("the clock is held; start it on the page or with `alliance clock resume`");
+            team.progress.print_line(
+                "the clock is held; start it on the page or with `alliance clock resume`",
+            );
         }
         Ok(team)
     }
 
     /// Starts the process of the page. The run continues if this fails.
-    fn start_page(&mut self, link: Link, open: bool) {
+    fn start_page(&mut self, link: PageLink, open: bool) {
         let url = link.url();
         let opened = open.then(|| link.open());
-        let (socket, token) = link.into_heritage();
+        let (socket, token) = link.into_inherited();
         let mut arguments = ["watch", &self.crew.run, "--inherited"]
             .map(ToOwned::to_owned)
             .to_vec();
@@ -156,15 +157,15 @@ impl Team {
         match page {
             Ok(page) => {
                 self.progress
-                    .say(&format!("page {url} (process {})", page.pid()));
+                    .print_line(&format!("page {url} (process {})", page.pid()));
                 self.page = Some(page);
             }
             Err(error) => self
                 .progress
-                .say(&format!("the page cannot be served: {error:#}")),
+                .print_line(&format!("the page cannot be served: {error:#}")),
         }
         if let Some(Err(error)) = opened {
-            self.progress.say(&format!("{error:#}"));
+            self.progress.print_line(&format!("{error:#}"));
         }
     }
 
@@ -176,12 +177,12 @@ impl Team {
     }
 
     /// Handles orders, events and process changes until the world has ended.
-    async fn watch(&mut self, plan: &Plan) -> anyhow::Result<()> {
+    async fn watch(&mut self, plan: &RunPlan) -> anyhow::Result<()> {
         let mut children = signal(SignalKind::child())?;
         let mut interrupt = signal(SignalKind::interrupt())?;
         let mut terminate = signal(SignalKind::terminate())?;
         let (sender, mut views) = watch::channel(None::<View>);
-        let mut bus: Option<Bus> = None;
+        let mut bus: Option<LauncherBus> = None;
         let mut first_loss: Option<Instant> = None;
         let mut interrupted = None;
 
@@ -210,16 +211,16 @@ impl Team {
                     }
                 }
                 call = next_call(bus.as_mut()) => match call {
-                    Call::Order(order, query) => {
-                        let done = self.crew.obey(&order).await;
+                    BusMessage::Order(order, query) => {
+                        let done = self.crew.execute(&order).await;
                         if let (Ok(pid), ProcessAction::Start) = (&done, order.act) {
-                            self.progress.say(&format!("{} is process {pid} now", order.robot));
+                            self.progress.print_line(&format!("{} is process {pid} now", order.robot));
                         }
                         if let Some(bus) = &mut bus {
                             bus.answer(&query, order.number, done).await;
                         }
                     }
-                    Call::Event(line) => self.progress.tell(&line),
+                    BusMessage::Event(line) => self.progress.print_fault_event(&line),
                 },
                 () = sleep(pause) => {}
             }
@@ -237,13 +238,13 @@ impl Team {
                 && !begun
                 && interrupted.is_none()
                 && self.world.ending().is_none()
-                && first_loss.get_or_insert_with(Instant::now).elapsed() > STILLBORN
+                && first_loss.get_or_insert_with(Instant::now).elapsed() > START_FAILURE_DELAY
             {
                 bail!(
                     "the run could not begin: {} {}:\n{}",
                     failed.name(),
                     failed.ending().map_or_else(String::new, Ending::describe),
-                    failed.last_words()
+                    failed.last_log_lines()
                 );
             }
         }
@@ -254,14 +255,14 @@ impl Team {
     }
 
     /// Reports state changes of agents from before the launcher joined the bus.
-    async fn report_earlier_changes(&self, bus: &mut Bus) {
+    async fn report_earlier_changes(&self, bus: &mut LauncherBus) {
         for agent in &self.crew.agents {
             let state = match agent.ending() {
                 Some(_) => ProcessState::Ended,
                 None if agent.is_stopped() => ProcessState::Stopped,
                 None => continue,
             };
-            bus.tell(agent.name(), agent.pid(), state).await;
+            bus.report_state(agent.name(), agent.pid(), state).await;
         }
     }
 
@@ -286,59 +287,61 @@ impl Team {
     }
 
     /// Joins the bus. Without it the run continues, but without progress display and process faults.
-    async fn observe(&self, views: watch::Sender<Option<View>>) -> Option<Bus> {
-        match Bus::join(&self.crew.run, views).await {
+    async fn observe(&self, views: watch::Sender<Option<View>>) -> Option<LauncherBus> {
+        match LauncherBus::join(&self.crew.run, views).await {
             Ok(bus) => Some(bus),
             Err(error) => {
                 self.progress
-                    .say(&format!("the launcher cannot observe the run: {error:#}"));
+                    .print_line(&format!("the launcher cannot observe the run: {error:#}"));
                 None
             }
         }
     }
 
     /// Checks every process, and reports changes to the world and on the terminal.
-    async fn poll(&mut self, bus: Option<&mut Bus>) -> anyhow::Result<()> {
+    async fn poll(&mut self, bus: Option<&mut LauncherBus>) -> anyhow::Result<()> {
         while let Some(change) = self.world.poll()? {
             match change {
-                Change::Stopped => {
+                ProcessChange::Stopped => {
                     let pid = self.world.pid();
                     let remedy = format!("`kill -CONT {pid}` resumes it, Ctrl-C ends the run");
-                    self.progress.say(&format!(
+                    self.progress.print_line(&format!(
                         "the world (process {pid}) is stopped, and the run stands still; {remedy}"
                     ));
                 }
-                Change::Continued => self.progress.say("the world resumes"),
-                Change::Ended(_) => {}
+                ProcessChange::Continued => self.progress.print_line("the world resumes"),
+                ProcessChange::Ended(_) => {}
             }
         }
         let over = self.world.ending().is_some();
         if let Some(page) = &mut self.page {
             while let Some(change) = page.poll()? {
                 match change {
-                    Change::Stopped => self.progress.say("the page is stopped; the run continues"),
-                    Change::Continued => self.progress.say("the page resumes"),
-                    Change::Ended(ending) if ending != Ending::Exit(0) && !over => {
+                    ProcessChange::Stopped => self
+                        .progress
+                        .print_line("the page is stopped; the run continues"),
+                    ProcessChange::Continued => self.progress.print_line("the page resumes"),
+                    ProcessChange::Ended(ending) if ending != Ending::Exit(0) && !over => {
                         let line = format!("the page {}; the run continues", ending.describe());
-                        self.progress.say(&line);
+                        self.progress.print_line(&line);
                         if matches!(ending, Ending::Exit(_)) {
-                            self.progress.say(page.last_words().trim_end());
+                            self.progress.print_line(page.last_log_lines().trim_end());
                         }
                     }
-                    Change::Ended(_) => {}
+                    ProcessChange::Ended(_) => {}
                 }
             }
         }
         let progress = &self.progress;
-        let say = |line: &str| progress.say(line);
+        let say = |line: &str| progress.print_line(line);
         for (host, _) in &mut self.hosts {
             while let Some(change) = host.poll()? {
-                if let (Change::Ended(ending), false) = (change, over) {
+                if let (ProcessChange::Ended(ending), false) = (change, over) {
                     let lines = format!(
                         "{} {}\n{}",
                         host.name(),
                         ending.describe(),
-                        host.last_words()
+                        host.last_log_lines()
                     );
                     say(lines.trim_end());
                 }
@@ -348,18 +351,18 @@ impl Team {
     }
 
     /// Requests the end of the run from the world; a second request kills the world. Some programs send a signal to both a process
-    /// and its group, so a repetition within [`AGAIN`] is ignored.
+    /// and its group, so a repetition within [`MIN_SIGNAL_INTERVAL`] is ignored.
     fn interrupt(&self, before: Option<Instant>) -> Option<Instant> {
         match before {
             None => {
                 self.progress
-                    .say("ending the run (repeat to end it at once)");
+                    .print_line("ending the run (repeat to end it at once)");
                 self.release_page();
                 self.world.signal(Signal::SIGTERM);
                 Some(Instant::now())
             }
             Some(first) => {
-                if first.elapsed() > AGAIN {
+                if first.elapsed() > MIN_SIGNAL_INTERVAL {
                     self.world.signal(Signal::SIGKILL);
                 }
                 before
@@ -377,7 +380,7 @@ impl Team {
         if self.world.ending().is_none()
             && interrupted.is_some_and(|since| since.elapsed() > patience)
         {
-            self.progress.say(
+            self.progress.print_line(
                 "the world does not end and is killed; the log is complete up to its last tick",
             );
             self.world.signal(Signal::SIGKILL);
@@ -387,17 +390,22 @@ impl Team {
     /// Ends all processes. The page ends last, because it still sends the result to open browsers.
     async fn end_all(&mut self) {
         let team = std::iter::once(&mut self.world)
-            .chain(self.crew.everybody())
+            .chain(self.crew.all())
             .collect();
-        let say = |line: &str| self.progress.say(line);
-        end(team, GRACE, &say).await;
+        let say = |line: &str| self.progress.print_line(line);
+        end_processes(team, GRACE, &say).await;
         let mut hosts = Vec::new();
         for (host, hold) in self.hosts.drain(..) {
             drop(hold);
             hosts.push(host);
         }
-        end(hosts.iter_mut().collect(), HOSTS, &say).await;
-        end(self.page.iter_mut().collect(), FAREWELL + GRACE, &say).await;
+        end_processes(hosts.iter_mut().collect(), HOSTS, &say).await;
+        end_processes(
+            self.page.iter_mut().collect(),
+            END_OF_RUN_TIMEOUT + GRACE,
+            &say,
+        )
+        .await;
     }
 
     fn check_world(&self) -> anyhow::Result<()> {
@@ -412,7 +420,7 @@ impl Team {
                 bail!(
                     "the world {}; {log}; {}",
                     ending.map_or_else(|| "does not end".to_owned(), Ending::describe),
-                    self.world.said()
+                    self.world.failure_output()
                 )
             }
         }
@@ -420,7 +428,7 @@ impl Team {
 }
 
 /// Ends processes: waits for `patience`, then sends SIGTERM, then SIGKILL.
-pub async fn end(
+pub async fn end_processes(
     mut processes: Vec<&mut Process>,
     patience: Duration,
     say: &(dyn Fn(&str) + Sync),
@@ -467,7 +475,7 @@ fn in_memory(text: &str) -> io::Result<File> {
 }
 
 /// Waits for the next order or event; without a bus it never returns.
-async fn next_call(bus: Option<&mut Bus>) -> Call {
+async fn next_call(bus: Option<&mut LauncherBus>) -> BusMessage {
     match bus {
         Some(bus) => bus.call().await,
         None => std::future::pending().await,

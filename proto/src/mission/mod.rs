@@ -1,5 +1,5 @@
-//! Mission data in messages and in the log: sensor readings ([`Sensed`]), actions ([`Deed`]), the shared knowledge in
-//! heartbeats ([`Lore`]) and the [`Payload`] of bulletins.
+//! Mission data in messages and in the log: sensor readings ([`SensorReading`]), actions ([`Deed`]), the shared knowledge in
+//! heartbeats ([`SharedKnowledge`]) and the [`Payload`] of bulletins.
 //!
 //! Missions with [`items`] have typed variants. Any other mission encodes its own types into [`Bytes`].
 
@@ -96,7 +96,7 @@ pub enum SharedKnowledge {
     Nothing,
     /// The knowledge of missions with [`items`].
     Items(ItemsKnowledge),
-    /// The knowledge of any other mission: the encoding of its own type, at most [`LORE_MAX`] bytes.
+    /// The knowledge of any other mission: the encoding of its own type, at most [`MAX_KNOWLEDGE_BYTES`] bytes.
     Open(#[serde(deserialize_with = "bounded_knowledge")] Vec<u8>),
 }
 
@@ -106,7 +106,7 @@ pub enum SharedKnowledge {
 pub enum Payload {
     /// The content for missions with [`items`].
     Items(ItemsBulletin),
-    /// The content for any other mission: the encoding of its own type, at most [`LORE_MAX`] bytes.
+    /// The content for any other mission: the encoding of its own type, at most [`MAX_KNOWLEDGE_BYTES`] bytes.
     Open(#[serde(deserialize_with = "bounded_knowledge")] Vec<u8>),
 }
 

@@ -23,12 +23,12 @@ pub const NAME: &str = "environment";
 pub struct Mate {
     pub position: Option<Vec2>,
     pub executing: Option<u16>,
-    pub heard: SimTime,
+    pub received: SimTime,
 }
 
 /// The data that a robot and its external agent exchange.
 #[derive(Debug, Default)]
-pub struct Hand {
+pub struct ExternalAgent {
     /// The chosen behavior set. The robot is idle while this set is not applicable.
     pub wanted: Option<BehaviorId>,
     /// `true` if the active set has ended by itself since the flag was last cleared.
@@ -46,20 +46,20 @@ pub struct Hand {
 }
 
 /// The exchanged data of all robots, by rank.
-pub struct Hands(Vec<Mutex<Hand>>);
+pub struct ExternalAgents(Vec<Mutex<ExternalAgent>>);
 
-impl Hands {
+impl ExternalAgents {
     pub fn new(robots: usize) -> Self {
         Self((0..robots).map(|_| Mutex::default()).collect())
     }
 
-    pub fn of(&self, robot: RobotId) -> MutexGuard<'_, Hand> {
+    pub fn lock(&self, robot: RobotId) -> MutexGuard<'_, ExternalAgent> {
         let hand = self.0[robot.index()].lock();
         hand.unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl fmt::Debug for Hands {
+impl fmt::Debug for ExternalAgents {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("Hands")
     }
@@ -67,9 +67,9 @@ impl fmt::Debug for Hands {
 
 /// The allocator, as registered for an environment.
 #[derive(Debug)]
-pub struct Puppets(pub Arc<Hands>);
+pub struct ExternalAllocators(pub Arc<ExternalAgents>);
 
-impl AllocatorKind for Puppets {
+impl AllocatorKind for ExternalAllocators {
     fn spec(&self) -> AllocatorSpec {
         AllocatorSpec {
             name: NAME,
@@ -81,11 +81,11 @@ impl AllocatorKind for Puppets {
     }
 
     fn prepare(&self, _: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
-        Ok(Arc::new(Puppets(Arc::clone(&self.0))))
+        Ok(Arc::new(ExternalAllocators(Arc::clone(&self.0))))
     }
 }
 
-impl ConfiguredAllocator for Puppets {
+impl ConfiguredAllocator for ExternalAllocators {
     fn start(&self, me: SelfState, _: &Setup) -> Box<dyn RunningAllocator> {
         Box::new(AllocatorRunner::<Puppet>::new(me, &self.0))
     }
@@ -94,18 +94,18 @@ impl ConfiguredAllocator for Puppets {
 #[derive(Clone, Debug)]
 struct Puppet {
     me: RobotId,
-    hands: Arc<Hands>,
+    hands: Arc<ExternalAgents>,
 }
 
 impl Allocator for Puppet {
-    type Config = Arc<Hands>;
+    type Config = Arc<ExternalAgents>;
 
-    fn new(me: &SelfState, hands: &Arc<Hands>) -> Self {
-        let mut hand = hands.of(me.robot);
-        *hand = Hand {
+    fn new(me: &SelfState, hands: &Arc<ExternalAgents>) -> Self {
+        let mut hand = hands.lock(me.robot);
+        *hand = ExternalAgent {
             wanted: hand.wanted,
             mates: vec![None; me.team],
-            ..Hand::default()
+            ..ExternalAgent::default()
         };
         drop(hand);
         Self {
@@ -115,13 +115,13 @@ impl Allocator for Puppet {
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
-        let mut hand = self.hands.of(self.me);
+        let mut hand = self.hands.lock(self.me);
         let hand = &mut *hand;
         for broadcast in input.received {
             if let BroadcastContent::Heartbeat(heartbeat) = &broadcast.body
                 && let Some(mate) = hand.mates.get_mut(broadcast.sender.index())
             {
-                *mate = Some(Mate::of(heartbeat, input.now));
+                *mate = Some(Mate::lock(heartbeat, input.now));
             }
         }
         hand.choices.clear();
@@ -145,12 +145,12 @@ impl Allocator for Puppet {
 }
 
 impl Mate {
-    fn of(heartbeat: &Heartbeat, heard: SimTime) -> Self {
+    fn lock(heartbeat: &Heartbeat, heard: SimTime) -> Self {
         let executes = heartbeat.state == TaskState::Executing;
         Self {
             position: heartbeat.position,
             executing: heartbeat.task.filter(|_| executes).map(|task| task.0),
-            heard,
+            received: heard,
         }
     }
 }

@@ -9,7 +9,7 @@ use proto::mission::items::{ItemsReading, MAX_SENSED_ITEMS, Zone};
 use proto::readings::{Hit, Readings};
 use scenario::Setup;
 
-use super::external_agent::{Hand, Mate};
+use super::external_agent::{ExternalAgent, Mate};
 
 /// The number of teammates in an observation: the nearest with a received heartbeat.
 const MATES: usize = 8;
@@ -70,7 +70,7 @@ fn squash(seconds: f64) -> f32 {
 
 /// Writes the observation at level `decide`: the robot, its sets and its teammates. All robots have space for `sets`
 /// sets.
-pub fn decide(row: &mut Row<'_>, hand: &Hand, setup: &Setup, sets: usize) {
+pub fn decide(row: &mut Row<'_>, hand: &ExternalAgent, setup: &Setup, sets: usize) {
     let room = room(setup);
     let now_s = hand.now.as_secs_f64();
     let position = hand
@@ -102,7 +102,7 @@ pub fn decide(row: &mut Row<'_>, hand: &Hand, setup: &Setup, sets: usize) {
 }
 
 /// Writes the nearest teammates with a received heartbeat. Teammates without a position come last.
-fn teammates(row: &mut Row<'_>, hand: &Hand, setup: &Setup) {
+fn teammates(row: &mut Row<'_>, hand: &ExternalAgent, setup: &Setup) {
     let part_m = room(setup).max_element();
     let mut nearest: [Option<(f32, Mate)>; MATES] = [None; MATES];
     let mut count = 0;
@@ -132,13 +132,13 @@ fn teammates(row: &mut Row<'_>, hand: &Hand, setup: &Setup) {
         let task = mate.and_then(|mate| mate.executing);
         let task = task.map_or(0.0, |task| f32::from(task + 1) / tasks);
         row.put(|| format!("mate{place}.task"), task);
-        let age_s = mate.map(|mate| hand.now.since(mate.heard).as_secs_f64());
+        let age_s = mate.map(|mate| hand.now.since(mate.received).as_secs_f64());
         row.put(|| format!("mate{place}.age"), age_s.map_or(0.0, squash));
     }
 }
 
 /// Writes the observation at level `drive`: the sensor readings and the teammates.
-pub fn drive(row: &mut Row<'_>, readings: &Readings, hand: &Hand, setup: &Setup) {
+pub fn drive(row: &mut Row<'_>, readings: &Readings, hand: &ExternalAgent, setup: &Setup) {
     let (room, sensors) = (room(setup), &setup.scenario.sensors);
     let pose = readings.pose;
     let position = pose.map(|pose| 2.0 * pose.position / room - Vec2::ONE);

@@ -11,4 +11,4 @@ mod threads;
 mod world;
 mod worlds;
 
-pub use worlds::Worlds;
+pub use worlds::EnvironmentBatch;

@@ -4,20 +4,20 @@ use in_process::Workspaces;
 use proto::tick::Outcome;
 use pyo3::prelude::*;
 
-use super::world::{Common, DRIVE, World};
+use super::world::{Common, DRIVE_ACTION_LEN, Environment};
 
 /// A contiguous range of a batch's environments.
-pub struct Part {
+pub struct BatchPart {
     /// The number of the first environment.
     first: usize,
-    pub places: Vec<Place>,
-    pub seen: Seen,
+    pub places: Vec<Slot>,
+    pub observations: Observations,
     /// The memory that the environments share, because they are stepped in turn.
     spaces: Workspaces,
 }
 
 /// The observations: arrays over environments and agents. Data about the team has one value per environment.
-pub struct Seen {
+pub struct Observations {
     pub observation: Vec<f32>,
     pub mask: Vec<i8>,
     pub alive: Vec<i8>,
@@ -27,8 +27,8 @@ pub struct Seen {
 }
 
 /// An environment with the seed of its episode.
-pub struct Place {
-    pub world: World,
+pub struct Slot {
+    pub world: Environment,
     seed: u64,
 }
 
@@ -48,18 +48,18 @@ pub fn actions(common: &Common) -> usize {
     common.sets + 1
 }
 
-impl Part {
+impl BatchPart {
     /// Creates `envs` environments, numbered from `first` on.
     pub fn new(common: &Common, first: usize, envs: usize) -> Self {
         let agents = envs * width(common);
-        let place = |_| Place {
-            world: World::new(common),
+        let place = |_| Slot {
+            world: Environment::new(common),
             seed: 0,
         };
         Self {
             first,
             places: (0..envs).map(place).collect(),
-            seen: Seen {
+            observations: Observations {
                 observation: vec![0.0; agents * common.features],
                 mask: vec![0; agents * actions(common)],
                 alive: vec![0; agents],
@@ -78,7 +78,7 @@ impl Part {
             place.seed = seed.wrapping_add((self.first + at) as u64);
             place.world.events.clear();
             place.world.reset(common, place.seed, &mut self.spaces)?;
-            (self.seen.reward[at], self.seen.done[at]) = (0.0, 0);
+            (self.observations.reward[at], self.observations.done[at]) = (0.0, 0);
             self.observe(common, at);
         }
         Ok(())
@@ -91,14 +91,14 @@ impl Part {
             let number = self.first + at;
             let place = &mut self.places[at];
             place.act(common, number, actions)?;
-            self.seen.reward[at] = place.world.step(common, &mut self.spaces)? as f32;
-            self.seen.done[at] = match place.world.outcome {
+            self.observations.reward[at] = place.world.step(common, &mut self.spaces)? as f32;
+            self.observations.done[at] = match place.world.outcome {
                 None => 0,
                 Some(Outcome::TimeLimit) => 2,
                 Some(_) => 1,
             };
             // Without a stride, an ended episode stays in its final state for inspection.
-            if self.seen.done[at] != 0 && stride != 0 {
+            if self.observations.done[at] != 0 && stride != 0 {
                 place.world.finish()?;
                 place.seed = place.seed.wrapping_add(stride);
                 place.world.reset(common, place.seed, &mut self.spaces)?;
@@ -112,7 +112,7 @@ impl Part {
     /// Writes the observations of an environment.
     fn observe(&mut self, common: &Common, at: usize) {
         let (features, actions) = (common.features, actions(common));
-        let (world, seen) = (&self.places[at].world, &mut self.seen);
+        let (world, seen) = (&self.places[at].world, &mut self.observations);
         for (agent, robot) in common.agents.iter().enumerate() {
             let place = at * width(common) + agent;
             seen.alive[place] = i8::from(world.is_alive(*robot));
@@ -130,7 +130,7 @@ impl Part {
     }
 }
 
-impl Place {
+impl Slot {
     fn act(&mut self, common: &Common, number: usize, actions: &Actions) -> PyResult<()> {
         let agents = common.agents.len();
         for (agent, robot) in common.agents.iter().enumerate() {
@@ -138,8 +138,8 @@ impl Place {
             match actions {
                 Actions::Decide(all) => self.world.decide(common, agent, all[place])?,
                 Actions::Drive(all) => {
-                    let mut action = [0.0; DRIVE];
-                    action.copy_from_slice(&all[place * DRIVE..][..DRIVE]);
+                    let mut action = [0.0; DRIVE_ACTION_LEN];
+                    action.copy_from_slice(&all[place * DRIVE_ACTION_LEN..][..DRIVE_ACTION_LEN]);
                     self.world.drive(common, *robot, action);
                 }
             }

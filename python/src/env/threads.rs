@@ -7,11 +7,11 @@ use std::thread;
 
 use pyo3::prelude::*;
 
-use super::part::Part;
-use crate::errors::failed;
+use super::part::BatchPart;
+use crate::errors::alliance_error;
 
 /// The work on each part of a batch.
-pub type Work = Arc<dyn Fn(&mut Part) -> PyResult<()> + Send + Sync>;
+pub type Work = Arc<dyn Fn(&mut BatchPart) -> PyResult<()> + Send + Sync>;
 
 /// The worker threads: one for each part of a batch except the first.
 #[derive(Default)]
@@ -32,7 +32,7 @@ impl Threads {
     ///
     /// # Errors
     /// Returns the error of the first part that has one.
-    pub fn on_each(&mut self, parts: &[Arc<Mutex<Part>>], work: &Work) -> PyResult<()> {
+    pub fn on_each(&mut self, parts: &[Arc<Mutex<BatchPart>>], work: &Work) -> PyResult<()> {
         let [first, others @ ..] = parts else {
             return Ok(());
         };
@@ -50,7 +50,7 @@ impl Threads {
         }
         let mut done = work(&mut lock(first));
         for worker in &threads {
-            let ended = |_| Err(failed("a thread of the batch has panicked"));
+            let ended = |_| Err(alliance_error("a thread of the batch has panicked"));
             done = done.and(worker.done.recv().unwrap_or_else(ended));
         }
         self.workers = threads;
@@ -59,7 +59,7 @@ impl Threads {
 }
 
 impl Worker {
-    fn start(part: &Arc<Mutex<Part>>) -> Self {
+    fn start(part: &Arc<Mutex<BatchPart>>) -> Self {
         let part = Arc::clone(part);
         let (work, queue) = mpsc::sync_channel::<Work>(1);
         let (results, done) = mpsc::sync_channel(1);

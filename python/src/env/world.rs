@@ -21,11 +21,11 @@ use scenario::mission::FigureValue;
 use scenario::mission::columns::ColumnKind;
 use scenario::time::SimTime;
 
-use super::external_agent::{Hand, Hands, NAME, Puppets};
+use super::external_agent::{ExternalAgent, ExternalAgents, ExternalAllocators, NAME};
 use super::features::{self, Row};
-use crate::controller::Failure;
-use crate::errors::{failed, mistake};
-use crate::request::Ready;
+use crate::controller::FailureReaction;
+use crate::errors::{alliance_error, scenario_error};
+use crate::request::PreparedRun;
 
 /// The level of the external decisions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +36,7 @@ pub enum Level {
 }
 
 /// The number of values in an action at level drive: speed, turn, gripper, report.
-pub const DRIVE: usize = 4;
+pub const DRIVE_ACTION_LEN: usize = 4;
 
 /// The destination of an episode's log.
 pub enum Place {
@@ -65,7 +65,7 @@ impl Sink for Place {
 pub struct Common {
     pub setup: Setup,
     registry: Registry,
-    failure: Failure,
+    failure: FailureReaction,
     pub level: Level,
     /// The largest number of ticks in a step.
     period: u64,
@@ -79,15 +79,15 @@ pub struct Common {
 
 impl Common {
     /// Creates the shared data. Robots without their own controller are externally controlled.
-    pub fn new(ready: Ready, level: Level, period_s: f64) -> PyResult<Self> {
-        let Ready {
+    pub fn new(ready: PreparedRun, level: Level, period_s: f64) -> PyResult<Self> {
+        let PreparedRun {
             setup,
             registry,
             failure,
         } = ready;
         let mission = setup.catalog.mission.name();
         if level == Level::Drive && !["waste", "push", "observe"].contains(&mission) {
-            return Err(mistake(format!(
+            return Err(scenario_error(format!(
                 "level: a robot of the mission '{mission}' cannot be driven; use 'decide', or waste, push or observe"
             )));
         }
@@ -105,7 +105,7 @@ impl Common {
         };
         if period == 0 {
             let step_s = setup.scenario.step_ms as f64 / 1000.0;
-            return Err(mistake(format!(
+            return Err(scenario_error(format!(
                 "period_s: {period_s} is shorter than a step; it must be at least {step_s} s"
             )));
         }
@@ -129,16 +129,16 @@ impl Common {
         let Some(agent) = self.agents.get(agent) else {
             return names;
         };
-        let hand = Hand {
+        let hand = ExternalAgent {
             choices: self.sets_of(*agent).into_iter().map(placeholder).collect(),
-            ..Hand::default()
+            ..ExternalAgent::default()
         };
         let row = &mut Row::new(&mut [], Some(&mut names));
         self.show(&Readings::default(), &hand, row);
         names
     }
 
-    fn show(&self, readings: &Readings, hand: &Hand, row: &mut Row<'_>) {
+    fn show(&self, readings: &Readings, hand: &ExternalAgent, row: &mut Row<'_>) {
         match self.level {
             Level::Decide => features::decide(row, hand, &self.setup, self.sets),
             Level::Drive => features::drive(row, readings, hand, &self.setup),
@@ -167,9 +167,9 @@ fn placeholder(behavior: BehaviorId) -> Choice {
 }
 
 /// An environment with at most one episode in progress.
-pub struct World {
+pub struct Environment {
     team: Option<Team<Place>>,
-    hands: Arc<Hands>,
+    hands: Arc<ExternalAgents>,
     sets: Vec<Vec<BehaviorId>>,
     pub outcome: Option<Outcome>,
     /// The hash of the last ended episode.
@@ -191,11 +191,11 @@ struct FinalState {
     faults: Vec<String>,
 }
 
-impl World {
+impl Environment {
     pub fn new(common: &Common) -> Self {
         Self {
             team: None,
-            hands: Arc::new(Hands::new(common.setup.scenario.robots.len())),
+            hands: Arc::new(ExternalAgents::new(common.setup.scenario.robots.len())),
             sets: common
                 .agents
                 .iter()
@@ -217,13 +217,13 @@ impl World {
         let (level, place) = match self.record.take() {
             None => (LogLevel::Off, Place::Nowhere(MemoryLog::default())),
             Some(folder) => {
-                let folder = Folder::create(folder).map_err(failed)?;
+                let folder = Folder::create(folder).map_err(alliance_error)?;
                 (LogLevel::Full, Place::Folder(folder))
             }
         };
         let mut setup = common.setup.clone();
         setup.seed = seed;
-        let puppets = || Arc::new(Puppets(Arc::clone(&self.hands)));
+        let puppets = || Arc::new(ExternalAllocators(Arc::clone(&self.hands)));
         let mut registry = common.registry.clone().with_allocator_kind(puppets());
         if level != LogLevel::Off {
             // The log keeps the answers of external controllers. The decisions come from outside, so a replay needs
@@ -231,7 +231,7 @@ impl World {
             registry = registry.with_controller(puppets());
         }
         for agent in &common.agents {
-            self.hands.of(*agent).wanted = None;
+            self.hands.lock(*agent).wanted = None;
             if level != LogLevel::Off {
                 let robot = &mut setup.scenario.robots[agent.index()];
                 (robot.allocator, robot.mind) = (None, Some(NAME.to_owned()));
@@ -239,14 +239,14 @@ impl World {
         }
         let joins = joins_of(&setup);
         let mut team =
-            Team::with_registry(&registry, setup, joins, level, place).map_err(mistake)?;
+            Team::with_registry(&registry, setup, joins, level, place).map_err(scenario_error)?;
         // Earlier events are discarded.
         team.take_events();
         (self.outcome, self.hash, self.done) = (None, None, 0);
         self.team = Some(team);
         if common.level == Level::Drive {
             for agent in &common.agents {
-                self.drive(common, *agent, [0.0; DRIVE]);
+                self.drive(common, *agent, [0.0; DRIVE_ACTION_LEN]);
             }
         }
         self.tick(common, spaces).map(drop)
@@ -256,7 +256,7 @@ impl World {
         match self.team.take() {
             Some(team) => {
                 let outcome = self.outcome.unwrap_or(Outcome::Interrupted);
-                team.end(outcome).map(drop).map_err(failed)
+                team.end(outcome).map(drop).map_err(alliance_error)
             }
             None => Ok(()),
         }
@@ -271,19 +271,19 @@ impl World {
             _ => {
                 let robot = common.setup.roster.name(common.agents[agent]);
                 let most = sets.len();
-                return Err(mistake(format!(
+                return Err(scenario_error(format!(
                     "action of '{robot}': {action} is out of range; it must be from 0 to {most}"
                 )));
             }
         };
-        let mut hand = self.hands.of(common.agents[agent]);
+        let mut hand = self.hands.lock(common.agents[agent]);
         hand.wanted = wanted;
         hand.has_ended = false;
         Ok(())
     }
 
     /// Sets the action of an agent at level drive: speed, turn, gripper and report, each from -1 to 1.
-    pub fn drive(&mut self, common: &Common, agent: RobotId, action: [f32; DRIVE]) {
+    pub fn drive(&mut self, common: &Common, agent: RobotId, action: [f32; DRIVE_ACTION_LEN]) {
         let robot = &common.setup.scenario.robots[agent.index()];
         let body = common.setup.scenario.body_of(robot);
         let [speed, turn, gripper, report] = action;
@@ -318,7 +318,7 @@ impl World {
         for _ in 0..common.period {
             reward += self.tick(common, spaces)?;
             let mut agents = common.agents.iter();
-            if self.outcome.is_some() || agents.any(|agent| self.hands.of(*agent).has_ended) {
+            if self.outcome.is_some() || agents.any(|agent| self.hands.lock(*agent).has_ended) {
                 break;
             }
         }
@@ -334,7 +334,7 @@ impl World {
         team.swap_workspaces(spaces);
         let ticked = team.tick();
         team.swap_workspaces(spaces);
-        self.outcome = ticked.map_err(failed)?;
+        self.outcome = ticked.map_err(alliance_error)?;
         if let Some(error) = common.failure.take() {
             return Err(error);
         }
@@ -363,7 +363,7 @@ impl World {
                 poses: poses(&team),
                 faults: faults(&team),
             };
-            let (run, _) = team.end(outcome).map_err(failed)?;
+            let (run, _) = team.end(outcome).map_err(alliance_error)?;
             self.hash = run.hash;
         }
         Ok(())
@@ -389,7 +389,7 @@ impl World {
         let readings = &team.simulation().message(robot).readings;
         common.show(
             readings,
-            &self.hands.of(robot),
+            &self.hands.lock(robot),
             &mut Row::new(numbers, None),
         );
     }
@@ -406,7 +406,7 @@ impl World {
         mask.fill(0);
         mask[0] = 1;
         if self.is_alive(robot) {
-            let hand = self.hands.of(robot);
+            let hand = self.hands.lock(robot);
             for (place, choice) in mask[1..].iter_mut().zip(&hand.choices) {
                 *place = i8::from(choice.applicable);
             }

@@ -11,21 +11,21 @@ use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 
-use super::external_agent::{Hands, Puppets};
-use super::part::{Actions, Part, Place, actions, width};
+use super::external_agent::{ExternalAgents, ExternalAllocators};
+use super::part::{Actions, BatchPart, Slot, actions, width};
 use super::threads::{Threads, Work, lock};
-use super::world::{Common, DRIVE, Level};
-use crate::errors::mistake;
-use crate::request::Asked;
+use super::world::{Common, DRIVE_ACTION_LEN, Level};
+use crate::errors::scenario_error;
+use crate::request::RunRequest;
 
 /// A batch of environments of one scenario.
 #[pyclass(frozen, module = "alliance_sim")]
-pub struct Worlds {
+pub struct EnvironmentBatch {
     common: Arc<Common>,
     envs: usize,
     /// The number of environments per part. There is one part per thread, and the last part can be smaller.
     size: usize,
-    parts: Vec<Arc<Mutex<Part>>>,
+    parts: Vec<Arc<Mutex<BatchPart>>>,
     threads: Mutex<Threads>,
 }
 
@@ -33,18 +33,18 @@ pub struct Worlds {
 type EventTuple = (f64, [String; 5]);
 
 /// Locks a part. The GIL is released while the lock is not available.
-fn locked<'p>(part: &'p Mutex<Part>, py: Python<'_>) -> MutexGuard<'p, Part> {
+fn locked<'p>(part: &'p Mutex<BatchPart>, py: Python<'_>) -> MutexGuard<'p, BatchPart> {
     let locked = part.lock_py_attached(py);
     locked.unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Worlds {
+impl EnvironmentBatch {
     /// Applies `look` to an environment. The GIL is released during the wait for its thread, which can need the GIL.
     fn at<T>(
         &self,
         py: Python<'_>,
         index: usize,
-        look: impl FnOnce(&mut Place) -> T,
+        look: impl FnOnce(&mut Slot) -> T,
     ) -> PyResult<T> {
         let no = || PyIndexError::new_err(format!("there is no environment {index}"));
         let part = self.parts.get(index / self.size).ok_or_else(no)?;
@@ -57,7 +57,7 @@ impl Worlds {
     fn on_each(
         &self,
         py: Python<'_>,
-        work: impl Fn(&Common, &mut Part) -> PyResult<()> + Send + Sync + 'static,
+        work: impl Fn(&Common, &mut BatchPart) -> PyResult<()> + Send + Sync + 'static,
     ) -> PyResult<()> {
         let common = Arc::clone(&self.common);
         let work: Work = Arc::new(move |part| work(&common, part));
@@ -80,7 +80,7 @@ impl Worlds {
                     return Err(PyValueError::new_err(why));
                 }
                 let found = read.len();
-                (Actions::Drive(read), found, agents * DRIVE)
+                (Actions::Drive(read), found, agents * DRIVE_ACTION_LEN)
             }
         };
         if found == wanted {
@@ -93,10 +93,10 @@ impl Worlds {
 }
 
 #[pymethods]
-impl Worlds {
+impl EnvironmentBatch {
     #[new]
     fn new(
-        asked: Asked,
+        asked: RunRequest,
         level: &str,
         period_s: f64,
         envs: usize,
@@ -107,17 +107,17 @@ impl Worlds {
             "drive" => Level::Drive,
             other => {
                 let text = format!("level: there is no '{other}'; use 'decide' or 'drive'");
-                return Err(mistake(text));
+                return Err(scenario_error(text));
             }
         };
         if envs == 0 || threads == 0 {
-            return Err(mistake("envs and threads: each must be at least 1"));
+            return Err(scenario_error("envs and threads: each must be at least 1"));
         }
-        let puppets = Puppets(Arc::new(Hands::new(0)));
+        let puppets = ExternalAllocators(Arc::new(ExternalAgents::new(0)));
         let ready = asked.ready(Registry::built_in().with_allocator_kind(Arc::new(puppets)))?;
         let common = Common::new(ready, level, period_s)?;
         let size = envs.div_ceil(threads);
-        let part = |first| Part::new(&common, first, size.min(envs - first));
+        let part = |first| BatchPart::new(&common, first, size.min(envs - first));
         let parts = (0..envs).step_by(size).map(part);
         Ok(Self {
             envs,
@@ -155,7 +155,7 @@ impl Worlds {
     ) -> PyResult<()> {
         let no = || PyIndexError::new_err(format!("there is no part {part}"));
         let part = locked(self.parts.get(part).ok_or_else(no)?, py);
-        let seen = &part.seen;
+        let seen = &part.observations;
         observation.copy_from_slice(py, &seen.observation)?;
         mask.copy_from_slice(py, &seen.mask)?;
         alive.copy_from_slice(py, &seen.alive)?;
@@ -260,6 +260,6 @@ impl Worlds {
     /// Returns the setup part of run.json.
     #[getter]
     fn setup(&self) -> PyResult<String> {
-        serde_json::to_string(&self.common.setup).map_err(mistake)
+        serde_json::to_string(&self.common.setup).map_err(scenario_error)
     }
 }

@@ -1,5 +1,5 @@
 //! Assignment of tasks before the start, with the Hungarian method, for allocators that
-//! [use](super::Allocator::wants_assignment) it. Each round assigns one task per robot at the least total cost. The
+//! [use](super::Allocator::uses_assignment) it. Each round assigns one task per robot at the least total cost. The
 //! loads of earlier rounds count in the costs of the next one.
 
 use std::sync::Arc;

@@ -21,7 +21,7 @@ pub struct AllocatorRunner<A> {
     since: SimTime,
     /// The time of the last heartbeat; `None` before the first step.
     sent: Option<SimTime>,
-    /// The number of effects so far, per behavior, in the order of [`Me::behaviors`].
+    /// The number of effects so far, per behavior, in the order of [`SelfState::behaviors`].
     progress: SmallVec<[u32; 6]>,
 }
 

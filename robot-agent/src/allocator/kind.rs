@@ -25,7 +25,7 @@ pub trait AllocatorKind: Debug + Send + Sync {
 
 /// An allocator with the parameters of a run.
 pub trait ConfiguredAllocator: Debug + Send + Sync {
-    /// Returns whether the algorithm uses the tasks assigned before the start, see [`Allocator::wants_assignment`].
+    /// Returns whether the algorithm uses the tasks assigned before the start, see [`Allocator::uses_assignment`].
     fn wants_assignment(&self) -> bool {
         false
     }

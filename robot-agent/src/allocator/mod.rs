@@ -84,14 +84,14 @@ pub trait Allocator: Clone + Debug + Send + 'static {
         Vec::new()
     }
 
-    /// Returns whether the algorithm uses [`Me::assigned`]. The assignment is computed only if an allocator of the
+    /// Returns whether the algorithm uses [`SelfState::assigned`]. The assignment is computed only if an allocator of the
     /// team uses it.
     #[must_use]
     fn uses_assignment() -> bool {
         false
     }
 
-    /// Returns whether the algorithm uses the [ground truth](Input::truth). It is computed only on request.
+    /// Returns whether the algorithm uses the [ground truth](Input::ground_truth). It is computed only on request.
     #[must_use]
     fn uses_ground_truth() -> bool {
         false
@@ -138,7 +138,7 @@ pub struct SelfState {
     /// τ, the time after which a silent teammate counts as failed.
     pub ceased_after: SimTime,
     /// The tasks assigned to this robot before the start. Empty unless an allocator of the team
-    /// [uses](Allocator::wants_assignment) the assignment.
+    /// [uses](Allocator::uses_assignment) the assignment.
     pub assigned: Arc<[TaskId]>,
 }
 
@@ -230,7 +230,7 @@ pub struct Input<'a> {
     /// True if the robot carries an object of its task.
     pub is_laden: bool,
     /// Sensory feedback (eq. 2.1) of each behavior: true if it can be active in this step. In the order of
-    /// [`Me::behaviors`].
+    /// [`SelfState::behaviors`].
     pub applicable: &'a [bool],
     /// A choice per behavior, with cost, round and reward. Empty for a [`Mind`] that does not weigh costs.
     pub choices: &'a [Choice],
@@ -242,7 +242,7 @@ pub struct Input<'a> {
     pub route: &'a dyn RouteCost,
     /// The offers of the previous step, from the world and not by radio, sorted by robot. Contains all robots that
     /// share tasks with this one, directly or through others. Empty unless the allocator
-    /// [requests](Allocator::wants_truth) it. An offer is a row of [`Decision::rows`] with a utility above 0, from a
+    /// [requests](Allocator::uses_ground_truth) it. An offer is a row of [`Decision::rows`] with a utility above 0, from a
     /// working robot, for a task that is really due.
     pub ground_truth: &'a [TaskOffer],
     /// The random numbers of this step.
@@ -350,7 +350,7 @@ pub struct StepOutcome {
     pub say: Vec<AllocationMessage>,
 }
 
-/// A running allocator of any type. [`Framed`] creates it from an [`Allocator`]. ALLIANCE implements it directly,
+/// A running allocator of any type. [`AllocatorRunner`] creates it from an [`Allocator`]. ALLIANCE implements it directly,
 /// because it has its own states and heartbeats.
 pub trait RunningAllocator: Debug + Send {
     /// Returns a copy of the state.

@@ -2,9 +2,9 @@
 //!
 //! An [`AgentMission`] derives the applicable behaviors from readings and received broadcasts, and executes the
 //! behavior that the allocator selected. The framework adds links, heartbeats, the allocator, and the rollback of
-//! steps that did not count. A [`MissionMind`] creates the robot's part under the mission's name, and an
+//! steps that did not count. A [`MissionController`] creates the robot's part under the mission's name, and an
 //! [`AgentRegistry`](crate::allocator::AgentRegistry) contains those of a program. A mission with its own message
-//! types is shorter as a [`TypedMind`], wrapped in [`Typed`].
+//! types is shorter as a [`TypedController`], wrapped in [`Typed`].
 //!
 //! # Guarantees and obligations
 //! - A step calls [`AgentMission::perceive`], then [`AgentMission::choices`] if the allocator weighs costs, then
@@ -46,7 +46,7 @@ pub struct MissionController {
 }
 
 impl MissionController {
-    /// Registers a [`TypedMind`] whose robots share no data.
+    /// Registers a [`TypedController`] whose robots share no data.
     #[must_use]
     pub const fn new<M: TypedController>(data: Mission) -> Self {
         Self {
@@ -77,7 +77,7 @@ pub trait SharedMission: Debug + Send + Sync {
     }
 }
 
-/// The controller of one robot for a mission; a pure function of its inputs. [`TypedMind`] is shorter for most
+/// The controller of one robot for a mission; a pure function of its inputs. [`TypedController`] is shorter for most
 /// missions and contains an example. [`RouteCost`] refers to the state after [`AgentMission::perceive`].
 pub trait AgentMission: RouteCost + Debug + Send {
     /// Runs the first part of a step: merges readings and broadcasts into the state. `perception` is empty at the

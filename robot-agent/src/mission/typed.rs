@@ -81,14 +81,14 @@ pub trait TypedController: Clone + Debug + Send + 'static {
     /// The readings of the mission's devices, as the world's part of the mission encodes them.
     type SensorReading: DeserializeOwned + Default + Clone + Debug + Send;
 
-    /// The action of a robot beside driving, at most [`DEED_MAX`](proto::mission::DEED_MAX) bytes on the
+    /// The action of a robot beside driving, at most [`MAX_ACTION_BYTES`](proto::mission::MAX_ACTION_BYTES) bytes on the
     /// bus.
     type Action: Serialize;
 
-    /// The shared knowledge that every heartbeat repeats, at most [`LORE_MAX`] bytes on the bus.
+    /// The shared knowledge that every heartbeat repeats, at most [`MAX_KNOWLEDGE_BYTES`] bytes on the bus.
     type SharedKnowledge: Serialize + DeserializeOwned;
 
-    /// The content of an immediate broadcast, at most [`LORE_MAX`] bytes on the bus.
+    /// The content of an immediate broadcast, at most [`MAX_KNOWLEDGE_BYTES`] bytes on the bus.
     type Bulletin: Serialize + DeserializeOwned;
 
     /// Creates the controller of a robot at the start of an incarnation.
@@ -103,7 +103,7 @@ pub trait TypedController: Clone + Debug + Send + 'static {
     );
 
     /// Adds one choice per behavior, see [`AgentMission::choices`]. By default all units have the same reward, the
-    /// cost is [`seconds`](TypedMind::seconds), and the round is [`round`](TypedMind::round).
+    /// cost is [`seconds`](TypedController::seconds), and the round is [`round`](TypedController::round).
     fn choices(
         &self,
         moment: &TypedStepInput<'_, Self>,
@@ -138,7 +138,7 @@ pub trait TypedController: Clone + Debug + Send + 'static {
         action: &mut StepOutput,
     ) -> Option<Self::Action>;
 
-    /// Returns the shared knowledge for the heartbeat, see [`AgentMission::lore`].
+    /// Returns the shared knowledge for the heartbeat, see [`AgentMission::shared_knowledge`].
     fn lore(&self) -> Self::SharedKnowledge;
 
     /// Returns the estimated position, see [`AgentMission::position`]. By default the reading of the position sensor.
@@ -217,7 +217,7 @@ impl<'a, M: TypedController> ReceivedBroadcast<'a, M> {
 /// Creates a bulletin with a payload of the mission's own type.
 ///
 /// # Panics
-/// Panics if the payload exceeds [`LORE_MAX`] bytes.
+/// Panics if the payload exceeds [`MAX_KNOWLEDGE_BYTES`] bytes.
 pub fn bulletin<T: Serialize>(
     kind: BulletinKind,
     about: Option<BulletinSubject>,
@@ -245,7 +245,7 @@ fn encode<T: Serialize>(subject: &str, value: &T, bytes: &mut Vec<u8>) {
     }
 }
 
-/// An adapter from a [`TypedMind`] to an [`AgentMission`].
+/// An adapter from a [`TypedController`] to an [`AgentMission`].
 #[derive(Clone, Debug)]
 pub struct ControllerAdapter<M: TypedController> {
     mind: M,

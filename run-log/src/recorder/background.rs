@@ -107,7 +107,7 @@ impl<S: Sink + Send + 'static> BackgroundRecorder<S> {
     /// Returns the recorder after it has recorded everything.
     ///
     /// # Errors
-    /// Returns errors of the recorder, or [`RecordError::Broken`] if [`Background::flush`] has already returned them.
+    /// Returns errors of the recorder, or [`RecordError::Broken`] if [`BackgroundRecorder::flush`] has already returned them.
     pub fn finish(&mut self) -> Result<Recorder<S>, RecordError> {
         match self.work.take().ok_or(RecordError::Broken)? {
             Work::Here(recorder) => Ok(*recorder),

@@ -3,7 +3,7 @@
 //! The readings and reports of each robot are hashed section by section when its report arrives ([`Answers`]). After every
 //! tick the simulation passes a [`TickRecord`] to the [`Recorder`]. Its encoder adds the tick to the hash of the run and adds
 //! rows to the tables of the [`LogLevel`]. The recorder writes them out in large pieces. For a full log of separate processes
-//! this happens in the [`Background`]. [`RunLog`](crate::RunLog) reads a folder back.
+//! this happens in the [`BackgroundRecorder`]. [`RunLog`](crate::RunLog) reads a folder back.
 //!
 //! **Seals.** ticks.csv is written last and marks the valid part of the log. Besides the hash of each
 //! [`Section`](crate::Section), a sealed tick has a row for each table that has grown. The row belongs to the

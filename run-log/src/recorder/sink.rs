@@ -34,7 +34,7 @@ impl Folder {
     /// Creates the folder, with `logs/` for the output of the run's processes.
     ///
     /// # Errors
-    /// Returns [`RecordError::Occupied`] if the folder contains a run, [`RecordError::Write`] if it cannot be created.
+    /// Returns [`RecordError::FolderInUse`] if the folder contains a run, [`RecordError::Write`] if it cannot be created.
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, RecordError> {
         let path = path.into();
         let logs = path.join("logs");

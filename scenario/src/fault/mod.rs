@@ -2,7 +2,7 @@
 //!
 //! - [`Fault`]: a failure and its target. [`Order`]: a fault with its id, trigger and duration. [`When`]: an event as a
 //!   trigger.
-//! - [`RadioQuality`]: named sets of link faults. [`Campaign`]: random faults with mean times between failure and
+//! - [`RadioQuality`]: named sets of link faults. [`RandomFaults`]: random faults with mean times between failure and
 //!   repair.
 //!
 //! Every form uses the same definition. In JSON and TOML a fault is a table with the fault's name as its only key:

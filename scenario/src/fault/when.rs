@@ -15,7 +15,7 @@ use crate::mission::registry::Mission;
 pub struct EventTrigger {
     /// The robot of the event; `None` is `any`.
     pub robot: Option<String>,
-    /// The verb of a [`Happening`] or of the mission.
+    /// The verb of a [`TriggerEvent`] or of the mission.
     pub what: String,
     /// A behavior set or an object of the mission; `None` matches any.
     pub subject: Option<String>,

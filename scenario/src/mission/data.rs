@@ -245,7 +245,7 @@ pub fn one_behavior_each(tasks: impl Iterator<Item = String>) -> (Vec<String>, V
     (tasks, behaviors)
 }
 
-/// A function that writes a random section of a mission ([`MissionData::random`]). The result must be valid with any
+/// A function that writes a random section of a mission ([`MissionData::random_section`]). The result must be valid with any
 /// room and robots.
 pub type DrawSection = fn(&mut Scenario, &mut ChaCha8Rng);
 

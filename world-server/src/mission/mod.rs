@@ -5,11 +5,11 @@
 //!
 //! # One step
 //! A step calls [`WorldMission::begin`]. For each robot in rank order it calls [`WorldMission::act`], moves the body, and
-//! calls [`WorldMission::give_way`] if the body meets a bar. Then follow [`WorldMission::settle`], the aspects and the clock.
+//! calls [`WorldMission::handle_push`] if the body meets a bar. Then follow [`WorldMission::settle`], the aspects and the clock.
 //!
 //! # Repeatable runs
 //! A mission depends only on its setup, the actions, the faults and its own state: not on a clock, an address or the order
-//! of a hash map. Its [`state`](WorldMission::state) covers everything that its steps depend on.
+//! of a hash map. Its [`state`](WorldMission::state_hash) covers everything that its steps depend on.
 
 pub mod prelude;
 #[cfg(test)]
@@ -203,7 +203,7 @@ pub trait WorldMission: Any + Send {
 /// The time for which a robot's readings of a mission hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Validity {
-    /// The readings hold until the body moves or [`Floor::changed`] or [`Floor::changed_near`] is called.
+    /// The readings hold until the body moves or [`Floor::invalidate_readings`] or [`Floor::invalidate_readings_near`] is called.
     UntilChange,
     /// The readings hold for this tick only.
     ThisTick,

@@ -76,10 +76,10 @@ const STATE_ROOM: usize = 1024;
 /// # Ok::<(), proto::codec::CodecError>(())
 /// ```
 pub trait TypedMission: Serialize + Clone + Send + 'static {
-    /// The readings of the mission's devices: at most [`SENSED_MAX`](proto::mission::SENSED_MAX) bytes on the bus.
+    /// The readings of the mission's devices: at most [`MAX_READING_BYTES`](proto::mission::MAX_READING_BYTES) bytes on the bus.
     type Reading: Serialize + DeserializeOwned + Default;
 
-    /// A robot's action other than driving: at most [`DEED_MAX`](proto::mission::DEED_MAX) bytes on the bus.
+    /// A robot's action other than driving: at most [`MAX_ACTION_BYTES`](proto::mission::MAX_ACTION_BYTES) bytes on the bus.
     type Action: DeserializeOwned;
 
     /// Creates the mission of a run; see [`MissionWorld::new`](super::MissionWorld::new).
@@ -112,7 +112,7 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
         happened: &mut StepEvents,
     );
 
-    /// Handles a push; see [`WorldMission::give_way`].
+    /// Handles a push; see [`WorldMission::handle_push`].
     fn handle_push(&mut self, _push: &Push, _floor: &mut Floor, _happened: &mut StepEvents) -> f32 {
         0.0
     }
@@ -123,7 +123,7 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
     /// Returns a robot's current readings of the mission's devices.
     fn sense(&self, robot: RobotId, floor: &Floor) -> (Self::Reading, Validity);
 
-    /// Releases a robot's load; see [`WorldMission::lose`].
+    /// Releases a robot's load; see [`WorldMission::release_load`].
     fn release_load(&mut self, _robot: RobotId, _floor: &mut Floor, _happened: &mut StepEvents) {}
 
     /// Applies a fault that the mission declares; see [`WorldMission::change`].
@@ -138,7 +138,7 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
     /// Copies the values of a device from other readings.
     fn copy_device(&self, _device: &str, _from: &Self::Reading, _to: &mut Self::Reading) {}
 
-    /// Adds errors to a device; see [`WorldMission::mislead`].
+    /// Adds errors to a device; see [`WorldMission::add_error`].
     fn add_error(
         &self,
         _device: &str,
@@ -150,7 +150,7 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
     /// Returns the outcome; see [`WorldMission::end`].
     fn end(&self, now: SimTime) -> Option<Outcome>;
 
-    /// Checks a task; see [`WorldMission::is_due`].
+    /// Checks a task; see [`WorldMission::has_work`].
     fn has_work(&self, _task: TaskId, _robot: RobotId, _floor: &Floor) -> bool {
         true
     }
@@ -169,10 +169,10 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
     /// Adds figures; see [`WorldMission::figures`].
     fn figures(&self, _figures: &mut TeamFigures) {}
 
-    /// Adds visible parts; see [`WorldMission::show`].
+    /// Adds visible parts; see [`WorldMission::add_to_view`].
     fn add_to_view(&self, _floor: &Floor, _view: &mut View) {}
 
-    /// Checks the invariants; see [`WorldMission::holds`].
+    /// Checks the invariants; see [`WorldMission::check_invariants`].
     ///
     /// # Errors
     /// If an invariant is violated; the text describes it in one line.

@@ -1,7 +1,7 @@
 //! One run, tick by tick: world, barrier and faults as a plain function of reports and inputs.
 //!
 //! Per tick, the caller runs [`Simulation::begin`] and performs each [`Simulation::next_act`]. It sends each
-//! [`Simulation::next_question`] robot its [`Simulation::message`] and passes every answer to [`Simulation::report`]. After
+//! [`Simulation::next_recipient`] robot its [`Simulation::message`] and passes every answer to [`Simulation::report`]. After
 //! [`Simulation::is_complete`] it calls [`Simulation::finish`] and [`Simulation::record`].
 //!
 //! - `presence`: robots that take part. `reports`: their reports. `figures`: progress of the mission.

@@ -37,7 +37,7 @@ impl Simulation {
         self.barrier.start_if_all_arrived();
     }
 
-    /// Records the death of an agent; see [`Barrier::gone`](crate::barrier::Barrier::gone).
+    /// Records the death of an agent; see [`Barrier::agent_lost`](crate::barrier::Barrier::agent_lost).
     pub fn agent_lost(&mut self, robot: RobotId, incarnation: Incarnation) {
         let was_invited = self.barrier.presence(robot) == Presence::Invited;
         self.set_order_index();

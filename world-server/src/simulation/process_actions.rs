@@ -55,7 +55,7 @@ impl Acts {
 }
 
 impl Simulation {
-    /// Returns the next process action, each once. The tick waits for its effect: a killed agent is [gone](Simulation::gone), a
+    /// Returns the next process action, each once. The tick waits for its effect: a killed agent is [gone](Simulation::agent_lost), a
     /// started one has [arrived](Simulation::arrive), a stopped or continued one is [done](Simulation::act_done).
     pub fn next_act(&mut self) -> Option<(RobotId, ProcessAction)> {
         loop {

@@ -16,7 +16,7 @@
 //! Interruption handlers change the world between steps (`change`: [`Floor::add_obstacle`], [`Floor::move_robot`], …). In a
 //! step the components act in rank order, then the aspects evolve. A robot first acts on its mission at the position
 //! where it read its sensors. Then it turns and moves. If a bar stops it, the mission may let the bar
-//! [give way](WorldMission::give_way), and the body continues. Robots of lower rank have moved by then, others have not.
+//! [give way](WorldMission::handle_push), and the body continues. Robots of lower rank have moved by then, others have not.
 //!
 //! # Design decisions
 //! - The center beam of the proximity sensor uses the same sweep as a moving body, so it is free exactly when the body can
@@ -182,7 +182,7 @@ impl World {
         happened.into_events()
     }
 
-    /// Removes a robot's body after [`World::lose`]. Its battery keeps the charge.
+    /// Removes a robot's body after [`World::release_load`]. Its battery keeps the charge.
     pub fn remove_robot(&mut self, robot: RobotId) -> Vec<Event> {
         let events = self.release_load(robot);
         self.floor.remove_body(robot);

@@ -25,7 +25,7 @@ impl ReadingsCache {
 }
 
 impl Floor {
-    /// Checks whether the readings of the last [`World::sense`](super::World::sense) call certainly still hold.
+    /// Checks whether the readings of the last [`World::write_readings`](super::World::write_readings) call certainly still hold.
     #[must_use]
     #[inline]
     pub fn readings_are_valid(&self, robot: RobotId) -> bool {

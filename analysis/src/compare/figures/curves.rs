@@ -7,11 +7,11 @@ use plotters::style::RGBColor;
 
 use super::{AT_LEFT, Figure, ending, round_up};
 use crate::compare::analysis::Analysis;
-use crate::compare::data::{Block, Data};
+use crate::compare::data::{Block, ComparisonData};
 use crate::compare::metrics::Metric;
 use crate::palette::colors;
 use crate::report::figures::canvas::{
-    Area, Axes, Chart, Drawn, Frame, Mark, WIDTH_PX, chart, curve, line, part, px, svg,
+    Area, Axes, Chart, DrawResult, Frame, Mark, WIDTH_PX, chart, curve, line, part, px, svg,
 };
 
 const PLOT_PX: f64 = 330.0;
@@ -49,7 +49,7 @@ const AGAINST: [Against; 2] = [
 ];
 
 /// Draws one figure per mission against loss, and one per family of missions and class of faults against team size.
-pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
+pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
     let mut figures = Vec::new();
     for against in AGAINST {
         let mut families: BTreeMap<String, Vec<(f64, usize)>> = BTreeMap::new();
@@ -86,10 +86,10 @@ fn one(
     title: &str,
     against: &Against,
     points: &[(f64, usize)],
-    data: &Data,
+    data: &ComparisonData,
     analysis: &Analysis,
 ) -> anyhow::Result<String> {
-    let par2 = data.place(&Metric::Par2);
+    let par2 = data.metric_index(&Metric::Par2);
     let colors = colors(data.allocators.iter().map(String::as_str));
     let (first, last) = (points[0].0, points[points.len() - 1].0);
     let margin = (last - first) * 0.06;
@@ -146,7 +146,7 @@ fn series(
     points: &[(f64, f64, (f64, f64))],
     color: RGBColor,
     mark: Mark,
-) -> Drawn {
+) -> DrawResult {
     curve(
         chart,
         points.iter().map(|(x, y, _)| (*x, *y)).collect(),

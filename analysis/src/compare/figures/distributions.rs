@@ -5,9 +5,11 @@ use plotters::style::{Color, RGBColor};
 
 use super::{AT_RIGHT, CENTERED, Figure, ending};
 use crate::compare::analysis::{Analysis, Summary};
-use crate::compare::data::Data;
+use crate::compare::data::ComparisonData;
 use crate::compare::metrics::Metric;
-use crate::report::figures::canvas::{Area, Drawn, FAINT, INK, Lettering, WIDTH_PX, line, px, svg};
+use crate::report::figures::canvas::{
+    Area, DrawResult, FAINT, INK, TextLabel, WIDTH_PX, line, px, svg,
+};
 
 const NAMES_PX: f64 = 112.0;
 const ROW_PX: f64 = 15.0;
@@ -17,8 +19,8 @@ const COLUMNS: usize = 3;
 const BOX: RGBColor = RGBColor(120, 170, 215);
 const MEAN: RGBColor = RGBColor(190, 40, 40);
 
-pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
-    let par2 = data.place(&Metric::Par2);
+pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
+    let par2 = data.metric_index(&Metric::Par2);
     let missions = data.missions().into_iter();
     missions
         .map(|mission| {
@@ -106,11 +108,11 @@ impl Scale {
 fn panel(
     area: &Area<'_>,
     (left, top): (f64, f64),
-    data: &Data,
+    data: &ComparisonData,
     block: usize,
     summaries: &[Option<Summary>],
     scale: Scale,
-) -> Drawn {
+) -> DrawResult {
     let width = WIDTH_PX / COLUMNS as f64 - NAMES_PX - 22.0;
     let from = left + NAMES_PX;
     let x_px = |value: f64| from + width * scale.at(value);
@@ -119,7 +121,7 @@ fn panel(
         let points = points.map(|(x, y)| (px(x), px(y)));
         area.draw(&PathElement::new(points, line(color, width)))
     };
-    let head = Lettering {
+    let head = TextLabel {
         bold: true,
         ..CENTERED
     };
@@ -134,7 +136,7 @@ fn panel(
         path([(x, bottom), (x, bottom + 4.0)], INK, 1.0)?;
         CENTERED.write(area, &value.to_string(), (x, bottom + 13.0))?;
     }
-    let small = Lettering {
+    let small = TextLabel {
         size_px: 10.5,
         ..AT_RIGHT
     };
@@ -142,7 +144,7 @@ fn panel(
         let y = top + HEAD_PX + ROW_PX * (place as f64 + 0.5);
         small.write(area, name, (from - 6.0, y))?;
         let Some(summary) = summary else {
-            let none = Lettering {
+            let none = TextLabel {
                 color: FAINT,
                 size_px: 10.5,
                 ..super::AT_LEFT

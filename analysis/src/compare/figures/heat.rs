@@ -5,10 +5,10 @@ use plotters::style::{Color, RGBColor};
 
 use super::{AT_RIGHT, CENTERED, Figure, ending};
 use crate::compare::answer::best;
-use crate::compare::data::{Block, Data};
+use crate::compare::data::{Block, ComparisonData};
 use crate::compare::metrics::Metric;
 use crate::report::figures::canvas::{
-    Area, Drawn, FAINT, INK, Lettering, WIDTH_PX, line, px, rows_for, svg,
+    Area, DrawResult, FAINT, INK, TextLabel, WIDTH_PX, line, px, rows_for, svg,
 };
 use plotters::element::PathElement;
 
@@ -23,7 +23,7 @@ const LIGHT: RGBColor = RGBColor(236, 244, 251);
 const DARK: RGBColor = RGBColor(8, 64, 129);
 const WHITE: RGBColor = RGBColor(255, 255, 255);
 
-pub(super) fn draw(data: &Data) -> anyhow::Result<Vec<Figure>> {
+pub(super) fn draw(data: &ComparisonData) -> anyhow::Result<Vec<Figure>> {
     let missions = data.missions().into_iter();
     missions
         .map(|mission| {
@@ -58,7 +58,7 @@ fn width_px(blocks: usize) -> f64 {
     ((WIDTH_PX - LEFT_PX - 4.0) / blocks.max(1) as f64).min(150.0)
 }
 
-fn heads(area: &Area<'_>, data: &Data, blocks: &[usize]) -> Drawn {
+fn heads(area: &Area<'_>, data: &ComparisonData, blocks: &[usize]) -> DrawResult {
     let width = width_px(blocks.len());
     let x_px = |place: usize| LEFT_PX + (place as f64 + 0.5) * width;
     let name = |block: &usize| match data.blocks[*block].faults.as_str() {
@@ -82,7 +82,7 @@ fn heads(area: &Area<'_>, data: &Data, blocks: &[usize]) -> Drawn {
     Ok(())
 }
 
-fn row(area: &Area<'_>, data: &Data, blocks: &[usize], rival: usize) -> Drawn {
+fn row(area: &Area<'_>, data: &ComparisonData, blocks: &[usize], rival: usize) -> DrawResult {
     let top_px = HEAD_PX + rival as f64 * ROW_PX;
     AT_RIGHT.write(
         area,
@@ -110,14 +110,14 @@ fn row(area: &Area<'_>, data: &Data, blocks: &[usize], rival: usize) -> Drawn {
 
 fn cell(
     area: &Area<'_>,
-    data: &Data,
+    data: &ComparisonData,
     block: usize,
     rival: usize,
     corners: [(i32, i32); 2],
     (middle_px, top_px): (f64, f64),
-) -> Drawn {
+) -> DrawResult {
     let found = &data.blocks[block].cells[rival];
-    let par2 = data.place(&Metric::Par2);
+    let par2 = data.metric_index(&Metric::Par2);
     let Some(mean) = found.mean(par2) else {
         return empty(area, corners);
     };
@@ -125,7 +125,7 @@ fn cell(
     let share = depth(mean, least);
     area.draw(&Rectangle::new(corners, between(share).filled()))?;
     let color = if share > 0.55 { WHITE } else { INK };
-    let letters = Lettering { color, ..CENTERED };
+    let letters = TextLabel { color, ..CENTERED };
     let completed = completion(&data.blocks[block], rival, data);
     let y_px = top_px
         + if completed.is_some() {
@@ -135,7 +135,7 @@ fn cell(
         };
     letters.write(area, &format!("{mean:.0}"), (middle_px, y_px))?;
     if let Some(share) = completed {
-        let small = Lettering {
+        let small = TextLabel {
             size_px: 9.0,
             ..letters
         };
@@ -145,8 +145,8 @@ fn cell(
 }
 
 /// Returns the share of complete runs as text, or `None` if all completed.
-fn completion(block: &Block, rival: usize, data: &Data) -> Option<String> {
-    let share = block.cells[rival].mean(data.place(&Metric::Completion))?;
+fn completion(block: &Block, rival: usize, data: &ComparisonData) -> Option<String> {
+    let share = block.cells[rival].mean(data.metric_index(&Metric::Completion))?;
     (share < 1.0).then(|| format!("{:.0} % done", (100.0 * share).floor()))
 }
 
@@ -169,7 +169,7 @@ fn between(share: f64) -> RGBColor {
     )
 }
 
-fn empty(area: &Area<'_>, [(left, top), (right, bottom)]: [(i32, i32); 2]) -> Drawn {
+fn empty(area: &Area<'_>, [(left, top), (right, bottom)]: [(i32, i32); 2]) -> DrawResult {
     let step = px(7.0);
     let height = bottom - top;
     let mut from = left - height;
@@ -183,7 +183,7 @@ fn empty(area: &Area<'_>, [(left, top), (right, bottom)]: [(i32, i32); 2]) -> Dr
     Ok(())
 }
 
-fn legend(area: &Area<'_>, top_px: f64) -> Drawn {
+fn legend(area: &Area<'_>, top_px: f64) -> DrawResult {
     let width = 40.0;
     for (place, factor) in [1.0_f64, 1.41, 2.0, 2.83, DARKEST].into_iter().enumerate() {
         let left_px = LEFT_PX + place as f64 * width;

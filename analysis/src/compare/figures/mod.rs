@@ -9,8 +9,8 @@ use plotters::style::RGBColor;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::analysis::Analysis;
-use super::data::Data;
-use crate::report::figures::canvas::{INK, Lettering, TEXT_PX};
+use super::data::ComparisonData;
+use crate::report::figures::canvas::{INK, TEXT_PX, TextLabel};
 
 pub struct Figure {
     pub name: String,
@@ -19,7 +19,7 @@ pub struct Figure {
 }
 
 /// Draws heat maps, critical differences, curves and distributions, in this order.
-pub fn figures(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
+pub fn figures(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
     let mut all = heat::draw(data)?;
     all.extend(ranks::draw(data, analysis)?);
     all.extend(curves::draw(data, analysis)?);
@@ -41,8 +41,8 @@ fn ending(name: &str) -> String {
     }
 }
 
-const fn lettering(h: HPos, color: RGBColor) -> Lettering {
-    Lettering {
+const fn lettering(h: HPos, color: RGBColor) -> TextLabel {
+    TextLabel {
         size_px: TEXT_PX,
         bold: false,
         color,
@@ -51,9 +51,9 @@ const fn lettering(h: HPos, color: RGBColor) -> Lettering {
     }
 }
 
-const AT_LEFT: Lettering = lettering(HPos::Left, INK);
-const AT_RIGHT: Lettering = lettering(HPos::Right, INK);
-const CENTERED: Lettering = lettering(HPos::Center, INK);
+const AT_LEFT: TextLabel = lettering(HPos::Left, INK);
+const AT_RIGHT: TextLabel = lettering(HPos::Right, INK);
+const CENTERED: TextLabel = lettering(HPos::Center, INK);
 
 /// Rounds up to 1, 2, 2.5 or 5 times a power of ten.
 fn round_up(number: f64) -> f64 {

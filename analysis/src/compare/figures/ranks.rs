@@ -6,8 +6,8 @@ use plotters::style::Color;
 use super::{AT_LEFT, AT_RIGHT, CENTERED, Figure};
 use crate::compare::analysis::{Analysis, Ranking};
 use crate::compare::answer::p_value;
-use crate::compare::data::Data;
-use crate::report::figures::canvas::{Area, Drawn, INK, WIDTH_PX, line, px, svg};
+use crate::compare::data::ComparisonData;
+use crate::report::figures::canvas::{Area, DrawResult, INK, WIDTH_PX, line, px, svg};
 use crate::sweep::execution::counted;
 
 const SIDE_PX: f64 = 190.0;
@@ -15,7 +15,7 @@ const AXIS_PX: f64 = 64.0;
 const BAR_PX: f64 = 9.0;
 const LABEL_PX: f64 = 20.0;
 
-pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
+pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
     let rankings = analysis.rankings.iter();
     rankings
         .map(|ranking| {
@@ -28,7 +28,7 @@ pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figur
                 diagram(area, data, ranking, &bars, labels_px)
             })?;
             let better = if ranking.metric.more_is_better() { "most" } else { "least" };
-            let left = match ranking.left_out.len() {
+            let left = match ranking.omitted_blocks.len() {
                 0 => String::new(),
                 count => format!(" Omitted: {}, because an allocator has no data or all allocators are equal.", counted(count, "block")),
             };
@@ -68,11 +68,11 @@ fn bars(ranking: &Ranking) -> Vec<(usize, usize)> {
 
 fn diagram(
     area: &Area<'_>,
-    data: &Data,
+    data: &ComparisonData,
     ranking: &Ranking,
     bars: &[(usize, usize)],
     labels_px: f64,
-) -> Drawn {
+) -> DrawResult {
     let count = data.allocators.len();
     let most = count as f64;
     let x_px =
@@ -144,7 +144,7 @@ mod tests {
                 p: 0.1,
             },
             critical,
-            left_out: Vec::new(),
+            omitted_blocks: Vec::new(),
         };
         // Mean ranks in order: 1, 1.5, 2.2, 4.
         let ranks = vec![2.2, 1.0, 4.0, 1.5];

@@ -14,13 +14,13 @@ use super::recording::{Channel, Message, Recording};
 use super::well_known::{WORLD, stamp, turned, vector};
 
 /// The topic `/tf` with the robots' frames.
-pub struct Frames {
+pub struct FrameTopic {
     channel: Channel<FrameTransforms>,
     /// Robot names, by rank.
     robots: Vec<String>,
 }
 
-impl Frames {
+impl FrameTopic {
     /// Creates the topic `/tf` in a recording.
     pub fn new<W: Write + Seek>(
         recording: &mut Recording<W>,

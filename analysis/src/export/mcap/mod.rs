@@ -31,12 +31,12 @@ use run_log::{LogLevel, RunLog};
 
 use super::facts;
 use crate::replay_views::retrace;
-use frames::Frames;
+use frames::FrameTopic;
 use merge::merge;
 use recording::Recording;
 use scene::SceneTopics;
-use sensors::Sensors;
-use tables::Tables;
+use sensors::SensorTopics;
+use tables::TableTopics;
 
 /// An error for a run that this program does not reproduce exactly.
 #[derive(Debug, thiserror::Error)]
@@ -51,14 +51,14 @@ pub struct Differs(String);
 pub fn write(logged: &RunLog, file: impl Write + Seek) -> anyhow::Result<()> {
     let setup = &logged.run.setup;
     let mut recording = Recording::new(file)?;
-    let frames = Frames::new(&mut recording, setup)?;
+    let frames = FrameTopic::new(&mut recording, setup)?;
     let mut scene = SceneTopics::new(&mut recording, setup)?;
-    let mut sensors = Sensors::new(&mut recording, setup)?;
+    let mut sensors = SensorTopics::new(&mut recording, setup)?;
 
     let mut seen = Vec::new();
     let mut end = None;
     let again = retrace(logged, LogLevel::Full, |view| {
-        scene.see(&view, &mut seen);
+        scene.record(&view, &mut seen);
         sensors.see(&view, &mut seen);
         end = Some(view);
     })?;
@@ -66,7 +66,7 @@ pub fn write(logged: &RunLog, file: impl Write + Seek) -> anyhow::Result<()> {
     if let Some(difference) = again.differs {
         return Err(Differs(difference).into());
     }
-    let tables = Tables::new(&mut recording, &again.log)?;
+    let tables = TableTopics::new(&mut recording, &again.log)?;
     // Sensor readings belong to the previous tick. The sort is stable for equal times.
     seen.sort_by_key(|message| message.at);
 

@@ -122,7 +122,7 @@ impl SceneTopics {
     }
 
     /// Publishes the parts of the scene that have changed.
-    pub fn see(&mut self, view: &View, seen: &mut Vec<Message>) {
+    pub fn record(&mut self, view: &View, seen: &mut Vec<Message>) {
         let now = view.now;
         let room = self.draw_room();
         self.room.show(now, room, seen);
@@ -251,7 +251,7 @@ fn draw_marks(marks: &[Mark], bare: SceneEntity) -> SceneEntity {
         } else {
             1.0
         };
-        let paint = Some(color(palette::of_mark(mark), opacity));
+        let paint = Some(color(palette::mark_color(mark), opacity));
         let mut slab = |from: Vec2, to: Vec2, width: f32| {
             let (way, middle) = (to - from, (from + to) / 2.0);
             entity.cubes.push(CubePrimitive {

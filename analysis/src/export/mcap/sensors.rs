@@ -19,7 +19,7 @@ use super::well_known::{at, stamp, vector};
 const HEIGHT: f64 = 0.15;
 
 /// The topics `/sensors/ROBOT/…` of a recording.
-pub struct Sensors {
+pub struct SensorTopics {
     radius_m: f32,
     step: SimTime,
     /// The robots' topics, by rank.
@@ -34,7 +34,7 @@ struct Device {
     shows: [bool; 2],
 }
 
-impl Sensors {
+impl SensorTopics {
     /// Creates the topics in a recording.
     pub fn new<W: Write + Seek>(
         recording: &mut Recording<W>,

@@ -35,7 +35,7 @@ const WARNINGS: [EventKind; 7] = [
 type ByBehavior<M> = BTreeMap<String, BTreeMap<String, Channel<M>>>;
 
 /// The topics of the tables. Plots select topics, so each curve has its own.
-pub struct Tables {
+pub struct TableTopics {
     motivations: ByBehavior<Motivation>,
     /// Topics of robots with another allocator than ALLIANCE.
     allocation: ByBehavior<Allocation>,
@@ -130,7 +130,7 @@ struct Threshold {
     motivation: f64,
 }
 
-impl Tables {
+impl TableTopics {
     /// Creates the topics for the tables of a log.
     pub fn new<W: Write + Seek>(
         recording: &mut Recording<W>,

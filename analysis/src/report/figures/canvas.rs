@@ -49,7 +49,7 @@ pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// The result of a drawing operation. Drawing into memory does not fail.
-pub type Drawn<T = ()> = Result<T, DrawingAreaErrorKind<io::Error>>;
+pub type DrawResult<T = ()> = Result<T, DrawingAreaErrorKind<io::Error>>;
 
 /// Converts a length in px to drawing units.
 #[must_use]
@@ -82,7 +82,7 @@ impl Sheet {
     }
 
     #[must_use]
-    pub fn most_px(&self) -> f64 {
+    pub fn max_height_px(&self) -> f64 {
         HIGHEST_PX / self.scale.max(1.0)
     }
 
@@ -90,7 +90,7 @@ impl Sheet {
         &self,
         title: &str,
         height_px: f64,
-        draw: impl FnOnce(&Area<'_>) -> Drawn,
+        draw: impl FnOnce(&Area<'_>) -> DrawResult,
     ) -> anyhow::Result<String> {
         let size = (px(self.width_px) as u32, px(height_px) as u32);
         let mut text = String::new();
@@ -120,7 +120,7 @@ impl Sheet {
 pub fn svg(
     title: &str,
     height_px: f64,
-    draw: impl FnOnce(&Area<'_>) -> Drawn,
+    draw: impl FnOnce(&Area<'_>) -> DrawResult,
 ) -> anyhow::Result<String> {
     Sheet::default().svg(title, height_px, draw)
 }
@@ -133,7 +133,7 @@ pub fn part<'a>(area: &Area<'a>, corner: (f64, f64), size: (f64, f64)) -> Area<'
 }
 
 #[derive(Clone, Copy)]
-pub struct Lettering {
+pub struct TextLabel {
     pub size_px: f64,
     pub bold: bool,
     pub color: RGBColor,
@@ -143,7 +143,7 @@ pub struct Lettering {
     pub upright: bool,
 }
 
-impl Default for Lettering {
+impl Default for TextLabel {
     fn default() -> Self {
         Self {
             size_px: TEXT_PX,
@@ -155,7 +155,7 @@ impl Default for Lettering {
     }
 }
 
-impl Lettering {
+impl TextLabel {
     #[must_use]
     pub fn style(&self) -> TextStyle<'static> {
         let face = if self.bold {
@@ -173,7 +173,7 @@ impl Lettering {
     }
 
     /// Writes a text at a position in px.
-    pub fn write(&self, area: &Area<'_>, text: &str, at: (f64, f64)) -> Drawn {
+    pub fn write(&self, area: &Area<'_>, text: &str, at: (f64, f64)) -> DrawResult {
         area.draw_text(text, &self.style(), (px(at.0), px(at.1)))
     }
 
@@ -222,7 +222,7 @@ pub struct Axes<'t> {
 }
 
 /// Draws the axes of a panel and returns the plot.
-pub fn chart<'a>(area: &Area<'a>, frame: Frame, axes: &Axes<'_>) -> Drawn<Chart<'a>> {
+pub fn chart<'a>(area: &Area<'a>, frame: Frame, axes: &Axes<'_>) -> DrawResult<Chart<'a>> {
     let mut chart = ChartBuilder::on(area)
         .margin_right(px(frame.right))
         .margin_top(px(2.0))
@@ -231,7 +231,7 @@ pub fn chart<'a>(area: &Area<'a>, frame: Frame, axes: &Axes<'_>) -> Drawn<Chart<
         .x_label_area_size(px(frame.bottom))
         .y_label_area_size(px(frame.left - EDGE_PX))
         .build_cartesian_2d(axes.x.0.clone(), axes.y.0.clone())?;
-    let letters = Lettering::default().style();
+    let letters = TextLabel::default().style();
     let (width, _) = area.dim_in_pixel();
     let plot_px = f64::from(width) / UNITS_PER_PX - frame.left - frame.right;
     let x_labels = match frame.bottom > 0.0 {
@@ -263,7 +263,7 @@ pub fn fill(
     y: Range<f64>,
     color: RGBColor,
     opacity: f64,
-) -> Drawn {
+) -> DrawResult {
     let area = chart.plotting_area();
     let (shown, units) = (area.get_x_range(), area.get_x_axis_pixel_range());
     let least = (shown.end - shown.start) * f64::from(px(1.0)) / f64::from(units.end - units.start);
@@ -280,7 +280,7 @@ pub fn hatch(
     x: Range<f64>,
     y: Range<f64>,
     style: (RGBColor, f64),
-) -> Drawn {
+) -> DrawResult {
     let plot = chart.plotting_area();
     let (left, top) = plot.map_coordinate(&(x.start, y.start));
     let (right, bottom) = plot.map_coordinate(&(x.end, y.end));
@@ -292,7 +292,7 @@ pub fn hatch(
     Ok(())
 }
 
-pub fn curve(chart: &Chart<'_>, points: Vec<(f64, f64)>, style: ShapeStyle) -> Drawn {
+pub fn curve(chart: &Chart<'_>, points: Vec<(f64, f64)>, style: ShapeStyle) -> DrawResult {
     chart.plotting_area().draw(&PathElement::new(points, style))
 }
 
@@ -306,7 +306,7 @@ pub enum Mark {
 
 impl Mark {
     /// Draws the mark around a point in drawing units, filled and with a dark edge.
-    pub fn draw(self, area: &Area<'_>, at: (i32, i32), color: RGBColor) -> Drawn {
+    pub fn draw(self, area: &Area<'_>, at: (i32, i32), color: RGBColor) -> DrawResult {
         self.draw_sized(area, at, color, 4.5)
     }
 
@@ -317,7 +317,7 @@ impl Mark {
         at: (i32, i32),
         color: RGBColor,
         radius_px: f64,
-    ) -> Drawn {
+    ) -> DrawResult {
         let r = px(radius_px);
         let corners: &[(i32, i32)] = match self {
             Self::Triangle => &[(-r, -r), (r, -r), (0, r)],
@@ -339,13 +339,13 @@ impl Mark {
 }
 
 /// Draws a vertical line between two y, px, optionally dashed.
-pub fn upright(
+pub fn vertical_line(
     area: &Area<'_>,
     x_px: f64,
     y_px: Range<f64>,
     style: ShapeStyle,
     dashed: bool,
-) -> Drawn {
+) -> DrawResult {
     let (dash, step) = if dashed {
         (4.0, 8.0)
     } else {
@@ -362,7 +362,7 @@ pub fn upright(
 }
 
 /// Draws a dashed horizontal line over the whole width of a plot.
-pub fn level(chart: &Chart<'_>, x: Range<f64>, y: f64, style: ShapeStyle) -> Drawn {
+pub fn horizontal_line(chart: &Chart<'_>, x: Range<f64>, y: f64, style: ShapeStyle) -> DrawResult {
     let dashes = 120;
     let dash = (x.end - x.start) / f64::from(dashes);
     for place in (0..dashes).step_by(2) {
@@ -408,7 +408,7 @@ mod tests {
     #[test]
     fn an_svg_of_the_size_that_it_is_shown_at() {
         let text = svg("a < b", 100.0, |area| {
-            Lettering::default().write(area, "x & y", (10.0, 10.0))
+            TextLabel::default().write(area, "x & y", (10.0, 10.0))
         })
         .unwrap();
         let head = "<svg width=\"960\" height=\"100\" role=\"img\" viewBox=\"0 0 3840 400\" \

@@ -8,8 +8,8 @@ use plotters::style::RGBColor;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::canvas::{
-    Area, Axes, Chart, Drawn, FAINT, Frame, INK, Lettering, Mark, chart, curve, fill, hatch, line,
-    part, px,
+    Area, Axes, Chart, DrawResult, FAINT, Frame, INK, Mark, TextLabel, chart, curve, fill, hatch,
+    line, part, px,
 };
 use super::rows::{CELL_PX, Rows, heat, shares};
 use super::timeline::{Sample, Timeline};
@@ -41,7 +41,7 @@ const BAR: Range<f64> = 0.12..0.88;
 
 /// The vertical extents in a lane of several robots: the active share above, the absent share below.
 const BUSY: Range<f64> = 0.05..0.68;
-const AWAY: Range<f64> = 0.68..0.95;
+const ABSENT_SHARE: Range<f64> = 0.68..0.95;
 
 /// The maximum number of tasks in a legend.
 const NAMED_TASKS: usize = 18;
@@ -78,8 +78,8 @@ impl Lanes {
 
     fn of(&self, rank: usize, task: usize) -> Range<f64> {
         match self.by_task {
-            true => self.robots.of(rank * self.tasks + task),
-            false => self.robots.of(rank),
+            true => self.robots.extent(rank * self.tasks + task),
+            false => self.robots.extent(rank),
         }
     }
 
@@ -89,7 +89,7 @@ impl Lanes {
                 let lanes = self.tasks as f64 * self.robots.row_px;
                 rank as f64 * lanes..(rank + 1) as f64 * lanes
             }
-            false => self.robots.of(rank),
+            false => self.robots.extent(rank),
         }
     }
 
@@ -99,7 +99,7 @@ impl Lanes {
 
     /// Returns the lane of a task below the robots.
     fn of_task(&self, task: usize) -> Range<f64> {
-        let (lane, top) = (self.orphans.of(task), self.orphans_px());
+        let (lane, top) = (self.orphans.extent(task), self.orphans_px());
         top + lane.start..top + lane.end
     }
 
@@ -109,7 +109,7 @@ impl Lanes {
 
     /// Returns whether several robots share a lane.
     fn is_crowd(&self) -> bool {
-        self.robots.each > 1
+        self.robots.per_row > 1
     }
 }
 
@@ -130,10 +130,10 @@ pub fn draw(run: &RunFigures<'_>) -> anyhow::Result<String> {
     let (robots, tasks) = (run.history.robots.len(), run.history.catalog.tasks.len());
     let head = |lanes: &Lanes| Timeline::new(run, run.window.clone(), left_px, legend(run, lanes));
     // The legend depends on the lanes, and the room for the lanes depends on the legend.
-    let mut lanes = Lanes::fit(robots, tasks, run.sheet.most_px());
+    let mut lanes = Lanes::fit(robots, tasks, run.sheet.max_height_px());
     for _ in 0..2 {
         let above_px = head(&lanes).head_px() + X_AXIS_PX + 4.0;
-        lanes = Lanes::fit(robots, tasks, run.sheet.most_px() - above_px);
+        lanes = Lanes::fit(robots, tasks, run.sheet.max_height_px() - above_px);
     }
     let timeline = head(&lanes);
     Gantt {
@@ -167,10 +167,10 @@ fn legend<'r>(run: &RunFigures<'r>, lanes: &Lanes) -> Vec<(Sample, &'r str)> {
     if lanes.is_crowd() {
         let shares = [
             (
-                Sample::Fill(palette::CROWD, 0.3),
+                Sample::Fill(palette::SHARED_ROW, 0.3),
                 "some of the robots active",
             ),
-            (Sample::Fill(palette::CROWD, 1.0), "all active"),
+            (Sample::Fill(palette::SHARED_ROW, 1.0), "all active"),
         ];
         legend.splice(0..0, shares);
         return legend;
@@ -179,11 +179,11 @@ fn legend<'r>(run: &RunFigures<'r>, lanes: &Lanes) -> Vec<(Sample, &'r str)> {
     if tasks.len() <= NAMED_TASKS {
         let names = tasks.iter().enumerate();
         let names =
-            names.map(|(task, spec)| (Sample::Fill(palette::of_task(task), 1.0), &*spec.name));
+            names.map(|(task, spec)| (Sample::Fill(palette::task_color(task), 1.0), &*spec.name));
         legend.extend(names);
     } else {
         let text = "active, in the task's color (colors repeat)";
-        legend.insert(0, (Sample::Fill(palette::of_task(0), 1.0), text));
+        legend.insert(0, (Sample::Fill(palette::task_color(0), 1.0), text));
     }
     legend
 }
@@ -230,7 +230,7 @@ impl Gantt<'_> {
     }
 
     /// Draws the active, waiting and absent times.
-    fn bars(&self, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+    fn bars(&self, area: &Area<'_>, chart: &Chart<'_>) -> DrawResult {
         for (rank, robot) in self.run.history.robots.iter().enumerate() {
             for span in self.shown(&self.run.history.absent(rank)) {
                 fill(chart, span, self.lanes.of_robot(rank), FAINT, ABSENT)?;
@@ -239,7 +239,7 @@ impl Gantt<'_> {
                 let task = set.task.index();
                 let color = match self.lanes.by_task {
                     true => self.run.colors[rank],
-                    false => palette::of_task(task),
+                    false => palette::task_color(task),
                 };
                 let bar = within(&self.lanes.of(rank, task), &BAR);
                 for span in self.shown(&set.active) {
@@ -260,17 +260,17 @@ impl Gantt<'_> {
         chart: &Chart<'_>,
         (span, bar): (Range<f64>, Range<f64>),
         (task, color): (usize, RGBColor),
-    ) -> Drawn {
+    ) -> DrawResult {
         let (from, to) = (span.start, span.end);
         let middle = (bar.start + bar.end) / 2.0;
         fill(chart, span, bar, color, 1.0)?;
         if self.lanes.by_task || self.lanes.robots.row_px < LANE_PX {
             return Ok(());
         }
-        let letters = Lettering {
+        let letters = TextLabel {
             size_px: 10.0,
-            color: palette::on(color),
-            ..Lettering::default()
+            color: palette::text_color_on(color),
+            ..TextLabel::default()
         };
         let name = &self.run.history.catalog.tasks[task].name;
         let plot = chart.plotting_area();
@@ -283,11 +283,11 @@ impl Gantt<'_> {
     }
 
     /// Draws the shares of active and absent robots in each lane.
-    fn crowds(&self, chart: &Chart<'_>) -> Drawn {
+    fn crowds(&self, chart: &Chart<'_>) -> DrawResult {
         let (history, window) = (self.run.history, &self.timeline.window);
         let parts = self.parts();
         for row in 0..self.lanes.robots.len() {
-            let ranks = self.lanes.robots.things(row);
+            let ranks = self.lanes.robots.members(row);
             let lane = self.lanes.of_robot(ranks.start);
             let active: Vec<Spans> = ranks
                 .clone()
@@ -296,9 +296,9 @@ impl Gantt<'_> {
             let absent: Vec<Spans> = ranks.map(|rank| history.absent(rank)).collect();
             let busy = within(&lane, &BUSY);
             let values = shares(window, parts, &active);
-            heat(chart, window, busy, palette::CROWD, &values)?;
+            heat(chart, window, busy, palette::SHARED_ROW, &values)?;
             let values = shares(window, parts, &absent);
-            heat(chart, window, within(&lane, &AWAY), INK, &values)?;
+            heat(chart, window, within(&lane, &ABSENT_SHARE), INK, &values)?;
         }
         Ok(())
     }
@@ -308,11 +308,11 @@ impl Gantt<'_> {
         ((edges.end - edges.start) / CELL_PX) as usize
     }
 
-    fn orphans(&self, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+    fn orphans(&self, area: &Area<'_>, chart: &Chart<'_>) -> DrawResult {
         let tasks = &self.run.metrics.tasks;
         let window = &self.timeline.window;
         for row in 0..self.lanes.orphans.len() {
-            let members = self.lanes.orphans.things(row);
+            let members = self.lanes.orphans.members(row);
             let bar = within(&self.lanes.of_task(members.start), &BAR);
             if let [task] = &tasks[members.clone()] {
                 for span in self.shown(&task.orphan) {
@@ -328,7 +328,7 @@ impl Gantt<'_> {
     }
 
     /// Draws effects and takeovers. In figures with one lane per robot, it also draws losses.
-    fn marks(&self, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+    fn marks(&self, area: &Area<'_>, chart: &Chart<'_>) -> DrawResult {
         let plot = chart.plotting_area();
         if self.lanes.robots.row_px >= TICKED_PX {
             for stint in &self.run.metrics.stints {
@@ -339,7 +339,7 @@ impl Gantt<'_> {
         let radius_px = (self.lanes.robots.row_px * 0.5).clamp(2.5, 4.5);
         for takeover in &self.run.metrics.takeovers {
             if self.timeline.shows(takeover.at) {
-                let y = middle(self.lanes.of(takeover.by, takeover.task.index()));
+                let y = middle(self.lanes.of(takeover.robot, takeover.task.index()));
                 let at = plot.map_coordinate(&(takeover.at.as_secs_f64(), y));
                 Mark::Diamond.draw_sized(area, at, INK, radius_px)?;
             }
@@ -361,7 +361,7 @@ impl Gantt<'_> {
         Ok(())
     }
 
-    fn ticks(&self, area: &Area<'_>, chart: &Chart<'_>, stint: &Stint) -> Drawn {
+    fn ticks(&self, area: &Area<'_>, chart: &Chart<'_>, stint: &Stint) -> DrawResult {
         let lane = self.lanes.of(stint.robot, stint.task.index());
         let top = within(&lane, &BAR).start;
         let mut last = i32::MIN;
@@ -383,11 +383,11 @@ impl Gantt<'_> {
     }
 
     /// Writes the names of robots beside their lanes, and of tasks below.
-    fn names(&self, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+    fn names(&self, area: &Area<'_>, chart: &Chart<'_>) -> DrawResult {
         let (history, window) = (self.run.history, &self.timeline.window);
-        let title = Lettering {
+        let title = TextLabel {
             bold: true,
-            ..Lettering::default()
+            ..TextLabel::default()
         };
         let top_px = self.lanes.orphans_px();
         for (text, top) in [("robots", 0.0), ("orphan", top_px)] {
@@ -413,7 +413,7 @@ impl Gantt<'_> {
     }
 
     /// Writes the names of robots and tasks beside their lanes, with lines between robots.
-    fn names_by_task(&self, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+    fn names_by_task(&self, area: &Area<'_>, chart: &Chart<'_>) -> DrawResult {
         let (history, window) = (self.run.history, &self.timeline.window);
         let left_px = self.timeline.edges.start;
         let robots = history.robots.iter().map(|robot| robot.name.as_str());
@@ -422,14 +422,14 @@ impl Gantt<'_> {
             let lanes = self.lanes.of_robot(rank);
             let ends = vec![(window.start, lanes.start), (window.end, lanes.start)];
             curve(chart, ends, line(FAINT, 0.75))?;
-            let robot = Lettering {
+            let robot = TextLabel {
                 bold: true,
                 color,
-                ..Lettering::default()
+                ..TextLabel::default()
             };
-            let task = Lettering {
+            let task = TextLabel {
                 anchor: (HPos::Right, VPos::Center),
-                ..Lettering::default()
+                ..TextLabel::default()
             };
             let y = |place: usize| {
                 let middle = lanes.start + (place as f64 + 0.5) * self.lanes.robots.row_px;
@@ -460,7 +460,7 @@ mod tests {
     use scenario::{Scenario, Setup};
 
     use crate::palette;
-    use crate::report::figures::{Wanted, figures};
+    use crate::report::figures::{FigureSelection, figures};
     use crate::report::metrics::Metrics;
     use crate::report::tests::run_of;
 
@@ -525,8 +525,8 @@ mod tests {
         )
         .unwrap();
         let (history, run) = run_of(Setup::resolve(scenario, 1, None).unwrap().setup);
-        let metrics = Metrics::of(&history, &run);
-        let figures = figures(&history, &metrics, &Wanted::default()).unwrap();
+        let metrics = Metrics::compute(&history, &run);
+        let figures = figures(&history, &metrics, &FigureSelection::default()).unwrap();
         let all = painted(
             &figures
                 .iter()

@@ -11,13 +11,13 @@ use proto::view::{ItemView, Mark as ViewMark, MarkOutline, MarkRole};
 use scenario::Obstacle;
 
 use super::canvas::{
-    Area, Axes, Chart, Drawn, EDGE_PX, FAINT, Frame, INK, Lettering, Mark, TEXT_PX, chart, curve,
-    line, part, px,
+    Area, Axes, Chart, DrawResult, EDGE_PX, FAINT, Frame, INK, Mark, TEXT_PX, TextLabel, chart,
+    curve, line, part, px,
 };
 use super::{RunFigures, WHITE};
 use crate::palette;
 use crate::report::failures::Loss;
-use crate::report::history::Place;
+use crate::report::history::TrackPoint;
 use crate::report::simplify::thin_way;
 
 const LEFT_PX: f64 = 58.0;
@@ -41,13 +41,13 @@ const SMALL_PX: f64 = 52.0;
 
 /// The level of detail of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Say {
+pub(super) enum Detail {
     /// Objects in the room, and the names of places and robots.
     All,
     /// Objects in the room.
     Things,
     /// Only walls and paths.
-    Ways,
+    Paths,
 }
 
 /// Draws the paths of all robots on one map.
@@ -59,7 +59,7 @@ pub fn together(run: &RunFigures<'_>) -> anyhow::Result<String> {
         .svg("Paths of all robots", height + LEGEND_PX, |area| {
             legend(run, area)?;
             let panel = part(area, (0.0, LEGEND_PX), (width, height));
-            map(run, area, &panel, (width, height), &all, Say::All)
+            map(run, area, &panel, (width, height), &all, Detail::All)
         })
 }
 
@@ -82,13 +82,17 @@ pub fn apart(run: &RunFigures<'_>) -> anyhow::Result<String> {
                 true => (name(first).clone(), run.colors[first]),
                 false => (format!("{} … {}", name(first), name(last)), INK),
             };
-            let letters = Lettering {
-                size_px: if grid.say == Say::Ways { 10.0 } else { TEXT_PX },
+            let letters = TextLabel {
+                size_px: if grid.say == Detail::Paths {
+                    10.0
+                } else {
+                    TEXT_PX
+                },
                 bold: true,
                 color,
-                ..Lettering::default()
+                ..TextLabel::default()
             };
-            let indent = if grid.say == Say::Ways {
+            let indent = if grid.say == Detail::Paths {
                 EDGE_PX
             } else {
                 LEFT_PX
@@ -108,15 +112,15 @@ struct Grid {
     each: usize,
     width_px: f64,
     height_px: f64,
-    say: Say,
+    say: Detail,
 }
 
 impl Grid {
     fn fit(run: &RunFigures<'_>, robots: usize) -> Self {
-        let of = |columns: usize, each: usize, say: Say| {
+        let of = |columns: usize, each: usize, say: Detail| {
             let width_px = run.sheet.width_px / columns as f64;
             let height_px = match say {
-                Say::Ways => {
+                Detail::Paths => {
                     (width_px - 2.0 * EDGE_PX) * (room(run).1 / room(run).0).min(1.5)
                         + 2.0 * EDGE_PX
                 }
@@ -132,9 +136,9 @@ impl Grid {
         };
         let fits = |grid: &Self| {
             let rows = robots.div_ceil(grid.each).div_ceil(grid.columns);
-            LEGEND_PX + rows as f64 * (grid.height_px + TITLE_PX) <= run.sheet.most_px()
+            LEGEND_PX + rows as f64 * (grid.height_px + TITLE_PX) <= run.sheet.max_height_px()
         };
-        let large = of(robots.clamp(1, 3), 1, Say::Things);
+        let large = of(robots.clamp(1, 3), 1, Detail::Things);
         if robots <= LARGE_MAPS && fits(&large) {
             return large;
         }
@@ -144,7 +148,7 @@ impl Grid {
         let shared = (2..=robots.max(2)).map(|each| (most_columns, each));
         let mut grids = single
             .chain(shared)
-            .map(|(columns, each)| of(columns, each, Say::Ways));
+            .map(|(columns, each)| of(columns, each, Detail::Paths));
         // A single map of all robots always fits.
         grids.find(fits).unwrap_or(large)
     }
@@ -161,9 +165,9 @@ fn room(run: &RunFigures<'_>) -> (f64, f64) {
     (room.width_m.into(), room.height_m.into())
 }
 
-fn legend(run: &RunFigures<'_>, area: &Area<'_>) -> Drawn {
+fn legend(run: &RunFigures<'_>, area: &Area<'_>) -> DrawResult {
     let y = LEGEND_PX / 2.0;
-    let letters = Lettering::default();
+    let letters = TextLabel::default();
     let mut x = LEFT_PX;
     let mut places = run.history.robots.iter().flat_map(|robot| &robot.track);
     let ways: &[(&str, f64)] = match places.any(|place| place.carrying) {
@@ -194,9 +198,9 @@ fn map(
     panel: &Area<'_>,
     (width_px, height_px): (f64, f64),
     robots: &[usize],
-    say: Say,
-) -> Drawn {
-    let chart = floor(run, panel, (width_px, height_px), say)?;
+    say: Detail,
+) -> DrawResult {
+    let chart = map_chart(run, panel, (width_px, height_px), say)?;
     furniture(run, area, &chart, say)?;
     for &rank in robots {
         path(run, &chart, rank)?;
@@ -204,22 +208,22 @@ fn map(
     for &rank in robots {
         ends(run, area, &chart, rank, say)?;
     }
-    if say == Say::All {
+    if say == Detail::All {
         names(run, area, &chart)?;
     }
     Ok(())
 }
 
 /// Draws the axes of a map in a panel of that size.
-pub(super) fn floor<'a>(
+pub(super) fn map_chart<'a>(
     run: &RunFigures<'_>,
     panel: &Area<'a>,
     (width_px, height_px): (f64, f64),
-    say: Say,
-) -> Drawn<Chart<'a>> {
+    say: Detail,
+) -> DrawResult<Chart<'a>> {
     let (width, height) = room(run);
     let (left, right, bottom, labels) = match say {
-        Say::Ways => (EDGE_PX, EDGE_PX, 0.0, 0),
+        Detail::Paths => (EDGE_PX, EDGE_PX, 0.0, 0),
         _ => (LEFT_PX, RIGHT_PX, X_AXIS_PX, 10),
     };
     // A map that would be too high becomes narrower.
@@ -238,13 +242,13 @@ pub(super) fn floor<'a>(
 }
 
 /// Draws the start state of the room without robots.
-fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, say: Say) -> Drawn {
+fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, say: Detail) -> DrawResult {
     let scene = Scene {
         marks: &run.history.marks,
         items: &run.history.items,
         obstacles: &run.history.obstacles,
     };
-    furnish(run, area, chart, &scene, say)
+    draw_scene(run, area, chart, &scene, say)
 }
 
 /// The objects in a room besides robots.
@@ -254,13 +258,13 @@ pub(super) struct Scene<'s> {
     pub obstacles: &'s [Obstacle],
 }
 
-pub(super) fn furnish(
+pub(super) fn draw_scene(
     run: &RunFigures<'_>,
     area: &Area<'_>,
     chart: &Chart<'_>,
     scene: &Scene<'_>,
-    say: Say,
-) -> Drawn {
+    say: Detail,
+) -> DrawResult {
     let (width, height) = room(run);
     let plot = chart.plotting_area();
     let rectangle = |x: Range<f64>, y: Range<f64>, color: RGBColor, opacity: f64| {
@@ -272,11 +276,11 @@ pub(super) fn furnish(
         plot.draw(&Rectangle::new(corners, color.mix(opacity).filled()))
     };
     let label = |text: &str, at: (f64, f64)| {
-        let letters = Lettering {
+        let letters = TextLabel {
             anchor: (HPos::Center, VPos::Center),
-            ..Lettering::default()
+            ..TextLabel::default()
         };
-        match say == Say::All {
+        match say == Detail::All {
             true => area.draw_text(text, &letters.style(), plot.map_coordinate(&at)),
             false => Ok(()),
         }
@@ -305,11 +309,11 @@ pub(super) fn furnish(
 
     let below = height * 0.03;
     let (marks, items) = match say {
-        Say::Ways => (&[][..], &[][..]),
+        Detail::Paths => (&[][..], &[][..]),
         _ => (scene.marks, scene.items),
     };
     for mark in marks {
-        let color = palette::of_mark(mark);
+        let color = palette::mark_color(mark);
         let top = match mark.outline {
             MarkOutline::Disc { center, radius_m } => {
                 match mark.role {
@@ -373,12 +377,16 @@ pub(super) fn furnish(
 }
 
 /// Draws the path of a robot, thicker where it carries an item.
-fn path(run: &RunFigures<'_>, chart: &Chart<'_>, rank: usize) -> Drawn {
-    trail(run, chart, rank, track(run, rank, &run.window))
+fn path(run: &RunFigures<'_>, chart: &Chart<'_>, rank: usize) -> DrawResult {
+    draw_track(run, chart, rank, track(run, rank, &run.window))
 }
 
 /// Returns the positions of a robot in a window of time, s.
-pub(super) fn track<'h>(run: &RunFigures<'h>, rank: usize, window: &Range<f64>) -> &'h [Place] {
+pub(super) fn track<'h>(
+    run: &RunFigures<'h>,
+    rank: usize,
+    window: &Range<f64>,
+) -> &'h [TrackPoint] {
     let all = &run.history.robots[rank].track;
     let tick = |at: f64| ((at / run.history.step.as_secs_f64()).ceil() as usize).min(all.len());
     let (from, to) = (tick(window.start), tick(window.end));
@@ -386,17 +394,17 @@ pub(super) fn track<'h>(run: &RunFigures<'h>, rank: usize, window: &Range<f64>) 
 }
 
 /// Draws the positions of a robot as a path.
-pub(super) fn trail(
+pub(super) fn draw_track(
     run: &RunFigures<'_>,
     chart: &Chart<'_>,
     rank: usize,
-    track: &[Place],
-) -> Drawn {
+    track: &[TrackPoint],
+) -> DrawResult {
     let (width, _) = room(run);
     // The tolerance is half a pixel.
     let (across, _) = chart.plotting_area().dim_in_pixel();
     let distance = width * f64::from(px(0.5)) / f64::from(across.max(1));
-    let mut before: Option<&Place> = None;
+    let mut before: Option<&TrackPoint> = None;
     for part in track.chunk_by(|a, b| a.carrying == b.carrying) {
         let points: Vec<(f64, f64)> = before
             .into_iter()
@@ -412,13 +420,19 @@ pub(super) fn trail(
 }
 
 /// Marks the start, the death and the end of a robot.
-fn ends(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, rank: usize, say: Say) -> Drawn {
+fn ends(
+    run: &RunFigures<'_>,
+    area: &Area<'_>,
+    chart: &Chart<'_>,
+    rank: usize,
+    say: Detail,
+) -> DrawResult {
     let [first, .., last] = track(run, rank, &run.window) else {
         return Ok(());
     };
     let plot = chart.plotting_area();
-    let radius_px = if say == Say::Ways { 2.5 } else { 4.5 };
-    let mark = |mark: Mark, place: &Place, color| {
+    let radius_px = if say == Detail::Paths { 2.5 } else { 4.5 };
+    let mark = |mark: Mark, place: &TrackPoint, color| {
         mark.draw_sized(area, plot.map_coordinate(&place.position), color, radius_px)
     };
     mark(Mark::Triangle, first, WHITE)?;
@@ -435,7 +449,7 @@ fn ends(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, rank: usize, s
 }
 
 /// Writes the robots' names beside the ends of their paths.
-fn names(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+fn names(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>) -> DrawResult {
     let ends = run
         .history
         .robots
@@ -451,10 +465,14 @@ fn names(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
 
 /// Writes names beside objects with a radius of `reach`. Each object has several candidate names and four corners. The
 /// first combination with room is used.
-pub(super) fn beside(area: &Area<'_>, ends: &[(Vec<String>, (i32, i32))], reach: i32) -> Drawn {
-    let letters = Lettering {
+pub(super) fn beside(
+    area: &Area<'_>,
+    ends: &[(Vec<String>, (i32, i32))],
+    reach: i32,
+) -> DrawResult {
+    let letters = TextLabel {
         bold: true,
-        ..Lettering::default()
+        ..TextLabel::default()
     };
     let half = px(6.0);
     let (across, _) = area.dim_in_pixel();

@@ -42,7 +42,7 @@ pub struct Figure {
 }
 
 #[derive(Clone, Debug, Default)]
-pub struct Wanted {
+pub struct FigureSelection {
     pub sheet: Sheet,
     /// Start of the figures, s; `None` for the start of the run.
     pub from_s: Option<f64>,
@@ -82,16 +82,16 @@ struct Planned<'p> {
 /// An error for an unavailable figure or time.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
-pub struct NotThere(String);
+pub struct Unavailable(String);
 
 /// Draws the wanted figures, in page order.
 ///
 /// # Errors
-/// Returns [`NotThere`] for an unavailable figure or time, and drawing errors.
+/// Returns [`Unavailable`] for an unavailable figure or time, and drawing errors.
 pub fn figures(
     history: &History,
     metrics: &Metrics,
-    wanted: &Wanted,
+    wanted: &FigureSelection,
 ) -> anyhow::Result<Vec<Figure>> {
     let names = history.robots.iter().map(|robot| robot.name.as_str());
     let utilities = history.robots.iter();
@@ -113,7 +113,9 @@ pub fn figures(
         if !planned.iter().any(|figure| figure.name == *name) {
             let known = planned.iter().map(|figure| figure.name.as_str());
             let instead = scenario::name_remedy(name, known);
-            return Err(NotThere(format!("--only: there is no figure '{name}'; {instead}")).into());
+            return Err(
+                Unavailable(format!("--only: there is no figure '{name}'; {instead}")).into(),
+            );
         }
     }
     let chosen = planned.into_iter();
@@ -132,7 +134,7 @@ pub fn figures(
     drawn.collect()
 }
 
-fn window(history: &History, wanted: &Wanted) -> Result<Range<f64>, NotThere> {
+fn window(history: &History, wanted: &FigureSelection) -> Result<Range<f64>, Unavailable> {
     // An axis needs a length, even for an empty run.
     let run_end = history.end.max(history.step).as_secs_f64();
     let end = run_end.max(wanted.end_s);
@@ -140,11 +142,11 @@ fn window(history: &History, wanted: &Wanted) -> Result<Range<f64>, NotThere> {
     let to = wanted.to_s.unwrap_or(end).min(end);
     if from >= run_end {
         let text = format!("--from {from}: the run ended at {run_end} s");
-        return Err(NotThere(text));
+        return Err(Unavailable(text));
     }
     if from >= to {
         let text = format!("--to {to}: must be later than --from, {from} s");
-        return Err(NotThere(text));
+        return Err(Unavailable(text));
     }
     Ok(from..to)
 }

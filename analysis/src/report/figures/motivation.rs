@@ -4,8 +4,8 @@
 use std::ops::Range;
 
 use super::canvas::{
-    Axes, Drawn, FAINT, Frame, INK, Lettering, Mark, chart, curve, fill, hatch, level, line, part,
-    px, rows_for,
+    Axes, DrawResult, FAINT, Frame, INK, Mark, TextLabel, chart, curve, fill, hatch,
+    horizontal_line, line, part, px, rows_for,
 };
 use super::motivation_rows;
 use super::timeline::{Sample, Timeline, y_title};
@@ -67,7 +67,7 @@ fn draw(
     let panel_px = TITLE_PX + plot_px;
     let bottom_px = head_px + rows.len() as f64 * panel_px;
     let height_px = bottom_px + X_AXIS_PX + 4.0;
-    if height_px > run.sheet.most_px() {
+    if height_px > run.sheet.max_height_px() {
         return motivation_rows::draw(run, (title, what), rows, timeline.window);
     }
     let plot_at = |place: usize| {
@@ -93,7 +93,7 @@ fn legend(of_motivations: bool) -> Vec<(Sample, &'static str)> {
         "utility"
     };
     let only_of_motivations = [
-        (Sample::Broken(INK, (4.0, 4.0)), "threshold θ"),
+        (Sample::Dashed(INK, (4.0, 4.0)), "threshold θ"),
         (Sample::Hatch(INK, 4.0), "waiting"),
         (
             Sample::Mark(Mark::Triangle, WHITE),
@@ -128,19 +128,19 @@ fn panel(
     area: &super::canvas::Area<'_>,
     &(rank, set): &Row<'_>,
     (top, plot_px, is_last): (f64, f64, bool),
-) -> Drawn {
+) -> DrawResult {
     let robot = &run.history.robots[rank];
     let color = run.colors[rank];
     let threshold = ceiling(run, rank);
-    let name = Lettering {
+    let name = TextLabel {
         bold: true,
         color,
-        ..Lettering::default()
+        ..TextLabel::default()
     };
     let y = top + TITLE_PX - 9.0;
     name.write(area, &robot.name, (LEFT_PX, y))?;
     let after = LEFT_PX + name.width_px(&robot.name) + 8.0;
-    Lettering::default().write(area, &set.name, (after, y))?;
+    TextLabel::default().write(area, &set.name, (after, y))?;
 
     let bottom = if is_last { X_AXIS_PX } else { 0.0 };
     let panel = part(
@@ -171,7 +171,7 @@ fn panel(
         hatch(area, &chart, span, height(), (color, 4.0))?;
     }
     if robot.measure == LevelUnit::Motivation {
-        level(&chart, timeline.window.clone(), threshold, line(INK, 0.75))?;
+        horizontal_line(&chart, timeline.window.clone(), threshold, line(INK, 0.75))?;
     }
     let width = run.sheet.width_px;
     for points in lines(set, run.history.step, (&timeline.window, width), threshold) {
@@ -183,9 +183,9 @@ fn panel(
     let resets: Vec<(f64, &Reset)> = resets
         .map(|reset| (timeline.x_px(reset.at), reset))
         .collect();
-    let letters = Lettering {
+    let letters = TextLabel {
         size_px: 10.0,
-        ..Lettering::default()
+        ..TextLabel::default()
     };
     let names = |reset: &Reset| {
         let names = reset.by.iter();
@@ -207,7 +207,7 @@ fn panel(
     }
     let takeovers = run.metrics.takeovers.iter().filter(|takeover| {
         let starts = set.active.iter().any(|span| span.from == takeover.at);
-        takeover.by == rank && takeover.task == set.task && starts && timeline.shows(takeover.at)
+        takeover.robot == rank && takeover.task == set.task && starts && timeline.shows(takeover.at)
     });
     for takeover in takeovers {
         let at = plot.map_coordinate(&(takeover.at.as_secs_f64(), threshold));

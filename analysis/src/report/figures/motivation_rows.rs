@@ -5,7 +5,7 @@ use std::ops::Range;
 use plotters::style::RGBColor;
 use scenario::time::SimTime;
 
-use super::canvas::{Axes, Chart, Drawn, FAINT, Frame, INK, Mark, chart, fill, part};
+use super::canvas::{Axes, Chart, DrawResult, FAINT, Frame, INK, Mark, chart, fill, part};
 use super::motivation::{Row, ceiling};
 use super::rows::{CELL_PX, Rows, heat, shares};
 use super::timeline::{Sample, Timeline};
@@ -30,7 +30,7 @@ pub fn draw(
 ) -> anyhow::Result<String> {
     let highest = format!("{what}, highest of a cell; full: θ, or the highest of all");
     let legend = vec![
-        (Sample::Fill(palette::CROWD, 0.5), highest.as_str()),
+        (Sample::Fill(palette::SHARED_ROW, 0.5), highest.as_str()),
         (Sample::Fill(INK, 1.0), "active, at the lower edge"),
         (Sample::Fill(FAINT, ABSENT), "dead or stopped"),
         (Sample::Mark(Mark::Diamond, INK), "took over"),
@@ -40,7 +40,10 @@ pub fn draw(
     let left_px = LEFT_PX.min(run.sheet.width_px * LEFT_SHARE);
     let timeline = Timeline::new(run, window, left_px, legend);
     let head_px = timeline.head_px();
-    let rows = Rows::fit(sets.len(), run.sheet.most_px() - head_px - X_AXIS_PX - 4.0);
+    let rows = Rows::fit(
+        sets.len(),
+        run.sheet.max_height_px() - head_px - X_AXIS_PX - 4.0,
+    );
     let bottom_px = head_px + rows.height_px();
     run.sheet.svg(title, bottom_px + X_AXIS_PX + 4.0, |area| {
         timeline.draw_head(area, std::slice::from_ref(&(head_px..bottom_px)))?;
@@ -58,12 +61,12 @@ pub fn draw(
         };
         let chart = chart(&panel, frame, &axes)?;
         for row in 0..rows.len() {
-            let members = rows.things(row);
+            let members = rows.members(row);
             draw_row(
                 run,
                 &timeline,
                 &chart,
-                rows.of(members.start),
+                rows.extent(members.start),
                 &sets[members],
             )?;
         }
@@ -72,11 +75,11 @@ pub fn draw(
         let losses = run.metrics.failures.iter();
         let losses: Vec<_> = losses.filter(|loss| timeline.shows(loss.at)).collect();
         for (place, (rank, set)) in sets.iter().enumerate() {
-            let lane = rows.of(place);
+            let lane = rows.extent(place);
             let at = |at: f64| plot.map_coordinate(&(at, (lane.start + lane.end) / 2.0));
             for takeover in run.metrics.takeovers.iter().filter(|takeover| {
                 let starts = set.active.iter().any(|span| span.from == takeover.at);
-                takeover.by == *rank && takeover.task == set.task && starts
+                takeover.robot == *rank && takeover.task == set.task && starts
             }) {
                 if timeline.shows(takeover.at) {
                     let at = at(takeover.at.as_secs_f64());
@@ -108,7 +111,7 @@ fn draw_row(
     chart: &Chart<'_>,
     lane: Range<f64>,
     sets: &[Row<'_>],
-) -> Drawn {
+) -> DrawResult {
     let window = &timeline.window;
     let parts = ((timeline.edges.end - timeline.edges.start) / CELL_PX) as usize;
     let part = |shares: &Range<f64>| {
@@ -132,7 +135,7 @@ fn draw_row(
     }
     let color: RGBColor = match sets {
         [(rank, _)] => run.colors[*rank],
-        _ => palette::CROWD,
+        _ => palette::SHARED_ROW,
     };
     let mut highest = vec![0.0_f64; parts];
     for (rank, set) in sets {

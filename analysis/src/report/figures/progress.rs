@@ -10,11 +10,11 @@ use scenario::time::SimTime;
 
 use super::RunFigures;
 use super::canvas::{
-    Area, Axes, Chart, Drawn, Frame, INK, Lettering, Mark, chart, curve, level, line, part, px,
-    rows_for,
+    Area, Axes, Chart, DrawResult, Frame, INK, Mark, TextLabel, chart, curve, horizontal_line,
+    line, part, px, rows_for,
 };
 use super::timeline::{Sample, Timeline};
-use crate::report::metrics::{Moment, Recurring};
+use crate::report::metrics::{Occurrence, Recurring};
 use crate::report::simplify::within;
 
 const LEFT_PX: f64 = 58.0;
@@ -43,7 +43,7 @@ impl Line {
     fn sample(&self) -> Sample {
         match self.dashes {
             None => Sample::Line(self.color, self.width_px),
-            Some(dashes) => Sample::Broken(self.color, dashes),
+            Some(dashes) => Sample::Dashed(self.color, dashes),
         }
     }
 }
@@ -195,7 +195,7 @@ pub fn recurring(run: &RunFigures<'_>, recurring: &Recurring) -> anyhow::Result<
         ),
     ];
     if period.is_some() {
-        legend.push((Sample::Broken(INK, (4.0, 4.0)), "wanted period"));
+        legend.push((Sample::Dashed(INK, (4.0, 4.0)), "wanted period"));
         legend.push((Sample::Fill(LATE, 0.75), "late"));
     }
     let timeline = Timeline::new(run, run.window.clone(), LEFT_PX, legend);
@@ -246,7 +246,7 @@ pub fn recurring(run: &RunFigures<'_>, recurring: &Recurring) -> anyhow::Result<
             curve(&chart, line_within, line(INK, 1.5))?;
         }
         if let Some(period) = period {
-            level(&chart, timeline.window.clone(), period, line(INK, 1.0))?;
+            horizontal_line(&chart, timeline.window.clone(), period, line(INK, 1.0))?;
         }
         moment_marks(run, recurring, &timeline, area, &chart)
     })
@@ -259,13 +259,13 @@ fn moment_marks(
     timeline: &Timeline<'_>,
     area: &Area<'_>,
     chart: &Chart<'_>,
-) -> Drawn {
-    let letters = Lettering {
+) -> DrawResult {
+    let letters = TextLabel {
         anchor: (HPos::Center, VPos::Bottom),
-        ..Lettering::default()
+        ..TextLabel::default()
     };
     let moments = recurring.moments.iter();
-    let moments: Vec<&Moment> = moments.filter(|moment| timeline.shows(moment.at)).collect();
+    let moments: Vec<&Occurrence> = moments.filter(|moment| timeline.shows(moment.at)).collect();
     let texts: Vec<String> = moments
         .iter()
         .map(|moment| {

@@ -8,8 +8,8 @@ use plotters::style::Color;
 use proto::control::AgentState;
 use proto::view::{ItemView, View};
 
-use super::canvas::{Area, Chart, Drawn, FAINT, INK, Lettering, Mark, line, part, px};
-use super::map::{Say, Scene, beside, floor, furnish, map_height_px, track, trail};
+use super::canvas::{Area, Chart, DrawResult, FAINT, INK, Mark, TextLabel, line, part, px};
+use super::map::{Detail, Scene, beside, draw_scene, draw_track, map_chart, map_height_px, track};
 use super::{RunFigures, WHITE};
 use crate::palette;
 
@@ -40,13 +40,13 @@ pub fn draw(run: &RunFigures<'_>, room: &Room) -> anyhow::Result<String> {
     let height = map_height_px(run, width, width * 0.75);
     let title = format!("The room at {} s", room.at_s());
     run.sheet.svg(&title, TITLE_PX + height, |area| {
-        let letters = Lettering {
+        let letters = TextLabel {
             bold: true,
-            ..Lettering::default()
+            ..TextLabel::default()
         };
         letters.write(area, &title, (58.0, TITLE_PX / 2.0))?;
         let panel = part(area, (0.0, TITLE_PX), (width, height));
-        let chart = floor(run, &panel, (width, height), Say::All)?;
+        let chart = map_chart(run, &panel, (width, height), Detail::All)?;
         let view = &room.view;
         let on_floor = view.items.iter().filter(|item| item.carrier.is_none());
         let items: Vec<ItemView> = on_floor.copied().collect();
@@ -55,10 +55,10 @@ pub fn draw(run: &RunFigures<'_>, room: &Room) -> anyhow::Result<String> {
             items: &items,
             obstacles: &view.obstacles,
         };
-        furnish(run, area, &chart, &scene, Say::All)?;
+        draw_scene(run, area, &chart, &scene, Detail::All)?;
         let before: Range<f64> = (room.at_s() - TRAIL_S).max(0.0)..room.at_s();
         for rank in 0..view.robots.len() {
-            trail(run, &chart, rank, track(run, rank, &before))?;
+            draw_track(run, &chart, rank, track(run, rank, &before))?;
         }
         let mut names = Vec::new();
         for rank in 0..view.robots.len() {
@@ -80,7 +80,7 @@ fn robot(
     area: &Area<'_>,
     chart: &Chart<'_>,
     (view, rank): (&View, usize),
-) -> Drawn<Option<Label>> {
+) -> DrawResult<Option<Label>> {
     let robot = &view.robots[rank];
     if robot.state == AgentState::Absent {
         return Ok(None);

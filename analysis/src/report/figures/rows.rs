@@ -5,7 +5,7 @@ use std::ops::Range;
 use plotters::style::RGBColor;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Chart, Drawn, INK, Lettering, fill, px};
+use super::canvas::{Area, Chart, DrawResult, INK, TextLabel, fill, px};
 use crate::report::spans::Spans;
 
 /// The default height of a row, px.
@@ -31,7 +31,7 @@ const SHADES: f64 = 10.0;
 pub struct Rows {
     pub count: usize,
     /// The number of things per row.
-    pub each: usize,
+    pub per_row: usize,
     pub row_px: f64,
 }
 
@@ -43,21 +43,21 @@ impl Rows {
         if row_px >= LEAST_PX {
             return Self {
                 count,
-                each: 1,
+                per_row: 1,
                 row_px,
             };
         }
         let rows = (most_px / TOGETHER_PX).floor().max(1.0);
         Self {
             count,
-            each: (count as f64 / rows).ceil() as usize,
+            per_row: (count as f64 / rows).ceil() as usize,
             row_px: TOGETHER_PX,
         }
     }
 
     #[must_use]
     pub fn len(&self) -> usize {
-        self.count.div_ceil(self.each)
+        self.count.div_ceil(self.per_row)
     }
 
     #[must_use]
@@ -67,21 +67,21 @@ impl Rows {
 
     /// Returns the upper and lower edge of a thing's row, px below the upper edge of the first row.
     #[must_use]
-    pub fn of(&self, thing: usize) -> Range<f64> {
-        let top = (thing / self.each) as f64 * self.row_px;
+    pub fn extent(&self, thing: usize) -> Range<f64> {
+        let top = (thing / self.per_row) as f64 * self.row_px;
         top..top + self.row_px
     }
 
     #[must_use]
-    pub fn things(&self, row: usize) -> Range<usize> {
-        row * self.each..((row + 1) * self.each).min(self.count)
+    pub fn members(&self, row: usize) -> Range<usize> {
+        row * self.per_row..((row + 1) * self.per_row).min(self.count)
     }
 
     /// Returns the rows that have room for a name. Important rows come first, then upper rows.
     #[must_use]
     pub fn named(&self, is_important: impl Fn(usize) -> bool) -> Vec<usize> {
         let (important, others): (Vec<usize>, Vec<usize>) =
-            (0..self.len()).partition(|row| self.things(*row).any(&is_important));
+            (0..self.len()).partition(|row| self.members(*row).any(&is_important));
         let apart = (NAME_PX / self.row_px).ceil() as usize;
         let mut taken = vec![false; self.len()];
         let mut named = Vec::new();
@@ -103,15 +103,15 @@ impl Rows {
         (room_px, top): (Range<f64>, f64),
         name: impl Fn(usize) -> (&'n str, RGBColor),
         is_important: impl Fn(usize) -> bool,
-    ) -> Drawn {
+    ) -> DrawResult {
         for row in self.named(is_important) {
-            let things = self.things(row);
+            let things = self.members(row);
             let (first, color) = name(things.start);
-            let letters = Lettering {
+            let letters = TextLabel {
                 size_px: 11.0,
                 anchor: (HPos::Right, VPos::Center),
-                color: if self.each == 1 { color } else { INK },
-                ..Lettering::default()
+                color: if self.per_row == 1 { color } else { INK },
+                ..TextLabel::default()
             };
             let room = room_px.end - room_px.start;
             let text = match things.len() {
@@ -166,7 +166,7 @@ pub fn heat(
     y: Range<f64>,
     color: RGBColor,
     values: &[f64],
-) -> Drawn {
+) -> DrawResult {
     let length = (window.end - window.start) / values.len() as f64;
     let shade = |value: &f64| (value.clamp(0.0, 1.0) * SHADES).ceil();
     let mut from = 0;
@@ -191,14 +191,14 @@ mod tests {
     #[test]
     fn each_thing_has_its_own_row_while_rows_are_visible() {
         let few = Rows::fit(3, 1000.0);
-        assert_eq!((few.each, few.height_px()), (1, 51.0));
-        assert_eq!(few.of(2), 34.0..51.0);
+        assert_eq!((few.per_row, few.height_px()), (1, 51.0));
+        assert_eq!(few.extent(2), 34.0..51.0);
         let many = Rows::fit(250, 1000.0);
-        assert_eq!((many.each, many.height_px()), (1, 1000.0));
+        assert_eq!((many.per_row, many.height_px()), (1, 1000.0));
         let crowd = Rows::fit(251, 1000.0);
-        assert_eq!((crowd.each, crowd.len(), crowd.row_px), (3, 84, 10.0));
-        assert_eq!(crowd.of(250), 830.0..840.0);
-        assert_eq!(crowd.things(83), 249..251);
+        assert_eq!((crowd.per_row, crowd.len(), crowd.row_px), (3, 84, 10.0));
+        assert_eq!(crowd.extent(250), 830.0..840.0);
+        assert_eq!(crowd.members(83), 249..251);
         assert!(Rows::fit(1_000_000, 1000.0).height_px() <= 1000.0);
         assert_eq!(Rows::fit(0, 1000.0).len(), 0);
     }

@@ -40,13 +40,18 @@ fn height_px(figure: &Figure) -> f64 {
 }
 
 fn all(history: &History, run: &RunFile) -> Vec<Figure> {
-    figures(history, &Metrics::of(history, run), &Wanted::default()).unwrap()
+    figures(
+        history,
+        &Metrics::compute(history, run),
+        &FigureSelection::default(),
+    )
+    .unwrap()
 }
 
 fn gantt(history: &History, metrics: &Metrics) -> String {
-    let wanted = Wanted {
+    let wanted = FigureSelection {
         only: vec!["gantt".to_owned()],
-        ..Wanted::default()
+        ..FigureSelection::default()
     };
     figures(history, metrics, &wanted).unwrap()[0].svg.clone()
 }
@@ -96,7 +101,7 @@ fn figures_of_any_team_fit_on_a_screen() {
         let kill = format!("kill {}", history.robots[1].name);
         assert!(gantt.svg.contains(&kill), "{mission} with {robots}");
         if robots > 3 {
-            marks_are_there(&history, &Metrics::of(&history, &run));
+            marks_are_there(&history, &Metrics::compute(&history, &run));
         }
     }
 }
@@ -154,7 +159,7 @@ fn more_robots_than_rows_are_drawn_together() {
         setup: history.setup.clone(),
         ..visit::run_file()
     };
-    let metrics = Metrics::of(&history, &run);
+    let metrics = Metrics::compute(&history, &run);
     assert_eq!(metrics.failures.len(), 1);
     marks_are_there(&history, &metrics);
     let gantt = gantt(&history, &metrics);
@@ -168,9 +173,9 @@ fn more_robots_than_rows_are_drawn_together() {
     assert!(gantt.contains("some of the robots active"));
     assert!(gantt.contains(" … "));
     for name in ["task-0-find-locations", "map-by-robot"] {
-        let wanted = Wanted {
+        let wanted = FigureSelection {
             only: vec![name.to_owned()],
-            ..Wanted::default()
+            ..FigureSelection::default()
         };
         let drawn = figures(&history, &metrics, &wanted).unwrap();
         assert!(height_px(&drawn[0]) < 2_000.0, "{name}");

@@ -8,7 +8,7 @@ use plotters::style::{Color, RGBColor};
 use scenario::time::SimTime;
 
 use super::RunFigures;
-use super::canvas::{Area, Drawn, INK, Lettering, Mark, line, px, rows_for, upright};
+use super::canvas::{Area, DrawResult, INK, Mark, TextLabel, line, px, rows_for, vertical_line};
 use crate::report::faults::FaultSpan;
 use crate::report::spans::Span;
 
@@ -42,7 +42,7 @@ pub enum Sample {
     /// A line with its width, px.
     Line(RGBColor, f64),
     /// A dashed line with dash and gap lengths, px.
-    Broken(RGBColor, (f64, f64)),
+    Dashed(RGBColor, (f64, f64)),
     /// A filled band with its opacity.
     Fill(RGBColor, f64),
     /// A hatched band with the distance of its lines, px.
@@ -83,8 +83,8 @@ impl<'f> Timeline<'f> {
 
     /// Draws the legend and the faults: labeled bands above, and shades in the plots, which lie at the y ranges
     /// `plots`. Call it before drawing the plots, so that their content stays on top.
-    pub fn draw_head(&self, area: &Area<'_>, plots: &[Range<f64>]) -> Drawn {
-        let letters = Lettering::default();
+    pub fn draw_head(&self, area: &Area<'_>, plots: &[Range<f64>]) -> DrawResult {
+        let letters = TextLabel::default();
         for ((sample, text), (row, x)) in self.legend.iter().zip(self.legend_places()) {
             let y = (row as f64 + 0.5) * ROW_PX;
             sample.draw(area, x, y)?;
@@ -101,15 +101,15 @@ impl<'f> Timeline<'f> {
             let x = &label.x;
             for plot in plots {
                 band(x, plot.clone(), 0.13)?;
-                upright(area, x.start, plot.clone(), line(FAULT, 1.0), false)?;
+                vertical_line(area, x.start, plot.clone(), line(FAULT, 1.0), false)?;
                 if x.end > x.start && x.end < self.edges.end {
-                    upright(area, x.end, plot.clone(), line(FAULT, 1.0), true)?;
+                    vertical_line(area, x.end, plot.clone(), line(FAULT, 1.0), true)?;
                 }
             }
             if let Some(row) = label.row {
                 let y = top - (row as f64 + 0.5) * ROW_PX;
                 band(x, y - 7.0..y + 7.0, 0.4)?;
-                upright(area, x.start, y - 7.0..y + 7.0, line(FAULT, 1.5), false)?;
+                vertical_line(area, x.start, y - 7.0..y + 7.0, line(FAULT, 1.5), false)?;
                 letters.write(area, label.text, (label.text_px, y))?;
             }
         }
@@ -145,7 +145,7 @@ impl<'f> Timeline<'f> {
 
     /// Returns row and x of each legend entry.
     fn legend_places(&self) -> Vec<(usize, f64)> {
-        let letters = Lettering::default();
+        let letters = TextLabel::default();
         let (mut row, mut x) = (0, self.edges.start);
         let mut places = Vec::new();
         for (_, text) in &self.legend {
@@ -168,7 +168,7 @@ impl<'f> Timeline<'f> {
     }
 
     fn labels(&self) -> Vec<Label<'f>> {
-        let letters = Lettering::default();
+        let letters = TextLabel::default();
         let mut labels: Vec<Label<'f>> = self
             .faults
             .iter()
@@ -213,7 +213,7 @@ struct Label<'f> {
 
 impl Sample {
     /// Draws the sample at the start of a legend entry.
-    fn draw(self, area: &Area<'_>, x_px: f64, y_px: f64) -> Drawn {
+    fn draw(self, area: &Area<'_>, x_px: f64, y_px: f64) -> DrawResult {
         let (left, right) = (px(x_px), px(x_px + SAMPLE_PX - 6.0));
         let (top, middle, bottom) = (px(y_px - 6.0), px(y_px), px(y_px + 6.0));
         match self {
@@ -221,7 +221,7 @@ impl Sample {
                 let ends = [(left, middle), (right, middle)];
                 area.draw(&PathElement::new(ends, line(color, width_px)))
             }
-            Self::Broken(color, (dash_px, gap_px)) => {
+            Self::Dashed(color, (dash_px, gap_px)) => {
                 for from in (left..right).step_by(px(dash_px + gap_px) as usize) {
                     let ends = [(from, middle), (from + px(dash_px), middle)];
                     area.draw(&PathElement::new(ends, line(color, 1.25)))?;
@@ -251,11 +251,11 @@ impl Sample {
 }
 
 /// Writes the common y title of several panels.
-pub fn y_title(area: &Area<'_>, text: &str, y_px: Range<f64>) -> Drawn {
-    let letters = Lettering {
+pub fn y_title(area: &Area<'_>, text: &str, y_px: Range<f64>) -> DrawResult {
+    let letters = TextLabel {
         anchor: (HPos::Center, VPos::Top),
         upright: true,
-        ..Lettering::default()
+        ..TextLabel::default()
     };
     letters.write(area, text, (4.0, (y_px.start + y_px.end) / 2.0))
 }

@@ -21,7 +21,7 @@ pub(super) struct Leaf {
 }
 
 /// One setting of a factor, which is validated by itself.
-pub(super) struct Stated {
+pub(super) struct CheckedSetting {
     pub(super) at: Vec<PathStep>,
     pub(super) changes: Vec<Change>,
 }
@@ -78,7 +78,7 @@ pub(super) fn leaves(
 pub(super) fn grid(
     file: &TomlFile<'_>,
     leaf: Leaf,
-    stated: &mut Vec<Stated>,
+    stated: &mut Vec<CheckedSetting>,
 ) -> Result<Factor, ScenarioError> {
     let Leaf { at, path, value } = leaf;
     let Value::Array(values) = value else {
@@ -89,7 +89,7 @@ pub(super) fn grid(
     let mut levels = Vec::new();
     for (place, value) in values.into_iter().enumerate() {
         let level = Level::of(&path, value);
-        stated.push(Stated {
+        stated.push(CheckedSetting {
             at: [&at[..], &[PathStep::Index(place)]].concat(),
             changes: level.changes.clone(),
         });
@@ -104,7 +104,7 @@ pub(super) fn grid(
 impl Level {
     fn of(path: &[String], value: Value) -> Self {
         Self {
-            cells: vec![Cell::of(&value)],
+            cells: vec![Cell::from_toml(&value)],
             changes: vec![Change {
                 path: path.to_vec(),
                 value,
@@ -112,7 +112,7 @@ impl Level {
         }
     }
 
-    fn together(levels: impl IntoIterator<Item = Self>) -> Self {
+    fn combined(levels: impl IntoIterator<Item = Self>) -> Self {
         let mut all = Self {
             cells: Vec::new(),
             changes: Vec::new(),
@@ -131,7 +131,7 @@ pub(super) type Columns = Vec<(Vec<PathStep>, Vec<String>)>;
 pub(super) fn list(
     file: &TomlFile<'_>,
     points: Vec<toml::Table>,
-    stated: &mut Vec<Stated>,
+    stated: &mut Vec<CheckedSetting>,
     columns: &mut Columns,
 ) -> Result<Option<Factor>, ScenarioError> {
     let mut factor: Option<Factor> = None;
@@ -161,7 +161,7 @@ pub(super) fn list(
             );
             return Err(file.error_at(&at, what, remedy));
         }
-        let level = Level::together(
+        let level = Level::combined(
             leaves
                 .into_iter()
                 .map(|leaf| Level::of(&leaf.path, leaf.value)),
@@ -169,7 +169,7 @@ pub(super) fn list(
         if known.levels.contains(&level) {
             return Err(file.error_at(&at, "the point occurs twice", "write it once"));
         }
-        stated.push(Stated {
+        stated.push(CheckedSetting {
             at: at.to_vec(),
             changes: level.changes.clone(),
         });
@@ -181,7 +181,7 @@ pub(super) fn list(
 pub(super) fn sample(
     file: &TomlFile<'_>,
     mut table: toml::Table,
-    stated: &mut Vec<Stated>,
+    stated: &mut Vec<CheckedSetting>,
     columns: &mut Columns,
 ) -> Result<Option<Factor>, ScenarioError> {
     let at = [key("random")];
@@ -220,8 +220,8 @@ pub(super) fn sample(
     let mut drawn = Vec::new();
     for leaf in leaves {
         let distribution = distribution(file, &leaf)?;
-        for value in distribution.stated() {
-            stated.push(Stated {
+        for value in distribution.limits() {
+            stated.push(CheckedSetting {
                 at: leaf.at.clone(),
                 changes: Level::of(&leaf.path, value).changes,
             });
@@ -236,7 +236,7 @@ pub(super) fn sample(
         names.push(name);
         columns.push((leaf.at, leaf.path));
     }
-    let point = |place: usize| Level::together(drawn.iter().map(|levels| levels[place].clone()));
+    let point = |place: usize| Level::combined(drawn.iter().map(|levels| levels[place].clone()));
     Ok(Some(Factor {
         columns: names,
         levels: (0..count).map(point).collect(),
@@ -281,8 +281,11 @@ fn distribution(file: &TomlFile<'_>, leaf: &Leaf) -> Result<Distribution, Scenar
             max: Some(max),
             log,
             choose: None,
-        } => match (Cell::of(&min).number(), Cell::of(&max).number()) {
-            (Some(min), Some(max)) if min < max && !log => Ok(Distribution::Even(min, max)),
+        } => match (
+            Cell::from_toml(&min).number(),
+            Cell::from_toml(&max).number(),
+        ) {
+            (Some(min), Some(max)) if min < max && !log => Ok(Distribution::Uniform(min, max)),
             (Some(min), Some(max)) if min < max && min > 0.0 => Ok(Distribution::Log(min, max)),
             (Some(_), Some(_)) if log => Err(mistake(format!(
                 "from {min} to {max} is not a range of positive numbers"
@@ -316,7 +319,7 @@ pub(super) fn presets(file: &TomlFile<'_>, presets: &[Preset]) -> Result<Factor,
 /// Creates the factor of fault plans. Each plan replaces the scenario's faults.
 pub(super) fn faults(
     plans: BTreeMap<String, Faults>,
-    stated: &mut Vec<Stated>,
+    stated: &mut Vec<CheckedSetting>,
 ) -> anyhow::Result<Factor> {
     let mut levels = Vec::new();
     for (name, faults) in plans {
@@ -324,7 +327,7 @@ pub(super) fn faults(
             path: path("faults"),
             value: Value::Table(table_of(&faults)?),
         }];
-        stated.push(Stated {
+        stated.push(CheckedSetting {
             at: vec![key("faults"), key(&name)],
             changes: changes.clone(),
         });
@@ -360,7 +363,7 @@ pub(super) fn drawn(
     mission: &RandomMission,
 ) -> Result<Columns, ScenarioError> {
     let at = |name: &str| vec![key("random_mission"), key(name)];
-    if let Some((name, what, remedy)) = mission.mistake() {
+    if let Some((name, what, remedy)) = mission.first_error() {
         return Err(file.error_at(&at(name), what, remedy));
     }
     let section = mission.mission.iter();

@@ -11,12 +11,12 @@ use serde::{Deserialize, Deserializer};
 
 use super::MAX_RUNS;
 use super::hypothesis::Claim;
-use super::tuning::Tuning;
+use super::tuning::SearchSettings;
 use crate::random_mission::RandomMission;
 
 #[derive(Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub(super) struct File {
+pub(super) struct PlanFile {
     pub(super) scenario: Option<Source>,
     pub(super) limit_s: Option<f64>,
     pub(super) seeds: Seeds,
@@ -30,7 +30,7 @@ pub(super) struct File {
     pub(super) missions: BTreeMap<String, MissionFile>,
     pub(super) question: Option<String>,
     pub(super) hypotheses: BTreeMap<String, Claim>,
-    pub(super) tune: Option<Tuning>,
+    pub(super) tune: Option<SearchSettings>,
 }
 
 #[derive(Default, Deserialize)]
@@ -51,7 +51,7 @@ pub(super) struct MissionFile {
 /// The scenario of a plan: a name or file, or the table `scenario` of the plan itself.
 pub(super) enum Source {
     Named(String),
-    Here,
+    Inline,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -78,7 +78,7 @@ impl<'de> Deserialize<'de> for Source {
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Source, A::Error> {
                 IgnoredAny::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(Source::Here)
+                Ok(Source::Inline)
             }
         }
         deserializer.deserialize_any(Form)

@@ -16,15 +16,15 @@ use missions::Registry;
 use scenario::{PathStep, Scenario, Setup, TomlFile, Vocabulary};
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::design::{Design, change};
+use super::design::{Design, apply_change};
 use crate::random_mission::RandomMission;
 use factors::{
-    Stated, disjoint, drawn, faults, grid, key, leaves, list, path, presets, sample, seeds,
+    CheckedSetting, disjoint, drawn, faults, grid, key, leaves, list, path, presets, sample, seeds,
 };
-use file::{File, Source};
+use file::{PlanFile, Source};
 use hypothesis::Hypothesis;
 use several::missions;
-use tuning::Tuning;
+use tuning::SearchSettings;
 
 /// The largest number of runs. Memory holds one row per run.
 const MAX_RUNS: usize = 1_000_000;
@@ -44,7 +44,7 @@ pub struct Plan {
     pub question: Option<String>,
     pub hypotheses: Vec<Hypothesis>,
     /// The settings of `alliance tune`.
-    pub tuning: Option<Tuning>,
+    pub tuning: Option<SearchSettings>,
 }
 
 impl Plan {
@@ -59,7 +59,7 @@ impl Plan {
         scenario: impl Fn(&str) -> anyhow::Result<Scenario>,
     ) -> anyhow::Result<Self> {
         let file = TomlFile::parse(file_name, text)?;
-        let contents: File = file.deserialize()?;
+        let contents: PlanFile = file.deserialize()?;
         let place = |at: &[PathStep]| format!("{file_name}:{}", file.line_of(at));
 
         let mut stated = Vec::new();
@@ -71,7 +71,7 @@ impl Plan {
                 Some(Source::Named(name)) => {
                     scenario(&name).with_context(|| place(&[key("scenario")]))?
                 }
-                Some(Source::Here) => file.scenario("scenario", &vocabulary())?,
+                Some(Source::Inline) => file.scenario("scenario", &vocabulary())?,
             };
             if let Some(limit_s) = contents.limit_s {
                 base.limit_s = limit_s;
@@ -126,7 +126,7 @@ impl Plan {
         let mission = contents.random_mission;
         columns.extend(drawn(&file, &mission)?);
         disjoint(&file, &columns)?;
-        for (number, Stated { at, changes }) in stated.iter().enumerate() {
+        for (number, CheckedSetting { at, changes }) in stated.iter().enumerate() {
             // Settings of a mission are validated on that mission, all others on every mission.
             let bases = if number < of_missions {
                 &bases[..1]
@@ -136,7 +136,7 @@ impl Plan {
             for base in bases {
                 let mut table = base.clone();
                 for each in changes {
-                    change(&mut table, each)
+                    apply_change(&mut table, each)
                         .map_err(anyhow::Error::msg)
                         .with_context(|| place(at))?;
                 }
@@ -213,7 +213,7 @@ impl Plan {
         let mut table = self.base.clone();
         for level in self.design.levels(run) {
             for each in &level.changes {
-                change(&mut table, each)?;
+                apply_change(&mut table, each)?;
             }
         }
         if self.mission == RandomMission::default() {

@@ -7,10 +7,10 @@ use scenario::fault::Faults;
 use scenario::{MAX_ROBOTS, PathStep, Scenario, TomlFile};
 use toml::Value;
 
-use super::factors::{Stated, key, leaves, path};
+use super::factors::{CheckedSetting, key, leaves, path};
 use super::file::MissionFile;
 use super::{table_of, vocabulary};
-use crate::sweep::design::{Cell, Change, FAULTS, Factor, Level, MISSION, change};
+use crate::sweep::design::{Cell, Change, FAULTS, Factor, Level, MISSION, apply_change};
 
 /// The largest amount of work in a scaled mission.
 const MAX_SIZE: usize = 10_000;
@@ -30,7 +30,7 @@ pub(super) fn missions(
     common: &BTreeMap<String, Faults>,
     limit_s: Option<f64>,
     scenario: &impl Fn(&str) -> anyhow::Result<Scenario>,
-    stated: &mut Vec<Stated>,
+    stated: &mut Vec<CheckedSetting>,
 ) -> anyhow::Result<Missions> {
     let at = |name: &str| vec![key("missions"), key(name)];
     let mut missions: Vec<(String, MissionFile)> = missions.into_iter().collect();
@@ -81,7 +81,7 @@ pub(super) fn missions(
                 Some(_) => [&at(&name)[..], &[key("faults"), key(class)]].concat(),
                 None => vec![key("faults"), key(class)],
             };
-            stated.push(Stated {
+            stated.push(CheckedSetting {
                 at: place,
                 changes: changes.clone(),
             });
@@ -141,7 +141,7 @@ fn base(
     let mut latest = below("scenario");
     for leaf in leaves(file, &below("set"), mission.set.clone(), |_| false) {
         latest = leaf.at.clone();
-        change(&mut table, &leaf.change())
+        apply_change(&mut table, &leaf.change())
             .map_err(anyhow::Error::msg)
             .with_context(|| place(&latest))?;
         Scenario::from_table(&table, &vocabulary()).with_context(|| place(&latest))?;

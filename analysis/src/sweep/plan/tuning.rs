@@ -9,7 +9,7 @@ use crate::tune::space::Range;
 
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Tuning {
+pub struct SearchSettings {
     /// The name of the metric to optimize.
     #[serde(default = "metric")]
     pub metric: String,
@@ -38,7 +38,7 @@ pub struct Tuning {
     pub parameters: BTreeMap<String, toml::Table>,
 }
 
-impl Tuning {
+impl SearchSettings {
     /// Returns the bounds of an allocator's keys. The table may be nested or have dotted keys.
     ///
     /// # Errors

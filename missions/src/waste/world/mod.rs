@@ -69,7 +69,7 @@ struct Cleaner {
     zone: Cell<(Circle, Zone)>,
     /// A circle in which no waste is in range.
     wasteless: Cell<Circle>,
-    /// The value of [`Floor::jumps`] for which the two caches are valid.
+    /// The value of [`Floor::placement_count`] for which the two caches are valid.
     jumps: Cell<u32>,
     delivered: u32,
     reports_made: u32,

@@ -10,7 +10,7 @@ use super::values::{LearnedTerms, LearnedValues};
 use crate::allocator::SelfState;
 
 impl Engine {
-    /// Creates an engine whose parameters are learned. Each set needs one [`Engine::learn`] before the first step.
+    /// Creates an engine whose parameters are learned. Each set needs one [`Engine::set_learned`] before the first step.
     pub fn to_be_learned(me: &SelfState, threshold: f64, switches: Switches) -> Self {
         let mut engine = Self::from_config(Config::to_be_learned(me, threshold, switches));
         engine.learned = vec![LearnedTerms::default(); engine.behaviors.len()];

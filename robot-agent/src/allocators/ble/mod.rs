@@ -47,7 +47,7 @@ pub struct Ble {
     /// The earliest time at which a row can expire.
     next_expiry: SimTime,
     task: Option<TaskId>,
-    /// The assigned robot for the task of each behavior, in the order of [`Me::behaviors`].
+    /// The assigned robot for the task of each behavior, in the order of [`SelfState::behaviors`].
     holders: SmallVec<[Option<RobotId>; 6]>,
     /// The tasks that the robot could start in this step, the best first.
     offers: SmallVec<[Offer; 6]>,

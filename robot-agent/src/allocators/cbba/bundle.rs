@@ -10,7 +10,7 @@ use crate::allocator::{Choice, Input};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Held {
-    /// The index in [`Beliefs::tasks`].
+    /// The index in [`Winners::tasks`].
     own: usize,
     /// The index of the entry; `None` for a task without negotiation.
     place: Option<usize>,
@@ -34,7 +34,7 @@ pub struct Bundle {
     most: usize,
     /// The bundle b, in the order of choice.
     held: SmallVec<[Held; 4]>,
-    /// The path p, in the order of execution, as indices in [`Beliefs::tasks`].
+    /// The path p, in the order of execution, as indices in [`Winners::tasks`].
     path: SmallVec<[usize; 4]>,
     /// The offer for each task at the last choice.
     offers: Vec<Option<Offer>>,

@@ -39,7 +39,7 @@ pub struct Winners {
     me: RobotId,
     tasks: Vec<OwnTask>,
     entries: Vec<Entry>,
-    /// True if an entry has changed since the last [`Beliefs::take_changed`].
+    /// True if an entry has changed since the last [`Winners::take_changed`].
     has_changed: bool,
 }
 
