@@ -19,6 +19,14 @@ pub enum ConnectError {
     },
 }
 
+impl ConnectError {
+    /// Returns whether the machine answers, but no program listens there.
+    #[must_use]
+    pub fn is_unused(&self) -> bool {
+        matches!(self, Self::NotThere { reason, .. } if reason == UNUSED)
+    }
+}
+
 /// Error texts of permanent failures with their messages. The first match applies.
 const REFUSED: &[(&str, &str)] = &[
     // Errors of local files.
@@ -33,11 +41,11 @@ const REFUSED: &[(&str, &str)] = &[
     // Errors of the other side's certificate, found by this side.
     (
         "invalid peer certificate: UnknownIssuer",
-        "its certificate is not signed by the local ca.pem; copy the files of one `alliance keys` run to both sides",
+        "its certificate is not signed by the local ca.pem; copy the files of one `alliance cluster keys` run to both sides",
     ),
     (
         "invalid peer certificate: BadSignature",
-        "its certificate is not signed by the local ca.pem; copy the files of one `alliance keys` run to both sides",
+        "its certificate is not signed by the local ca.pem; copy the files of one `alliance cluster keys` run to both sides",
     ),
     (
         "invalid peer certificate: certificate expired",
@@ -58,11 +66,11 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "received fatal alert: UnknownCA",
-        "its ca.pem has not signed the local certificate; copy the files of one `alliance keys` run to both sides",
+        "its ca.pem has not signed the local certificate; copy the files of one `alliance cluster keys` run to both sides",
     ),
     (
         "received fatal alert: DecryptError",
-        "its ca.pem has not signed the local certificate; copy the files of one `alliance keys` run to both sides",
+        "its ca.pem has not signed the local certificate; copy the files of one `alliance cluster keys` run to both sides",
     ),
     (
         "received fatal alert: CertificateExpired",
@@ -70,7 +78,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "received fatal alert: UnsupportedCertificate",
-        "the local certificate is not valid for a client; use the certificates of `alliance keys`",
+        "the local certificate is not valid for a client; use the certificates of `alliance cluster keys`",
     ),
     // Other errors of the handshake.
     (
@@ -79,13 +87,13 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "Received a close message (reason GENERIC)",
-        "it rejects this name and secret; copy the .secret file of its `alliance keys` again",
+        "it rejects this name and secret; copy the .secret file of its `alliance cluster keys` again",
     ),
 ];
 
 /// Error texts of temporary failures with their messages.
 const NOT_THERE: &[(&str, &str)] = &[
-    ("Connection refused", "no program listens there"),
+    ("Connection refused", UNUSED),
     (
         "failed to lookup address",
         "the network has no machine with that name",
@@ -98,6 +106,8 @@ const NOT_THERE: &[(&str, &str)] = &[
     ("handshake eof", CLOSED),
     ("early eof", CLOSED),
 ];
+
+const UNUSED: &str = "no program listens there";
 
 /// The cause can be different transports: each side then waits for the other one.
 const SILENT: &str = "no answer from there; check that both sides use tls, or both tcp";

@@ -10,6 +10,7 @@ use crate::{ConnectError, open_once};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use rcgen::{CertificateParams, DistinguishedName, DnType, ExtendedKeyUsagePurpose, KeyPair};
+use scenario::testkit::entry;
 use tempfile::TempDir;
 use time::OffsetDateTime;
 use zenoh::{Session, Wait};
@@ -154,20 +155,15 @@ fn gold(by: &Authority, ca: &Authority, dates: CertificateDates) -> TempDir {
     folder([ca.files(), files])
 }
 
-#[track_caller]
-fn assert_refused(result: Result<(), ConnectError>, expected: &str) {
-    match result {
-        Err(ConnectError::Refused { reason, .. }) => assert_eq!(reason, expected),
-        other => panic!("{other:?}"),
-    }
-}
-
-#[track_caller]
-fn assert_not_there(result: Result<(), ConnectError>, expected: &str) {
-    match result {
-        Err(ConnectError::NotThere { reason, .. }) => assert_eq!(reason, expected),
-        other => panic!("{other:?}"),
-    }
+/// Returns the kind and the reason of a failed connection, for a snapshot.
+fn failure(attempt: &str, result: Result<(), ConnectError>) -> String {
+    let answer = match result {
+        Err(ConnectError::Refused { reason, .. }) => format!("refused: {reason}"),
+        Err(ConnectError::NotThere { reason, .. }) => format!("not there: {reason}"),
+        other => panic!("{attempt}: {other:?}"),
+    };
+    assert_eq!(answer.lines().count(), 1, "{attempt}: {answer}");
+    entry(attempt, &answer)
 }
 
 #[test]
@@ -178,33 +174,23 @@ fn only_a_member_with_valid_keys_connects() {
 
     let ca = BASE64_STANDARD.encode(fs::read(good.path().join("ca.pem")).unwrap());
     let none = format!("root_ca_certificate_base64: {ca:?}");
-    assert_refused(
-        connect(&team.at, &none, "right"),
-        "the other side requires a certificate; connect with --keys DIR",
-    );
     let other = Authority::new(today()).unwrap();
-    assert_refused(
-        team.connect(&gold(&other, &team.authority, today())),
-        "its ca.pem has not signed the local certificate; copy the files of one `alliance keys` run to both sides",
-    );
-    for dates in [last_year(), next_year()] {
-        assert_refused(
-            team.connect(&team.gold(dates)),
-            "the local certificate has expired or is not valid yet according to its clock; correct both clocks or create new keys",
-        );
-    }
-    assert_refused(
-        team.connect(&folder([
-            team.authority.files(),
-            listener_only(&team.authority),
-        ])),
-        "the local certificate is not valid for a client; use the certificates of `alliance keys`",
-    );
+    let untrusted = gold(&other, &team.authority, today());
+    let of_a_listener = folder([team.authority.files(), listener_only(&team.authority)]);
     let tls = tls(good.path(), "gold", "connect");
-    assert_refused(
-        connect(&team.at, &tls, "wrong"),
-        "it rejects this name and secret; copy the .secret file of its `alliance keys` again",
-    );
+    let failures = [
+        ("no certificate", connect(&team.at, &none, "right")),
+        ("certificate of another authority", team.connect(&untrusted)),
+        ("expired certificate", team.connect(&team.gold(last_year()))),
+        (
+            "certificate of next year",
+            team.connect(&team.gold(next_year())),
+        ),
+        ("certificate for a listener", team.connect(&of_a_listener)),
+        ("wrong secret", connect(&team.at, &tls, "wrong")),
+    ];
+    let answers = failures.map(|(attempt, result)| failure(attempt, result));
+    insta::assert_snapshot!(answers.concat());
     // A member can still connect after the failed attempts.
     assert_eq!(team.connect(&good), Ok(()));
 }
@@ -232,34 +218,21 @@ fn a_world_of_another_team_is_refused() {
     let authority = Authority::new(today()).unwrap();
     let other = Authority::new(today()).unwrap();
     let good = gold(&authority, &authority, today());
-    let connect_to = |world: &TempDir| {
-        let (_router, at) = router(world, "tls");
-        connect(&at, &tls(good.path(), "gold", "connect"), "right")
-    };
-    assert_refused(
-        connect_to(&world_keys(&other, "127.0.0.1", today())),
-        "its certificate is not signed by the local ca.pem; copy the files of one `alliance keys` run to both sides",
-    );
-    assert_refused(
-        connect_to(&world_keys(&authority, "127.0.0.1", last_year())),
-        "its certificate has expired according to this machine's clock; correct the clock or create new keys",
-    );
-    assert_refused(
-        connect_to(&world_keys(&authority, "127.0.0.1", next_year())),
-        "its certificate is not valid yet according to this machine's clock; correct the clock or create new keys",
-    );
-    for at in ["10.0.0.9", "elsewhere"] {
-        assert_refused(
-            connect_to(&world_keys(&authority, at, today())),
-            &format!(
-                "its certificate is for {at}, not for 127.0.0.1; connect by one of its names, or create keys for 127.0.0.1"
-            ),
-        );
-    }
-    assert_refused(
-        connect_to(&world_keys(&authority, "", today())),
-        "its certificate is not valid for a listener; create keys that contain its address",
-    );
+    let worlds = [
+        ("of another authority", &other, "127.0.0.1", today()),
+        ("expired", &authority, "127.0.0.1", last_year()),
+        ("of next year", &authority, "127.0.0.1", next_year()),
+        ("for another address", &authority, "10.0.0.9", today()),
+        ("for another name", &authority, "elsewhere", today()),
+        ("without an address", &authority, "", today()),
+    ];
+    let answers = worlds.map(|(attempt, authority, at, dates)| {
+        let world = world_keys(authority, at, dates);
+        let (_router, at) = router(&world, "tls");
+        let result = connect(&at, &tls(good.path(), "gold", "connect"), "right");
+        failure(attempt, result)
+    });
+    insta::assert_snapshot!(answers.concat());
 }
 
 #[test]
@@ -268,15 +241,10 @@ fn mismatched_key_files_are_refused_before_connecting() {
     let torn = team.gold(today());
     let key = torn.path().join("gold.key");
     fs::copy(team.world.path().join("world.key"), &key).unwrap();
-    assert_refused(
-        team.connect(&torn),
-        "the local private key does not match the local certificate; copy both files again",
-    );
+    let mismatched = failure("key of another certificate", team.connect(&torn));
     fs::write(&key, "junk").unwrap();
-    assert_refused(
-        team.connect(&torn),
-        "the local .key file contains no private key; copy it again",
-    );
+    let junk = failure("no key", team.connect(&torn));
+    insta::assert_snapshot!(mismatched + &junk);
 }
 
 #[test]
@@ -285,33 +253,24 @@ fn absent_and_incompatible_listeners_are_named() {
     let good = team.gold(today());
     let tls = tls(good.path(), "gold", "connect");
     let connect_to = |at: &str| connect(at, &tls, "right");
-    assert_not_there(
-        connect_to(&format!("tls/127.0.0.1:{}", free_port())),
-        "no program listens there",
-    );
-    assert_not_there(
-        connect_to("tls/nowhere.invalid:7447"),
-        "the network has no machine with that name",
-    );
-    let closed =
-        "the connection was closed during setup; check that both sides use tls, or both tcp";
-    assert_not_there(connect_to(&answers(drop)), closed);
-    let plain = team.at.replace("tls/", "tcp/");
-    assert_not_there(connect(&plain, "", "right"), closed);
+    let silent = |at: &str| connect_within(500, at, &tls, "right");
+    let nothing = format!("tls/127.0.0.1:{}", free_port());
+    let world_as_tcp = team.at.replace("tls/", "tcp/");
     let (_plain, plain) = router(&team.world, "tcp");
-    for at in [plain.replace("tcp/", "tls/"), answers(std::mem::forget)] {
-        assert_not_there(
-            connect_within(500, &at, &tls, "right"),
-            "no answer from there; check that both sides use tls, or both tcp",
-        );
-    }
     let junk = answers(|mut stream| {
         let _ = stream.write_all(b"HTTP/1.1 400 Bad Request\r\n\r\n");
     });
-    assert_refused(
-        connect_to(&junk),
-        "the listener there does not use TLS; check that the port belongs to a world or a host",
-    );
+    let failures = [
+        ("no listener", connect_to(&nothing)),
+        ("no machine", connect_to("tls/nowhere.invalid:7447")),
+        ("a listener that closes", connect_to(&answers(drop))),
+        ("tcp to a tls world", connect(&world_as_tcp, "", "right")),
+        ("tls to a tcp world", silent(&plain.replace("tcp/", "tls/"))),
+        ("a silent listener", silent(&answers(std::mem::forget))),
+        ("an HTTP server", connect_to(&junk)),
+    ];
+    let answers = failures.map(|(attempt, result)| failure(attempt, result));
+    insta::assert_snapshot!(answers.concat());
 }
 
 /// Starts a listener that handles each connection with `with`. Returns its locator.

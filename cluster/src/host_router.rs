@@ -1,6 +1,7 @@
 //! The router of a host. It connects the agents of the host's robots to the world.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 use crate::access::{self, LinkMembers};
@@ -17,9 +18,11 @@ use proto::join::PROTOCOL_VERSION;
 use proto::keys::KeyExpressions;
 use proto::membership::{EnlistReply, EnlistRequest, HostRobots};
 use proto::secret::{Secret, random};
+use tokio::sync::Notify;
 use tokio::time::timeout;
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, QueryTarget};
+use zenoh::sample::SampleKind;
 
 /// The time for the world to return the robots of a host.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -34,6 +37,8 @@ pub struct Relay {
     pub secret: Secret,
     /// The robots that the world assigns to this host.
     pub enlisted: HostRobots,
+    /// A permit when the token of the world has disappeared.
+    lost: Arc<Notify>,
     _announcement: Announcement,
 }
 
@@ -85,6 +90,9 @@ impl Relay {
                 login.endpoint
             );
         }
+        let lost = watch_world(&session, &keys)
+            .await
+            .map_err(anyhow::Error::from_boxed)?;
         let mut rendezvous = Rendezvous::new(run.clone())?;
         rendezvous.endpoint.clone_from(&endpoint);
         rendezvous.token = String::new();
@@ -92,7 +100,7 @@ impl Relay {
             endpoint,
             password: String::new(),
         };
-        rendezvous.far = Some(RemoteWorld {
+        rendezvous.remote = Some(RemoteWorld {
             host: host.to_owned(),
             world: login.endpoint.clone(),
             robots,
@@ -104,13 +112,37 @@ impl Relay {
             run,
             secret,
             enlisted,
+            lost,
         })
+    }
+
+    /// Waits until the connection to the world is closed. A stopped world and a short outage of the network do not close it.
+    pub async fn lost(&self) {
+        self.lost.notified().await;
     }
 
     pub async fn close(self) {
         // Closing may hang, so its time is limited.
         let _ = timeout(CLOSE_DEADLINE, self.session.close()).await;
     }
+}
+
+/// Watches the token of the world. The result has a permit once the token has disappeared.
+async fn watch_world(session: &Session, keys: &KeyExpressions) -> zenoh::Result<Arc<Notify>> {
+    let lost = Arc::new(Notify::new());
+    let notify = Arc::clone(&lost);
+    session
+        .liveliness()
+        .declare_subscriber(keys.alive_world())
+        .history(true)
+        .callback(move |sample| {
+            if sample.kind() == SampleKind::Delete {
+                notify.notify_one();
+            }
+        })
+        .background()
+        .await?;
+    Ok(lost)
 }
 
 /// Requests the robots of this host from the world.

@@ -1,4 +1,4 @@
-//! The source of the files of `alliance keys`: a folder, or standard input for keys that are used in a single run.
+//! The source of the files of `alliance cluster keys`: a folder, or standard input for keys that are used in a single run.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -52,7 +52,7 @@ impl MemoryKeyFiles {
 #[derive(Debug, thiserror::Error)]
 pub enum KeyFilesError {
     /// The folder or the file does not exist.
-    #[error("{0}: file not found; copy it from the folder that `alliance keys` created")]
+    #[error("{0}: file not found; copy it from the folder that `alliance cluster keys` created")]
     Missing(String),
     #[error("{place}: {error}")]
     Io { place: String, error: io::Error },

@@ -1,4 +1,4 @@
-//! The keys of one member of a network run, as `alliance keys` creates them.
+//! The keys of one member of a network run, as `alliance cluster keys` creates them.
 
 use std::fmt;
 
@@ -188,7 +188,7 @@ mod tests {
         let other = Keyring::read(&in_memory, "robot-blue").unwrap_err();
         assert_eq!(
             other.to_string(),
-            "standard input, robot-blue.pem: file not found; copy it from the folder that `alliance keys` created"
+            "standard input, robot-blue.pem: file not found; copy it from the folder that `alliance cluster keys` created"
         );
     }
 
@@ -203,7 +203,7 @@ mod tests {
             let dir = keys("robot-gold", 4000);
             fs::remove_file(dir.path().join(name)).unwrap();
             let expected = format!(
-                "{name}: file not found; copy it from the folder that `alliance keys` created"
+                "{name}: file not found; copy it from the folder that `alliance cluster keys` created"
             );
             assert_eq!(refused(&dir), expected);
             // A folder of the same name does not count as the file.
@@ -216,7 +216,7 @@ mod tests {
             Keyring::read(&KeyFiles::Folder("/nowhere/keys".into()), "world").unwrap_err();
         assert_eq!(
             nowhere.to_string(),
-            "/nowhere/keys/ca.pem: file not found; copy it from the folder that `alliance keys` created"
+            "/nowhere/keys/ca.pem: file not found; copy it from the folder that `alliance cluster keys` created"
         );
     }
 

@@ -1,7 +1,11 @@
-//! Functions that open sessions on the bus, with readable errors.
+//! Sessions on the bus, on one machine and on several.
 //!
-//! The crate exists to keep builds short. Zenoh's code for opening a session is generic, and each calling crate would
-//! compile its own copy. Therefore the functions here are not generic.
+//! - [`open`], [`open_once`]: open a session, with readable errors. Zenoh's code for this is generic; functions without
+//!   type parameters compile it once, for all programs.
+//! - [`session`]: the configuration of zenoh. [`router`]: the routers of a run. [`access`]: what each member may send.
+//! - [`rendezvous`], [`member`]: how a process finds a run on this machine, and its login.
+//! - [`network`], [`remote`], [`host_router`]: a world that listens on a network, and hosts that connect to it.
+//! - [`file`](mod@file), [`team`], [`certificates`], [`keyring`]: cluster files, and the keys of a team.
 
 pub mod access;
 #[cfg(test)]
@@ -22,6 +26,7 @@ pub mod remote;
 pub mod rendezvous;
 pub mod router;
 pub mod session;
+mod silence;
 mod single_attempt;
 pub mod start;
 pub mod store;
@@ -35,7 +40,7 @@ use std::pin::Pin;
 use zenoh::{Config, Session};
 
 pub use handshake::ConnectError;
-pub use single_attempt::open_once;
+pub use single_attempt::{open_once, try_open};
 
 /// Opens a session with a configuration in JSON5.
 pub fn open(config: &str) -> Pin<Box<dyn Future<Output = zenoh::Result<Session>> + Send>> {

@@ -15,17 +15,18 @@ use scenario::names::is_name;
 use scenario::{Scenario, name_remedy};
 
 #[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Network")]
 pub struct NetworkArgs {
-    /// Listen for robots and hosts on a network, for example at tls/10.0.0.1:7447
+    /// Listen for robots and hosts, such as at tls/10.0.0.1:7447
     #[arg(long, value_name = "LOCATOR", requires = "keys")]
     pub listen: Vec<String>,
-    /// Folder with the world's keys from `alliance keys`, or - to read the keys that `cluster up --start` sends on standard input
+    /// Folder of the world's keys, from `alliance cluster keys`; - for standard input
     #[arg(long, value_name = "DIR")]
     pub keys: Option<PathBuf>,
-    /// Robots on another host, which connects them to the world
-    #[arg(long, value_name = "HOST=ROBOT,…", value_parser = place, requires = "listen")]
+    /// Robots on another host; repeatable
+    #[arg(long = "place", value_name = "HOST=ROBOT,…", value_parser = place, requires = "listen")]
     pub robot_hosts: Vec<(String, Vec<String>)>,
-    /// Listen on the network without encryption; all machines on the network can read the messages
+    /// Do not encrypt; everyone on the network can read the messages
     #[arg(long)]
     pub unencrypted: bool,
 }

@@ -14,23 +14,26 @@ use proto::keys::{ALIVE_WORLDS, KeyExpressions, run_of_world};
 use tokio::time::{Instant, sleep};
 use zenoh::Session;
 
-use crate::{ConnectError, open_once};
+use crate::{ConnectError, silence, try_open};
 
 const LOOK_INTERVAL: Duration = Duration::from_millis(200);
+
+/// The time in which a lost run can return.
+const RETURN_LIMIT: Duration = Duration::from_secs(30);
 
 /// The time to wait for the world behind a router.
 const WORLD_PATIENCE: Duration = Duration::from_secs(10);
 
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Network")]
 pub struct RemoteArgs {
-    /// Address of the world, or of a router on the way to it, for other hosts, such as tls/10.0.0.1:7447
+    /// Address of the world or of a router, such as tls/10.0.0.1:7447
     #[arg(long, value_name = "LOCATOR", requires = "keys")]
     pub connect: Option<String>,
-    /// Folder with this member's keys, written by `alliance keys`; or - to read them from standard input, as `cluster
-    /// up --start` supplies them
+    /// Folder of this member's keys, from `alliance cluster keys`; - for standard input
     #[arg(long, value_name = "DIR")]
     pub keys: Option<PathBuf>,
-    /// Use an unencrypted connection; everyone on the network can read it
+    /// Do not encrypt; everyone on the network can read the messages
     #[arg(long)]
     pub unencrypted: bool,
 }
@@ -44,6 +47,7 @@ impl RemoteArgs {
         let (Some(endpoint), Some(keys)) = (&self.connect, &self.keys) else {
             return Ok(None);
         };
+        silence::watch();
         let locator = Locator::from_option(endpoint, self.unencrypted).context("--connect")?;
         let files = KeyFiles::from_option(keys).context("--keys")?;
         let keyring = Keyring::read(&files, identity).context("--keys")?;
@@ -62,18 +66,11 @@ impl RemoteArgs {
 /// # Errors
 /// Fails if the endpoint refuses this member.
 pub async fn find_run(login: &Login) -> anyhow::Result<String> {
-    let config = session::client(login, true);
     let mut reported = None;
     loop {
-        let why = match open_once(&config, &login.endpoint) {
-            Ok(session) => {
-                let found = world_of(&session).await;
-                let _ = session.close().await;
-                if let Some(run) = found.map_err(anyhow::Error::from_boxed)? {
-                    return Ok(run);
-                }
-                format!("{}: no world is reachable there yet", login.endpoint)
-            }
+        let why = match look_for_run(login).await {
+            Ok(Some(run)) => return Ok(run),
+            Ok(None) => format!("{}: no world is reachable there yet", login.endpoint),
             Err(refused @ ConnectError::Refused { .. }) => return Err(refused.into()),
             Err(error) => error.to_string(),
         };
@@ -83,6 +80,32 @@ pub async fn find_run(login: &Login) -> anyhow::Result<String> {
         }
         sleep(LOOK_INTERVAL).await;
     }
+}
+
+/// Returns the run of the world at the endpoint, or `None` if a router there has no world.
+async fn look_for_run(login: &Login) -> Result<Option<String>, ConnectError> {
+    let config = session::client(login, true);
+    let session = try_open(&config, &login.endpoint).await?;
+    let found = world_of(&session).await;
+    let _ = session.close().await;
+    found.map_err(|error| ConnectError::NotThere {
+        endpoint: login.endpoint.clone(),
+        reason: error.to_string(),
+    })
+}
+
+/// Returns whether a lost run appears again at the endpoint within [`RETURN_LIMIT`]. It does not if no program listens
+/// there, or if there is another run.
+pub async fn does_return(login: &Login, run: &str) -> bool {
+    let until = Instant::now() + RETURN_LIMIT;
+    while Instant::now() < until {
+        match look_for_run(login).await {
+            Ok(Some(found)) => return found == run,
+            Err(error) if error.is_unused() => return false,
+            Ok(None) | Err(_) => sleep(LOOK_INTERVAL).await,
+        }
+    }
+    false
 }
 
 /// Returns whether the liveliness token of the run's world is present.

@@ -1,6 +1,7 @@
 //! Discovery of live runs: one file per run in the user's runtime folder, readable only by that user.
 
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::fs;
 use std::io::{self, Write};
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
@@ -34,7 +35,7 @@ pub struct Rendezvous {
     pub started: u64,
     /// Data of a run whose world is on another host. All other data is then that of this host's router.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub far: Option<RemoteWorld>,
+    pub remote: Option<RemoteWorld>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -101,7 +102,7 @@ pub enum RendezvousError {
         /// The ids of the live runs, newest first.
         live: Vec<String>,
     },
-    #[error("no run is live; start one with `alliance run` or `alliance world`")]
+    #[error("no run is live; start one with `alliance run` or `alliance cluster world`")]
     None,
     /// The world is on another host, and the robot does not belong to this host.
     #[error("run '{run}' has no robot '{robot}' on host {host}; its robots here are {}", here.join(", "))]
@@ -117,6 +118,9 @@ pub enum RendezvousError {
     RemoteWorld { run: String, world: String },
     #[error("{0} is not a private folder of this user: remove it")]
     Unsafe(PathBuf),
+    /// No folder for the files of runs can be used.
+    #[error("{0}; set XDG_RUNTIME_DIR to a folder in which only this user can write")]
+    NoFolder(Box<RendezvousError>),
     #[error("{path}: {error}")]
     Io { path: PathBuf, error: io::Error },
 }
@@ -168,13 +172,13 @@ impl Rendezvous {
                 password: random()?,
             },
             started: OsProcess::find(pid).map_or(0, |process| process.started),
-            far: None,
+            remote: None,
         })
     }
 
     /// Returns the login of a process on this machine. Fails for operators if the world is on another host.
     pub fn login(&self, user: ConnectionRole) -> Result<Login, RendezvousError> {
-        if let (Some(remote), ConnectionRole::Operator) = (&self.far, user) {
+        if let (Some(remote), ConnectionRole::Operator) = (&self.remote, user) {
             return Err(RendezvousError::RemoteWorld {
                 run: self.run.clone(),
                 world: remote.world.clone(),
@@ -191,7 +195,7 @@ impl Rendezvous {
     /// Returns the data that a robot's agent needs on this machine. Fails if the world is on another host and the robot
     /// does not belong to this host.
     pub fn member(&self, robot: &str) -> Result<Member, RendezvousError> {
-        let Some(remote) = &self.far else {
+        let Some(remote) = &self.remote else {
             let login = self.login(ConnectionRole::Team)?;
             let (run, token) = (self.run.clone(), self.token.clone());
             return Ok(Member::local(run, robot, login, token));
@@ -229,7 +233,7 @@ impl Rendezvous {
         };
         let text = serde_json::to_string(self).map_err(|error| at(error.into()))?;
         // The rename is atomic, so a reader never gets a part of the file.
-        let fresh = folder.join(format!("{}.new", self.run));
+        let fresh = folder.join(format!("{}.{}.new", self.run, self.pid));
         let mut file = fs::OpenOptions::new()
             .write(true)
             .create(true)
@@ -275,7 +279,7 @@ impl Rendezvous {
     }
 }
 
-/// Lists the live runs of this user, newest first. Removes the announcements of ended worlds.
+/// Lists the live runs of this user, newest first. Removes the files of ended worlds.
 pub fn live() -> Result<Vec<Rendezvous>, RendezvousError> {
     let folder = folder()?;
     let entries = fs::read_dir(&folder).map_err(|error| RendezvousError::Io {
@@ -285,6 +289,7 @@ pub fn live() -> Result<Vec<Rendezvous>, RendezvousError> {
     let mut found: Vec<(SystemTime, Rendezvous)> = Vec::new();
     for path in entries.flatten().map(|entry| entry.path()) {
         if path.extension().is_none_or(|extension| extension != "json") {
+            remove_leftover(&path);
             continue;
         }
         // A file that cannot be read or vanishes meanwhile belongs to a run that is ending.
@@ -301,27 +306,50 @@ pub fn live() -> Result<Vec<Rendezvous>, RendezvousError> {
     Ok(found.into_iter().map(|(_, run)| run).collect())
 }
 
+/// Removes a socket, its lock or an unfinished announcement if the process in its name has ended. A world that is killed
+/// while it starts has no announcement that leads to its other files.
+fn remove_leftover(path: &Path) {
+    let name = path.file_name().and_then(OsStr::to_str);
+    if let Some(pid) = name.and_then(owner)
+        && OsProcess::find(pid).is_none()
+    {
+        // Another command may remove the file at the same time.
+        let _ = fs::remove_file(path);
+    }
+}
+
+/// Returns the process id in the name of a socket, its lock or an unfinished announcement.
+fn owner(name: &str) -> Option<u32> {
+    let name = name.strip_suffix(".lock").unwrap_or(name);
+    let of_process = match name.strip_suffix(".sock") {
+        Some(socket) => socket.rsplit_once('.')?.0,
+        None => name.strip_suffix(".new")?,
+    };
+    of_process.rsplit_once('.')?.1.parse().ok()
+}
+
 fn read(path: &Path) -> Option<(SystemTime, Rendezvous)> {
     let changed = fs::metadata(path).ok()?.modified().ok()?;
     let run = serde_json::from_str(&fs::read_to_string(path).ok()?).ok()?;
     Some((changed, run))
 }
 
-/// Returns `$XDG_RUNTIME_DIR/alliance`, or else `alliance-<uid>` in the folder for temporary files. If another user has
-/// created that folder, the result is `.cache/alliance` in the home folder.
+/// Returns the first of these folders that can be used: `$XDG_RUNTIME_DIR/alliance`, `alliance-<uid>` in the folder for
+/// temporary files, and `.cache/alliance` in the home folder.
 fn folder() -> Result<PathBuf, RendezvousError> {
     let base = |name: &str| std::env::var_os(name).map(PathBuf::from);
     if let Some(base) = base("XDG_RUNTIME_DIR").filter(|base| base.is_dir()) {
-        return private_folder(base.join("alliance"));
+        let folder = private_folder(base.join("alliance"));
+        return folder.map_err(|error| RendezvousError::NoFolder(Box::new(error)));
     }
     let folder =
         private_folder(std::env::temp_dir().join(format!("alliance-{}", Uid::effective())));
-    match (&folder, base("HOME")) {
-        (Err(RendezvousError::Unsafe(_)), Some(home)) => {
-            private_folder(home.join(".cache/alliance"))
-        }
-        _ => folder,
-    }
+    folder.or_else(|error| {
+        let home = base("HOME").map(|home| private_folder(home.join(".cache/alliance")));
+        // The first error names the usual folder.
+        let home = home.and_then(Result::ok);
+        home.ok_or_else(|| RendezvousError::NoFolder(Box::new(error)))
+    })
 }
 
 /// Returns the folder if only this user can access it. Creates it if it is missing.
@@ -344,4 +372,42 @@ fn private_folder(folder: PathBuf) -> Result<PathBuf, RendezvousError> {
         return Err(RendezvousError::Unsafe(folder));
     }
     Ok(folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::process::Command;
+
+    use tempfile::TempDir;
+
+    use super::*;
+
+    #[test]
+    fn files_of_ended_processes_are_removed_and_others_stay() {
+        let mut child = Command::new("true").spawn().unwrap();
+        let (ended, live) = (child.id(), std::process::id());
+        child.wait().unwrap();
+        let folder = TempDir::new().unwrap();
+        let files = |pid: u32| {
+            let ends = ["team.sock", "team.sock.lock", "alliance.sock", "new"];
+            ends.map(|end| folder.path().join(format!("my.run-7.{pid}.{end}")))
+        };
+        let others = ["my.run-7.json", "notes.txt", "7.sock", "a.b.new"];
+        let others = others.map(|name| folder.path().join(name));
+        let all = files(ended).into_iter().chain(files(live)).chain(others);
+        for path in all {
+            fs::write(&path, "").unwrap();
+            remove_leftover(&path);
+        }
+        let mut left: Vec<PathBuf> = fs::read_dir(folder.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().path())
+            .collect();
+        left.sort();
+        let others = ["7.sock", "a.b.new", "my.run-7.json", "notes.txt"];
+        let mut expected: Vec<PathBuf> = others.map(|name| folder.path().join(name)).into();
+        expected.extend(files(live));
+        expected.sort();
+        assert_eq!(left, expected);
+    }
 }

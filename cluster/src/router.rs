@@ -9,6 +9,7 @@ use crate::locator::Locator;
 use crate::member::Login;
 use crate::rendezvous::{ConnectionRole, Rendezvous, RendezvousError, socket};
 use crate::session::{self, Members, Router};
+use crate::silence;
 use proto::keys::KeyExpressions;
 use proto::secret::derived;
 use scenario::Scenario;
@@ -103,6 +104,9 @@ impl RouterConfig {
             Members::new(users.map(|(name, password)| (name.as_str(), password.as_str())))?;
         for at in &self.listen {
             check_address(at)?;
+        }
+        if !self.listen.is_empty() || self.uplink.is_some() {
+            silence::watch();
         }
         let at = socket(run, pid, user)?;
         let mut attempt = 0;

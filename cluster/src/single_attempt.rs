@@ -3,6 +3,7 @@
 use std::fmt::{Debug, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use tokio::sync::oneshot;
 use tracing::field::{Field, Visit};
 use tracing::{Dispatch, Event, Level, Subscriber};
 use tracing_subscriber::Layer;
@@ -41,6 +42,23 @@ pub fn open_once(config: &str, endpoint: &str) -> Result<Session, ConnectError> 
         let _ = write!(text, "{error}");
         failure(endpoint, &text)
     })
+}
+
+/// Opens a session like [`open_once`] on a thread of its own. A machine that does not answer takes seconds, in which the
+/// caller can handle signals.
+pub async fn try_open(config: &str, endpoint: &str) -> Result<Session, ConnectError> {
+    let (sender, opened) = oneshot::channel();
+    let (config, at) = (config.to_owned(), endpoint.to_owned());
+    let open = move || {
+        // The receiver is dropped if the caller no longer waits.
+        let _ = sender.send(open_once(&config, &at));
+    };
+    let failed = |error: &dyn std::error::Error| failure(endpoint, &error.to_string());
+    let started = std::thread::Builder::new()
+        .name("connect".to_owned())
+        .spawn(open);
+    started.map_err(|error| failed(&error))?;
+    opened.await.unwrap_or_else(|error| Err(failed(&error)))
 }
 
 /// A layer that collects zenoh's warnings and forwards all other events.

@@ -64,7 +64,14 @@ fn command_of(command: &str, host: &HostEntry) -> String {
 
 fn arguments(host: &HostEntry, world: &Locator) -> Vec<String> {
     let connect = world.to_string();
-    let mut arguments = vec!["host", "--name", &host.name, "--connect", &connect];
+    let mut arguments = vec![
+        "cluster",
+        "host",
+        "--name",
+        &host.name,
+        "--connect",
+        &connect,
+    ];
     arguments.extend(["--keys", STANDARD_INPUT, "--once"]);
     if world.transport == Transport::Tcp {
         arguments.push("--unencrypted");
@@ -153,7 +160,7 @@ name = "h4"
         let arguments = two.arguments.join(" ");
         assert_eq!(
             arguments,
-            "host --name h2 --connect tls/10.0.0.1:7447 --keys - --once"
+            "cluster host --name h2 --connect tls/10.0.0.1:7447 --keys - --once"
         );
         let names = r#"{"ca.pem", "host-h2.key", "host-h2.pem", "host-h2.secret", "robot-gold.secret", "robot-green.secret"}"#;
         assert_eq!(format!("{:?}", two.keys), names);

@@ -109,7 +109,7 @@ mod tests {
     }
 
     fn received(
-        air: &BroadcastStore,
+        store: &BroadcastStore,
         tick: Tick,
         incarnation: scenario::ids::Incarnation,
         count: u16,
@@ -123,29 +123,29 @@ mod tests {
         };
         let mut collected = Vec::new();
         let is_lost = |_, tick, index| (tick, index) == (5, 1);
-        air.collect(&[entry], is_lost, &mut collected);
+        store.collect(&[entry], is_lost, &mut collected);
         let seq = |entry: &Option<Arc<Broadcast>>| entry.as_ref().map(|broadcast| broadcast.seq);
         collected.iter().map(seq).collect()
     }
 
     #[test]
     fn broadcasts_of_the_two_latest_ticks_are_received_unless_lost() {
-        let mut air = BroadcastStore::new(2);
+        let mut store = BroadcastStore::new(2);
         let mut spent = Vec::new();
         for tick in [3, 4, 5] {
-            air.send(tick, SENDER, &mut broadcasts(tick, 2), &mut spent);
+            store.send(tick, SENDER, &mut broadcasts(tick, 2), &mut spent);
             // A tick without broadcasts changes nothing.
-            air.send(tick, SENDER, &mut Vec::new(), &mut spent);
+            store.send(tick, SENDER, &mut Vec::new(), &mut spent);
         }
         assert_eq!(spent, broadcasts(3, 2), "they can no longer be received");
-        assert_eq!(received(&air, 5, 1, 2), [Some(50), None]);
-        assert_eq!(received(&air, 4, 1, 2), [Some(40), Some(41)]);
-        assert_eq!(received(&air, 4, 1, 3), [Some(40), Some(41), None]);
+        assert_eq!(received(&store, 5, 1, 2), [Some(50), None]);
+        assert_eq!(received(&store, 4, 1, 2), [Some(40), Some(41)]);
+        assert_eq!(received(&store, 4, 1, 3), [Some(40), Some(41), None]);
         assert_eq!(
-            received(&air, 4, 2, 1),
+            received(&store, 4, 2, 1),
             [None],
             "sent in another incarnation"
         );
-        assert_eq!(received(&air, 3, 1, 1), [None], "listed too late");
+        assert_eq!(received(&store, 3, 1, 1), [None], "listed too late");
     }
 }

@@ -19,8 +19,8 @@ impl BodyCommand {
     pub(super) fn apply_to(&self, actuation: &mut Actuation) {
         actuation.speed_m_s = self.speed_m_s;
         actuation.turn_rad_s = self.turn_rad_s;
-        if let Some(deed) = self.action {
-            actuation.deed = deed;
+        if let Some(action) = self.action {
+            actuation.action = action;
         }
     }
 }

@@ -67,7 +67,7 @@ impl LoggedAnswers {
         if setup.scenario.external_controllers().is_empty() {
             return Ok(None);
         }
-        Ok(Some(Self::new(setup, logged.foreign()?)))
+        Ok(Some(Self::new(setup, logged.external_answers()?)))
     }
 
     fn new(setup: &Setup, answers: Vec<ExternalAnswer>) -> Self {

@@ -42,10 +42,10 @@ pub enum StartError {
     Mission(#[from] UnknownMission),
     /// An external controller without a source of its answers.
     #[error(
-        "the controller '{mind}' of {robot} is an external program and needs a run with processes; use \
-         `alliance run SCENARIO --mind {mind}=COMMAND`"
+        "the controller '{controller}' of {robot} is an external program and needs a run with processes; use \
+         `alliance run SCENARIO --mind {controller}=COMMAND`"
     )]
-    ExternalController { robot: String, mind: String },
+    ExternalController { robot: String, controller: String },
 }
 
 /// A team and its world, stepped tick by tick, with the log of the run.
@@ -78,9 +78,9 @@ impl<S: Sink> Team<S> {
         inputs: Vec<InputLine>,
         log: LogLevel,
         sink: S,
-        foreign: Option<Box<dyn AnswerSource>>,
+        answer_source: Option<Box<dyn AnswerSource>>,
     ) -> Result<Self, StartError> {
-        Self::with_all(Registry::current(), setup, inputs, log, sink, foreign)
+        Self::with_all(Registry::current(), setup, inputs, log, sink, answer_source)
     }
 
     /// Creates a run like [`Team::with_inputs`], with the missions and allocators of `registry`.
@@ -100,9 +100,12 @@ impl<S: Sink> Team<S> {
         inputs: Vec<InputLine>,
         log: LogLevel,
         sink: S,
-        foreign: Option<Box<dyn AnswerSource>>,
+        answer_source: Option<Box<dyn AnswerSource>>,
     ) -> Result<Self, StartError> {
-        let run = Run::new(registry, setup, inputs, foreign)?;
+        let mut run = Run::new(registry, setup, inputs, answer_source)?;
+        if log == LogLevel::Full {
+            run.simulation.record_allocation_messages();
+        }
         let recorder = Recorder::new(run.simulation.setup(), log, sink)?;
         Ok(Self { run, recorder })
     }
@@ -196,6 +199,12 @@ impl<S: Sink> Team<S> {
             self.tick()?;
         }
         Ok(self.run.simulation.outcome().unwrap_or(then))
+    }
+
+    /// Writes everything recorded so far and returns the log of a run in progress, as a killed run leaves it.
+    pub fn unfinished(&mut self) -> Result<&S, RecordError> {
+        self.recorder.flush()?;
+        Ok(self.recorder.sink())
     }
 
     /// Finishes the log with this outcome.

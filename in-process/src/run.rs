@@ -10,7 +10,7 @@ use run_log::recorder::Record;
 use run_log::{Input, InputLine};
 use scenario::ids::{Incarnation, RobotId, Tick};
 use scenario::{Profile, Setup, Vocabulary};
-use world_server::barrier::Presence;
+use world_server::barrier::{Presence, Verdict};
 use world_server::simulation::Simulation;
 
 use crate::StartError;
@@ -47,11 +47,11 @@ pub(super) struct Run {
     /// Controllers in order of rank.
     seats: Vec<Seat>,
     /// By rank: `true` for robots with external controllers.
-    is_foreign: Vec<bool>,
-    foreign: Option<Box<dyn AnswerSource>>,
+    is_external: Vec<bool>,
+    answer_source: Option<Box<dyn AnswerSource>>,
     /// The error of an external controller that has not answered in this tick.
     unanswered: Option<AnswerError>,
-    air: BroadcastStore,
+    broadcasts: BroadcastStore,
     /// The robots of the current group. Their workspaces are in `spaces`, in the same order.
     asked: Vec<RobotId>,
     spaces: Workspaces,
@@ -67,24 +67,24 @@ pub(super) struct Run {
 }
 
 impl Run {
-    /// Creates a run that is ready for tick 0. `foreign` answers for robots with external controllers.
+    /// Creates a run that is ready for tick 0. `answer_source` answers for robots with external controllers.
     pub fn new(
         registry: &Registry,
         setup: Setup,
         inputs: Vec<InputLine>,
-        foreign: Option<Box<dyn AnswerSource>>,
+        answer_source: Option<Box<dyn AnswerSource>>,
     ) -> Result<Self, StartError> {
-        let mut is_foreign = vec![false; setup.scenario.robots.len()];
-        for (robot, is_foreign) in setup.scenario.robots.iter().zip(&mut is_foreign) {
+        let mut is_external = vec![false; setup.scenario.robots.len()];
+        for (robot, is_external) in setup.scenario.robots.iter().zip(&mut is_external) {
             let controller = robot.mind.as_deref();
             if let Some(controller) =
                 controller.filter(|controller| !registry.agents().has_controller(controller))
             {
-                *is_foreign = true;
-                if foreign.is_none() {
+                *is_external = true;
+                if answer_source.is_none() {
                     return Err(StartError::ExternalController {
                         robot: robot.name.clone(),
-                        mind: controller.to_owned(),
+                        controller: controller.to_owned(),
                     });
                 }
             }
@@ -114,11 +114,11 @@ impl Run {
         let mut run = Self {
             common: TeamConfig::new(&briefing, registry.agents())?,
             briefing,
-            seats: is_foreign.iter().map(|_| Seat::Empty).collect(),
-            is_foreign,
-            foreign,
+            seats: is_external.iter().map(|_| Seat::Empty).collect(),
+            is_external,
+            answer_source,
             unanswered: None,
-            air: BroadcastStore::new(setup.scenario.robots.len()),
+            broadcasts: BroadcastStore::new(setup.scenario.robots.len()),
             asked: Vec::new(),
             spaces: Workspaces::default(),
             simulation: Simulation::new(setup, mission, true),
@@ -289,9 +289,9 @@ impl Run {
     }
 
     fn spawn_agent(&mut self, robot: RobotId, incarnation: Incarnation) {
-        self.seats[robot.index()] = match &mut self.foreign {
-            Some(foreign) if self.is_foreign[robot.index()] => {
-                foreign.start_incarnation(robot, incarnation);
+        self.seats[robot.index()] = match &mut self.answer_source {
+            Some(answer_source) if self.is_external[robot.index()] => {
+                answer_source.start_incarnation(robot, incarnation);
                 Seat::Foreign
             }
             _ => Seat::Agent(Agent::new(robot, incarnation, &self.briefing, &self.common)),
@@ -354,9 +354,9 @@ impl Run {
         if let Some(incarnation) = self.simulation.barrier().incarnation(robot) {
             let seat = &mut self.seats[robot.index()];
             if matches!(std::mem::replace(seat, Seat::Empty), Seat::Foreign)
-                && let Some(foreign) = &mut self.foreign
+                && let Some(answer_source) = &mut self.answer_source
             {
-                foreign.end_incarnation(robot);
+                answer_source.end_incarnation(robot);
             }
             self.simulation.agent_lost(robot, incarnation);
         }
@@ -476,15 +476,20 @@ impl Run {
                     _ => false,
                 })
             };
-            self.air
+            self.broadcasts
                 .collect(&message.manifest, is_lost, &mut space.arrived);
             match &mut self.seats[robot.index()] {
                 Seat::Agent(agent) => agent.perceive(message, space),
                 Seat::Foreign => {
-                    if let Some(foreign) = &mut self.foreign {
+                    if let Some(answer_source) = &mut self.answer_source {
                         let (report, broadcasts) = (&mut space.report, &mut space.broadcasts);
-                        let answered =
-                            foreign.answer(robot, message, &space.arrived, report, broadcasts);
+                        let answered = answer_source.answer(
+                            robot,
+                            message,
+                            &space.arrived,
+                            report,
+                            broadcasts,
+                        );
                         self.unanswered = self.unanswered.take().or(answered.err());
                     }
                 }
@@ -502,6 +507,7 @@ impl Run {
             }
         }
         let tick = self.simulation.tick();
+        let mut dismissed = Vec::new();
         for (&robot, space) in self.asked.iter().zip(&mut *spaces) {
             if !matches!(self.seats[robot.index()], Seat::Empty) {
                 if let Some(traffic) = &mut self.traffic {
@@ -515,14 +521,25 @@ impl Run {
                         self.simulation.keep_broadcast(broadcast.clone());
                     }
                 }
-                self.air.send(
+                if self.simulation.records_allocation_messages() {
+                    for broadcast in &space.broadcasts {
+                        self.simulation.keep_allocation_message(broadcast);
+                    }
+                }
+                self.broadcasts.send(
                     tick,
                     robot,
                     &mut space.broadcasts,
                     &mut space.used_broadcasts,
                 );
-                self.simulation.report(&space.report);
+                if self.simulation.report(&space.report) == Verdict::Malformed {
+                    dismissed.push(robot);
+                }
             }
+        }
+        // Without its controller the robot counts as crashed, as in a run by processes.
+        for robot in dismissed {
+            self.end_agent(robot);
         }
     }
 

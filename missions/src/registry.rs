@@ -44,7 +44,7 @@ impl MissionParts {
 /// use missions::Registry;
 /// use robot_agent::allocators::nearest::Nearest;
 ///
-/// let registry = Registry::built_in().allocator::<Nearest>("mine", "a custom rule");
+/// let registry = Registry::built_in().with_allocator::<Nearest>("mine", "a custom rule");
 /// let read = |text| Scenario::parse("mine.toml", text, &registry.vocabulary());
 /// assert!(read("allocator = 'mine'").is_ok());
 /// let error = read("allocator = 'yours'").unwrap_err().to_string();

@@ -261,7 +261,7 @@ impl<'s> Trial<'s> {
                         link: None,
                     })
                     .collect(),
-                truth: Vec::new(),
+                ground_truth: Vec::new(),
                 held: Vec::new(),
                 readings,
             };
@@ -314,7 +314,7 @@ impl<'s> Trial<'s> {
             self.sent[rank] = space.broadcasts;
             if let Some(chance) = &mut self.chance {
                 if chance.random_bool(0.02) {
-                    junk_action(chance, &mut command.deed);
+                    junk_action(chance, &mut command.action);
                 }
                 for broadcast in &mut self.sent[rank] {
                     if chance.random_bool(0.1) {
@@ -342,7 +342,7 @@ fn check_no_panic(tick: Tick, rule: &str, step: impl FnOnce()) {
 /// actions: equal states must give equal readings.
 fn check_state_covers_readings(tick: Tick, world: &World, commands: &[Option<Actuation>]) {
     let idle = |command: Actuation| Actuation {
-        deed: Action::Nothing,
+        action: Action::Nothing,
         ..command
     };
     let without: Vec<_> = commands.iter().map(|command| command.map(idle)).collect();
@@ -405,7 +405,7 @@ fn junk(chance: &mut ChaCha8Rng, original: &[u8], most: usize) -> Vec<u8> {
 fn junk_broadcast(chance: &mut ChaCha8Rng, body: &mut BroadcastContent) {
     let original = match body {
         BroadcastContent::Heartbeat(Heartbeat {
-            lore: SharedKnowledge::Open(bytes),
+            shared_knowledge: SharedKnowledge::Open(bytes),
             ..
         })
         | BroadcastContent::Bulletin(Bulletin {
@@ -417,9 +417,13 @@ fn junk_broadcast(chance: &mut ChaCha8Rng, body: &mut BroadcastContent) {
     let bytes = junk(chance, original, MAX_KNOWLEDGE_BYTES);
     match body {
         BroadcastContent::Heartbeat(heartbeat) => {
-            heartbeat.lore = SharedKnowledge::Open(bytes);
-            heartbeat.task = Some(TaskId(chance.random()));
-            heartbeat.set = Some(BehaviorId(chance.random()));
+            heartbeat.shared_knowledge = SharedKnowledge::Open(bytes);
+            // Receivers drop a heartbeat with an unknown behavior set or task. The others show the content to the
+            // controllers.
+            if chance.random_bool(0.5) {
+                heartbeat.task = Some(TaskId(chance.random()));
+                heartbeat.set = Some(BehaviorId(chance.random()));
+            }
             heartbeat.position = Some(Vec2::splat(f32::NAN));
         }
         other => {

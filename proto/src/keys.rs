@@ -194,4 +194,4 @@ pub fn run_of_world(key: &str) -> Option<&str> {
 }
 
 /// The host name of the launcher that started the world; no other host can use it.
-pub const LAUNCHER_HOST: &str = "launcher";
+pub const LAUNCHER_HOST: &str = scenario::names::LAUNCHER;

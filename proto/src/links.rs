@@ -39,7 +39,7 @@ const CAPACITY: usize = 4096;
 
 /// The messages of one step.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Heard {
+pub struct StepMessages {
     /// The received broadcasts, by (sender rank, incarnation, sequence number).
     pub inbox: Vec<Arc<Broadcast>>,
     /// The delivery of each listed broadcast, by (sender, tick, index), then the deliveries of messages kept from
@@ -47,7 +47,7 @@ pub struct Heard {
     pub receptions: Vec<Reception>,
 }
 
-impl Heard {
+impl StepMessages {
     #[inline]
     pub fn clear(&mut self) {
         self.inbox.clear();
@@ -106,21 +106,21 @@ impl IncomingLinks {
         }
     }
 
-    /// Writes the messages of a tick to `heard`. `arrived` has an element per broadcast of the manifest, in the same
+    /// Writes the messages of a tick to `messages`. `arrived` has an element per broadcast of the manifest, in the same
     /// order, and `None` for a missing one. It is emptied.
     #[inline]
     pub fn receive(
         &mut self,
         tick: &TickMessage,
         arrived: &mut Vec<Option<Arc<Broadcast>>>,
-        heard: &mut Heard,
+        messages: &mut StepMessages,
     ) {
-        heard.clear();
+        messages.clear();
         if tick.manifest.is_empty() && self.kept.is_empty() && self.copies.is_empty() {
             // Most ticks have no messages.
             arrived.clear();
         } else {
-            self.receive_messages(tick, arrived, heard);
+            self.receive_messages(tick, arrived, messages);
         }
     }
 
@@ -130,10 +130,10 @@ impl IncomingLinks {
         &mut self,
         tick: &TickMessage,
         arrived: &mut Vec<Option<Arc<Broadcast>>>,
-        heard: &mut Heard,
+        messages: &mut StepMessages,
     ) {
         if self.kept.is_empty() && self.copies.is_empty() {
-            self.take_arrived(tick, arrived, heard);
+            self.take_arrived(tick, arrived, messages);
         } else {
             // Copies are taken before `take_due` adds new ones. A copy that was due while the robot did not take part
             // is discarded.
@@ -141,20 +141,20 @@ impl IncomingLinks {
             let copies = copies.into_iter().filter(|copy| copy.at == tick.now);
             let mut late = self.take_due(tick);
             late.receptions.extend(copies);
-            self.take_arrived(tick, arrived, heard);
-            heard.inbox.append(&mut late.inbox);
-            heard.receptions.append(&mut late.receptions);
+            self.take_arrived(tick, arrived, messages);
+            messages.inbox.append(&mut late.inbox);
+            messages.receptions.append(&mut late.receptions);
         }
-        heard.inbox.sort_unstable_by_key(|broadcast| {
+        messages.inbox.sort_unstable_by_key(|broadcast| {
             let (sender, incarnation, seq) = order(broadcast);
             (sender, incarnation, seq, broadcast.index)
         });
-        self.overtake(&heard.inbox, tick.now);
+        self.overtake(&messages.inbox, tick.now);
     }
 
     /// Removes the kept messages that are due and returns them with their deliveries.
-    fn take_due(&mut self, tick: &TickMessage) -> Heard {
-        let mut heard = Heard::default();
+    fn take_due(&mut self, tick: &TickMessage) -> StepMessages {
+        let mut messages = StepMessages::default();
         for kept in std::mem::take(&mut self.kept) {
             let due = match kept.until {
                 Until::Released if !tick.held.contains(&kept.broadcast.sender) => tick.now,
@@ -166,17 +166,17 @@ impl IncomingLinks {
             };
             if due < tick.now {
                 let missed = self.reception(&kept.broadcast, Delivery::Cut, due);
-                heard.receptions.push(missed);
+                messages.receptions.push(missed);
                 continue;
             }
             let delayed = self.reception(&kept.broadcast, Delivery::Delayed, due);
-            heard.receptions.push(delayed);
+            messages.receptions.push(delayed);
             if kept.twice {
                 self.copy(&kept.broadcast, due);
             }
-            heard.inbox.push(kept.broadcast);
+            messages.inbox.push(kept.broadcast);
         }
-        heard
+        messages
     }
 
     /// Applies the links to the messages of the manifest.
@@ -185,7 +185,7 @@ impl IncomingLinks {
         &mut self,
         tick: &TickMessage,
         arrived: &mut Vec<Option<Arc<Broadcast>>>,
-        heard: &mut Heard,
+        messages: &mut StepMessages,
     ) {
         let now = tick.now;
         let mut arrived = arrived.drain(..);
@@ -194,7 +194,7 @@ impl IncomingLinks {
             let mut indices = [0; BroadcastKind::ALL.len()];
             for _ in 0..entry.count {
                 let Some(broadcast) = arrived.next().flatten() else {
-                    heard.receptions.push(Reception {
+                    messages.receptions.push(Reception {
                         at: now,
                         sender: entry.sender,
                         incarnation: entry.incarnation,
@@ -216,7 +216,7 @@ impl IncomingLinks {
                     Passage::Kept(Until::Due(due)) => (Delivery::Pending, due),
                     Passage::Kept(_) => (Delivery::Pending, now),
                 };
-                heard
+                messages
                     .receptions
                     .push(self.reception(&broadcast, delivery, at));
                 match passage {
@@ -224,7 +224,7 @@ impl IncomingLinks {
                         if twice {
                             self.copy(&broadcast, now);
                         }
-                        heard.inbox.push(broadcast);
+                        messages.inbox.push(broadcast);
                     }
                     Passage::Lost(_) => {}
                     Passage::Kept(until) => self.kept.push(Kept {

@@ -72,5 +72,5 @@ pub struct Actuation {
     pub speed_m_s: f32,
     /// The turn rate, rad/s; positive is counter-clockwise.
     pub turn_rad_s: f32,
-    pub deed: Action,
+    pub action: Action,
 }

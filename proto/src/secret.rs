@@ -104,6 +104,16 @@ impl PairKeys {
         sealed: &[u8],
         sender: usize,
     ) -> Result<T, OpenError> {
+        Ok(decode(self.unseal(key, sealed, sender)?)?)
+    }
+
+    /// Returns the encoding of a message that the member with index `sender` has sealed for a key expression.
+    pub fn unseal<'s>(
+        &self,
+        key: &str,
+        sealed: &'s [u8],
+        sender: usize,
+    ) -> Result<&'s [u8], OpenError> {
         let length = sealed.len().checked_sub(self.keys.len() * SEAL_BYTES);
         let (Some(length), Some(pair)) = (length, self.keys.get(sender)) else {
             return Err(OpenError::Unsealed);
@@ -113,7 +123,7 @@ impl PairKeys {
         if marks[place] != seal_of(hasher(pair.to_le_bytes()), key, message) {
             return Err(OpenError::Unsealed);
         }
-        Ok(decode(message)?)
+        Ok(message)
     }
 }
 
@@ -168,8 +178,13 @@ impl Secret {
 
     /// Decodes a message that was sealed for a key expression.
     pub fn open<T: DeserializeOwned>(&self, key: &str, sealed: &[u8]) -> Result<T, OpenError> {
+        Ok(decode(self.unseal(key, sealed)?)?)
+    }
+
+    /// Returns the encoding of a message that was sealed for a key expression.
+    pub fn unseal<'s>(&self, key: &str, sealed: &'s [u8]) -> Result<&'s [u8], OpenError> {
         match sealed.split_last_chunk::<SEAL_BYTES>() {
-            Some((message, mark)) if self.seal_of(key, message) == *mark => Ok(decode(message)?),
+            Some((message, mark)) if self.seal_of(key, message) == *mark => Ok(message),
             _ => Err(OpenError::Unsealed),
         }
     }

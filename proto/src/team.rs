@@ -26,6 +26,34 @@ pub struct Broadcast {
     pub body: BroadcastContent,
 }
 
+/// The first fields of a [`Broadcast`]. They identify it even if its content cannot be decoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+pub struct BroadcastId {
+    pub sender: RobotId,
+    pub incarnation: Incarnation,
+    pub tick: Tick,
+    pub index: u16,
+}
+
+impl Broadcast {
+    /// Returns the first behavior set or task that does not exist in a run with so many sets and tasks, as a text.
+    #[must_use]
+    pub fn unknown_number(&self, sets: usize, tasks: usize) -> Option<String> {
+        let (set, task) = match &self.body {
+            BroadcastContent::Heartbeat(heartbeat) => (heartbeat.set, heartbeat.task),
+            BroadcastContent::Bulletin(Bulletin { about, .. }) => {
+                (about.map(|about| about.set), about.map(|about| about.task))
+            }
+            BroadcastContent::Allocation(_) => (None, None),
+        };
+        let unknown = |what: &str, index: usize, count: usize| {
+            (index >= count).then(|| format!("{what} {index} does not exist; there are {count}"))
+        };
+        let set = set.and_then(|set| unknown("behavior set", set.index(), sets));
+        set.or_else(|| task.and_then(|task| unknown("task", task.index(), tasks)))
+    }
+}
+
 /// The contents of a broadcast.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum BroadcastContent {
@@ -163,5 +191,5 @@ pub struct Heartbeat {
     pub position: Option<Vec2>,
     pub carrying: bool,
     /// The sender's shared knowledge about the mission.
-    pub lore: SharedKnowledge,
+    pub shared_knowledge: SharedKnowledge,
 }

@@ -27,7 +27,7 @@ pub struct TickMessage {
     /// share tasks with this robot, directly or through others. The list is empty unless the robot's allocator requests
     /// it. [`ToAgent::Informed`] transmits it.
     #[serde(skip)]
-    pub truth: Vec<TaskOffer>,
+    pub ground_truth: Vec<TaskOffer>,
 }
 
 /// The value of one unit of a task for a robot. Offers exist only for robots that can work, and for tasks with open
@@ -97,6 +97,8 @@ pub enum Outcome {
     Interrupted,
     /// No robot is left that can continue the mission.
     NoRobotLeft,
+    /// No work is left, but some of it expired before it was done.
+    Expired,
 }
 
 impl Outcome {
@@ -107,6 +109,7 @@ impl Outcome {
             Self::TimeLimit => "time-limit",
             Self::Interrupted => "interrupted",
             Self::NoRobotLeft => "no-robot-left",
+            Self::Expired => "expired",
         }
     }
 }

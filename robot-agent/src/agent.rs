@@ -18,7 +18,7 @@ use crate::allocator::{
 };
 use crate::mission::{AgentMission, ControllerInput, Perception, SharedMission, StepOutput};
 use crate::registry::AgentRegistry;
-use proto::links::{Heard, IncomingLinks};
+use proto::links::{IncomingLinks, StepMessages};
 
 #[derive(Clone, Debug)]
 pub struct Agent {
@@ -27,11 +27,13 @@ pub struct Agent {
     /// Contains the messages in flight. They are part of the state that a rollback restores.
     links: IncomingLinks,
     allocator: Box<dyn RunningAllocator>,
-    /// Cached result of [`Mind::weighs_costs`].
+    /// Cached result of [`RunningAllocator::weighs_costs`].
     weighs_costs: bool,
-    /// Cached result of [`Mind::uses_radio`].
+    /// Cached result of [`RunningAllocator::uses_radio`].
     uses_radio: bool,
     mission: Box<dyn AgentMission>,
+    /// The numbers of behavior sets and tasks of the run.
+    catalog_size: (usize, usize),
     seed: u64,
     step_s: f64,
     next_seq: u64,
@@ -58,23 +60,24 @@ impl TeamConfig {
         let mut allocators = Vec::with_capacity(scenario.robots.len());
         for robot in &scenario.robots {
             // A controller that is not in the registry belongs to another program and is not started here.
-            let mind = robot
+            let controller = robot
                 .mind
                 .as_deref()
                 .filter(|name| registry.has_controller(name));
             let allocator_name = scenario.stated_allocator(robot);
-            let allocator_of_robot = match (prepared.get(&(mind, allocator_name)), mind) {
+            let allocator_of_robot = match (prepared.get(&(controller, allocator_name)), controller)
+            {
                 (Some(known), _) => Arc::clone(known),
-                (None, Some(mind)) => registry.prepare_controller(mind, setup)?,
+                (None, Some(controller)) => registry.prepare_controller(controller, setup)?,
                 (None, None) => registry.prepare(allocator_name, setup)?,
             };
             allocators.push(Arc::clone(&allocator_of_robot));
-            prepared.insert((mind, allocator_name), allocator_of_robot);
+            prepared.insert((controller, allocator_name), allocator_of_robot);
         }
         let mission = registry.shared(setup)?;
         // The work of an assignment grows with the cube of the team size, so it is computed only for allocators that
         // use it.
-        let assignment = if prepared.values().any(|one| one.wants_assignment()) {
+        let assignment = if prepared.values().any(|one| one.uses_assignment()) {
             assignment::assign(&mission.planned_cost_ms(setup))
         } else {
             Vec::new()
@@ -120,27 +123,28 @@ pub struct Workspace {
     pub broadcasts: Vec<Broadcast>,
     /// Used broadcasts, whose buffers the step reuses.
     pub used_broadcasts: Vec<Broadcast>,
-    heard: Heard,
+    messages: StepMessages,
     perception: Perception,
     choices: Vec<Choice>,
     outcome: StepOutcome,
-    action: StepOutput,
+    output: StepOutput,
 }
 
 impl Agent {
     #[must_use]
     pub fn new(robot: RobotId, incarnation: Incarnation, setup: &Setup, team: &TeamConfig) -> Self {
         let prepared = &team.allocators[robot.index()];
-        let mind = prepared.start(team.me(robot, incarnation, setup), setup);
+        let allocator = prepared.start(team.me(robot, incarnation, setup), setup);
         let mission = prepared.mission(robot, setup);
         Self {
             robot,
             incarnation,
             links: IncomingLinks::new(robot, setup),
-            weighs_costs: mind.weighs_costs(),
-            uses_radio: mind.uses_radio(),
-            allocator: mind,
+            weighs_costs: allocator.weighs_costs(),
+            uses_radio: allocator.uses_radio(),
+            allocator,
             mission: mission.unwrap_or_else(|| team.mission.create_controller(robot, setup)),
+            catalog_size: (setup.catalog.sets.len(), setup.catalog.tasks.len()),
             seed: setup.seed,
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
             next_seq: 0,
@@ -170,14 +174,25 @@ impl Agent {
     pub fn perceive(&mut self, tick: &TickMessage, space: &mut Workspace) {
         if self.uses_radio {
             self.links
-                .receive(tick, &mut space.arrived, &mut space.heard);
+                .receive(tick, &mut space.arrived, &mut space.messages);
+            // A message about a behavior set or task that does not exist is logged, but has no effect.
+            let (sets, tasks) = self.catalog_size;
+            let is_known = |message: &Arc<Broadcast>| message.unknown_number(sets, tasks).is_none();
+            space.messages.inbox.retain(is_known);
         } else {
             space.arrived.clear();
-            space.heard.clear();
+            space.messages.clear();
         }
         space.perception.clear();
-        self.mission
-            .perceive(&moment_of(tick), &space.heard.inbox, &mut space.perception);
+        self.mission.perceive(
+            &input_of(tick),
+            &space.messages.inbox,
+            &mut space.perception,
+        );
+        // A robot without energy cannot execute any behavior.
+        if tick.readings.energy_j.is_some_and(|left_j| left_j <= 0.0) {
+            space.perception.applicable.fill(false);
+        }
     }
 
     /// Runs the second part of a step: the allocator selects the active behavior.
@@ -186,7 +201,7 @@ impl Agent {
         if self.weighs_costs {
             let applicable = &space.perception.applicable;
             self.mission
-                .choices(&moment_of(tick), applicable, &mut space.choices);
+                .choices(&input_of(tick), applicable, &mut space.choices);
             let is_number = |choice: &Choice| {
                 choice.cost_s.is_none_or(f64::is_finite) && choice.reward.is_finite()
             };
@@ -204,21 +219,21 @@ impl Agent {
             applicable: &space.perception.applicable,
             choices: &space.choices,
             progressed: &space.perception.progressed,
-            received: &space.heard.inbox,
+            received: &space.messages.inbox,
             route: &*self.mission,
-            ground_truth: &tick.truth,
+            ground_truth: &tick.ground_truth,
             draws: RandomDraws::new(self.seed, self.robot, tick.tick),
         };
         self.allocator.step(&input, &mut space.outcome);
-        space.heard.inbox.clear();
+        space.messages.inbox.clear();
     }
 
     /// Runs the third part of a step: actions, broadcasts and the report.
     pub fn act(&mut self, tick: &TickMessage, space: &mut Workspace) {
-        space.action.clear();
+        space.output.clear();
         self.mission
-            .act(&moment_of(tick), space.outcome.active, &mut space.action);
-        let actuation = &space.action.actuation;
+            .act(&input_of(tick), space.outcome.active, &mut space.output);
+        let actuation = &space.output.actuation;
         assert!(
             actuation.speed_m_s.is_finite() && actuation.turn_rad_s.is_finite(),
             "the mission's controller returned an invalid speed: {} m/s and {} rad/s",
@@ -237,7 +252,7 @@ impl Agent {
             broadcasts,
             used_broadcasts: spent,
             outcome,
-            action,
+            output,
             ..
         } = space;
         for announcement in &outcome.announcements {
@@ -245,8 +260,8 @@ impl Agent {
             broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
         }
         // The check is faster than draining an empty list, which is the usual case.
-        if !action.bulletins.is_empty() {
-            for bulletin in action.bulletins.drain(..) {
+        if !output.bulletins.is_empty() {
+            for bulletin in output.bulletins.drain(..) {
                 spent.pop();
                 let body = BroadcastContent::Bulletin(bulletin);
                 broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
@@ -264,10 +279,10 @@ impl Agent {
         let Workspace {
             report,
             broadcasts,
-            heard,
+            messages,
             perception,
             outcome,
-            action,
+            output,
             ..
         } = space;
         report.robot = self.robot;
@@ -279,16 +294,16 @@ impl Agent {
         std::mem::swap(&mut report.motivations, &mut outcome.motivations);
         std::mem::swap(&mut report.allocation, &mut outcome.rows);
         std::mem::swap(&mut report.changes, &mut outcome.changes);
-        std::mem::swap(&mut report.receptions, &mut heard.receptions);
+        std::mem::swap(&mut report.receptions, &mut messages.receptions);
         report.notes.clear();
-        for notes in [&mut perception.notes, &mut action.notes] {
+        for notes in [&mut perception.notes, &mut output.notes] {
             // The check is faster than appending an empty list, which is the usual case.
             if !notes.is_empty() {
                 report.notes.append(notes);
             }
         }
         // Written last: copying fields that were just written would cause a store-forwarding stall.
-        report.actuation = action.actuation;
+        report.actuation = output.actuation;
     }
 
     /// Creates a heartbeat and reuses the buffer of a used one.
@@ -297,15 +312,15 @@ impl Agent {
         announcement: &Announcement,
         spent: &mut Vec<Broadcast>,
     ) -> BroadcastContent {
-        let mut lore = SharedKnowledge::default();
+        let mut shared_knowledge = SharedKnowledge::default();
         while let Some(broadcast) = spent.pop() {
             // The other kinds have no buffer worth reusing.
             if let BroadcastContent::Heartbeat(heartbeat) = broadcast.body {
-                lore = heartbeat.lore;
+                shared_knowledge = heartbeat.shared_knowledge;
                 break;
             }
         }
-        self.mission.lore(&mut lore);
+        self.mission.shared_knowledge(&mut shared_knowledge);
         BroadcastContent::Heartbeat(Heartbeat {
             state: announcement.state,
             since: announcement.since,
@@ -314,7 +329,7 @@ impl Agent {
             progress: announcement.progress,
             position: self.mission.position(),
             carrying: self.mission.is_laden(),
-            lore,
+            shared_knowledge,
         })
     }
 
@@ -333,7 +348,7 @@ impl Agent {
     }
 }
 
-fn moment_of(tick: &TickMessage) -> ControllerInput<'_> {
+fn input_of(tick: &TickMessage) -> ControllerInput<'_> {
     ControllerInput {
         now: tick.now,
         readings: &tick.readings,

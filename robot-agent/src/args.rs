@@ -1,4 +1,4 @@
-//! Command line of an agent, the same for `robot-agent` and `alliance agent`.
+//! Command line of an agent, the same for `robot-agent` and `alliance cluster agent`.
 
 use crate::registry::AgentRegistry;
 use std::io::IsTerminal;
@@ -31,14 +31,13 @@ const RECONNECT_LIMIT: Duration = Duration::from_secs(30);
 
 const LOOK_INTERVAL: Duration = Duration::from_millis(10);
 
-/// Run the controller of one robot in a live run.
+/// Start one robot process of a live run
 #[derive(Args, Clone, Debug)]
 pub struct AgentArgs {
-    /// Robot of the scenario to control [default: ALLIANCE_ROBOT of the environment]
-    #[arg(long, value_name = "NAME", value_parser = robot_name)]
+    /// Robot of the scenario [default: the variable ALLIANCE_ROBOT]
+    #[arg(long, value_name = "ROBOT", value_parser = robot_name)]
     pub robot: Option<String>,
-    /// Id of the run to join [default: ALLIANCE_RUN of the environment, if ALLIANCE_ROBOT is used too; else the
-    /// newest live run of this user]
+    /// Id of the run [default: ALLIANCE_RUN beside ALLIANCE_ROBOT, else the newest live run]
     #[arg(long, value_name = "ID", conflicts_with = "connect")]
     pub run: Option<String>,
     #[command(flatten)]
@@ -56,10 +55,10 @@ impl AgentArgs {
         ExitCode::from(self.run_as(registry, None))
     }
 
-    /// Runs like [`AgentArgs::run`], with the registry's controller named `mind` instead of the scenario's. Returns
+    /// Runs like [`AgentArgs::run`], with the registry's controller named `controller` instead of the scenario's. Returns
     /// the exit status.
     #[must_use]
-    pub fn run_as(&self, registry: &AgentRegistry, mind: Option<&str>) -> u8 {
+    pub fn run_as(&self, registry: &AgentRegistry, controller: Option<&str>) -> u8 {
         let Some(robot) = self.robot() else {
             stderr_line!(
                 "robot-agent: no robot is given; use --robot NAME, or set {ROBOT} in the environment"
@@ -73,7 +72,7 @@ impl AgentArgs {
                 return 2;
             }
         };
-        match self.live(&robot, login.as_ref(), registry, mind) {
+        match self.live(&robot, login.as_ref(), registry, controller) {
             Ok(AgentEnd::RunOver(outcome)) => {
                 tracing::info!(outcome = outcome.as_str(), "run over");
                 0
@@ -102,14 +101,14 @@ impl AgentArgs {
         robot: &str,
         login: Option<&Login>,
         registry: &AgentRegistry,
-        mind: Option<&str>,
+        controller: Option<&str>,
     ) -> anyhow::Result<AgentEnd> {
         let runtime = tokio::runtime::Builder::new_multi_thread()
             // Zenoh requires the multi-thread scheduler; one worker is sufficient.
             .worker_threads(1)
             .enable_all()
             .build()?;
-        runtime.block_on(self.live_and_again(robot, login, registry, mind))
+        runtime.block_on(self.live_and_again(robot, login, registry, controller))
     }
 
     /// Runs the agent, and reconnects to a remote world for a while after a loss. Each connection is a new
@@ -119,7 +118,7 @@ impl AgentArgs {
         robot: &str,
         login: Option<&Login>,
         registry: &AgentRegistry,
-        mind: Option<&str>,
+        controller: Option<&str>,
     ) -> anyhow::Result<AgentEnd> {
         let mut lost: Option<Instant> = None;
         loop {
@@ -132,7 +131,7 @@ impl AgentArgs {
                 },
             };
             let began = Instant::now();
-            let result = run_agent(robot, &member, registry, mind).await;
+            let result = run_agent(robot, &member, registry, controller).await;
             let is_lost = matches!(
                 result,
                 Ok(AgentEnd::WorldLost) | Err(AgentError::Bus { .. } | AgentError::NoAnswer(_))
@@ -154,13 +153,13 @@ impl AgentArgs {
                 remote::find_run(login).await?,
                 login.clone(),
             )),
-            None => Ok(self.find_run().await?.member(robot)?),
+            None => Ok(self.find_run(robot).await?.member(robot)?),
         }
     }
 
     /// Waits for a run if there is none, because robots and world may start in any order. A run that the user named
     /// must appear within [`RUN_TIMEOUT`].
-    async fn find_run(&self) -> Result<Rendezvous, RendezvousError> {
+    async fn find_run(&self, robot: &str) -> Result<Rendezvous, RendezvousError> {
         let run = self.run_id();
         let deadline = Instant::now() + RUN_TIMEOUT;
         let mut waiting = false;
@@ -172,7 +171,9 @@ impl AgentArgs {
             }
             if !std::mem::replace(&mut waiting, true) {
                 match &run {
-                    None => tracing::info!("no run is live yet; waiting for one"),
+                    None => stderr_line!(
+                        "robot-agent {robot}: no run is live; waiting for the next, such as of `alliance cluster world`"
+                    ),
                     Some(run) => tracing::info!(run, "the run is not live yet; waiting for it"),
                 }
             }

@@ -11,8 +11,8 @@
 //! - [`testkit`]: conformance tests for allocators, also for other crates.
 //! - [`by_rank`]: lists of values per teammate.
 //!
-//! The shell with side effects: [`process`] connects an agent to the bus, [`far`] finds a run on another host, and
-//! [`args`] is the command line.
+//! The shell with side effects: [`process`] connects an agent to the bus, and [`args`] is the
+//! command line. Both need the feature `bus`. [`registry`] contains the allocators and missions of a program.
 
 // The print macros panic on a closed stream; `terminal` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]

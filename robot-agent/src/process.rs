@@ -7,12 +7,13 @@ use std::time::Duration;
 
 use cluster::member::Member;
 use cluster::session;
-use proto::codec::CodecError;
+use proto::codec::{CodecError, decode, decode_first};
 use proto::ignored::IgnoredMessages;
 use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
 use proto::keys::KeyExpressions;
+use proto::program_build;
 use proto::secret::{self, OpenError, PairKeys, Secret};
-use proto::team::{Broadcast, BroadcastKind};
+use proto::team::{Broadcast, BroadcastId, BroadcastKind};
 use proto::tick::{Outcome, TickMessage, ToAgent};
 use scenario::ids::{Incarnation, RobotId, Tick};
 use scenario::{Setup, Vocabulary};
@@ -212,10 +213,15 @@ impl BroadcastKeys {
         }
     }
 
-    fn open(&self, key: &str, sealed: &[u8], sender: usize) -> Result<Broadcast, OpenError> {
+    fn unseal<'s>(
+        &self,
+        key: &str,
+        sealed: &'s [u8],
+        sender: usize,
+    ) -> Result<&'s [u8], OpenError> {
         match self {
-            Self::Token(token) => token.open(key, sealed),
-            Self::Pairs(pairs) => pairs.open(key, sealed, sender),
+            Self::Token(token) => token.unseal(key, sealed),
+            Self::Pairs(pairs) => pairs.unseal(key, sealed, sender),
         }
     }
 }
@@ -257,9 +263,14 @@ async fn join(
     let payload = secret
         .seal(&keys.join(robot), &request)
         .map_err(|error| AgentError::Answer(error.to_string()))?;
+    // Not in the request, so that external controllers need not know of builds.
+    let build = secret
+        .seal(&keys.join(robot), &program_build::get())
+        .map_err(|error| AgentError::Answer(error.to_string()))?;
     let replies = session
         .get(keys.join(robot))
         .payload(payload)
+        .attachment(build)
         // Any member may answer, so all answers are collected. Only an answer that the world sealed counts.
         .target(QueryTarget::All)
         .consolidation(ConsolidationMode::None)
@@ -440,8 +451,8 @@ impl AgentState {
                 }
             }
             (ToAgent::Tick(tick), AgentState::Alive(alive)) => return alive.receive_tick(tick),
-            (ToAgent::Informed(mut tick, truth), AgentState::Alive(alive)) => {
-                tick.truth = truth;
+            (ToAgent::Informed(mut tick, ground_truth), AgentState::Alive(alive)) => {
+                tick.ground_truth = ground_truth;
                 return alive.receive_tick(tick);
             }
             (_, AgentState::Joining { .. }) => {}
@@ -507,7 +518,19 @@ impl Alive {
     fn receive_broadcast(&mut self, name: &str, key: &str, sealed: &[u8]) -> Result<(), Ignore> {
         let sender = self.names.iter().position(|known| known == name);
         let sender = sender.ok_or(Ignore::Unfit("from an unknown sender"))?;
-        let broadcast = self.broadcast_keys.open(key, sealed, sender)?;
+        let message = self.broadcast_keys.unseal(key, sealed, sender)?;
+        let broadcast: Broadcast = match decode(message) {
+            Ok(broadcast) => broadcast,
+            Err(error) => {
+                if let Ok(id) = decode_first::<BroadcastId>(message)
+                    && id.sender.index() == sender
+                    && self.radio.receive_undecodable(id)
+                {
+                    self.step_if_complete();
+                }
+                return Err(OpenError::from(error).into());
+            }
+        };
         if broadcast.sender.index() != sender {
             return Err(Ignore::Unfit("on another robot's key"));
         }
@@ -517,13 +540,18 @@ impl Alive {
         if !self.radio.receive(broadcast) {
             return Err(Ignore::Unfit("stale"));
         }
+        self.step_if_complete();
+        Ok(())
+    }
+
+    /// Runs the pending step if all broadcasts that it waits for have arrived.
+    fn step_if_complete(&mut self) {
         if let Some((tick, _)) = &self.pending
             && self.radio.has_all(&tick.manifest)
             && let Some((tick, _)) = self.pending.take()
         {
             self.step(tick);
         }
-        Ok(())
     }
 
     fn step(&mut self, tick: Box<TickMessage>) {

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
-use proto::team::Broadcast;
+use proto::team::{Broadcast, BroadcastId};
 use proto::tick::ManifestEntry;
 use scenario::ids::{Incarnation, RobotId, Tick};
 
@@ -19,7 +19,8 @@ type Key = (Tick, RobotId, Incarnation, u16);
 
 #[derive(Clone, Debug, Default)]
 pub struct Radio {
-    arrived: BTreeMap<Key, Broadcast>,
+    /// The broadcasts by identity; `None` for one that cannot be decoded.
+    arrived: BTreeMap<Key, Option<Broadcast>>,
     /// The oldest tick that a manifest may still list.
     oldest: Tick,
 }
@@ -27,18 +28,27 @@ pub struct Radio {
 impl Radio {
     /// Stores a broadcast from the bus and returns true. Drops it if it is too old to be listed, or a copy.
     pub fn receive(&mut self, broadcast: Broadcast) -> bool {
-        if broadcast.tick < self.oldest {
-            return false;
-        }
-        if self.arrived.len() >= CAPACITY {
-            self.arrived.pop_first();
-        }
         let key = (
             broadcast.tick,
             broadcast.sender,
             broadcast.incarnation,
             broadcast.index,
         );
+        self.store(key, Some(broadcast))
+    }
+
+    /// Records that a broadcast has arrived that cannot be decoded. It is lost, so a step need not wait for it.
+    pub fn receive_undecodable(&mut self, id: BroadcastId) -> bool {
+        self.store((id.tick, id.sender, id.incarnation, id.index), None)
+    }
+
+    fn store(&mut self, key: Key, broadcast: Option<Broadcast>) -> bool {
+        if key.0 < self.oldest {
+            return false;
+        }
+        if self.arrived.len() >= CAPACITY {
+            self.arrived.pop_first();
+        }
         match self.arrived.entry(key) {
             Entry::Vacant(place) => {
                 place.insert(broadcast);
@@ -71,7 +81,7 @@ impl Radio {
     ) {
         collected.clear();
         let listed = manifest.iter().flat_map(keys);
-        collected.extend(listed.map(|key| self.arrived.remove(&key).map(Arc::new)));
+        collected.extend(listed.map(|key| self.arrived.remove(&key).flatten().map(Arc::new)));
         if let Some(oldest) = manifest.iter().map(|entry| entry.tick).min() {
             while let Some(first) = self.arrived.first_entry()
                 && first.key().0 < oldest
@@ -157,6 +167,23 @@ mod tests {
         radio.receive(broadcast(1, 4, 1, 2));
         radio.receive(broadcast(1, 99, 0, 3));
         assert_eq!(collect(&mut radio, &[entry(1, 4, 1)]), [Some(1)]);
+    }
+
+    #[test]
+    fn an_undecodable_broadcast_is_lost_without_a_wait() {
+        let manifest = [entry(1, 4, 2)];
+        let mut radio = Radio::default();
+        radio.receive(broadcast(1, 4, 1, 8));
+        assert!(!radio.has_all(&manifest));
+        let id = BroadcastId {
+            sender: RobotId(1),
+            incarnation: 1,
+            tick: 4,
+            index: 0,
+        };
+        assert!(radio.receive_undecodable(id));
+        assert!(radio.has_all(&manifest));
+        assert_eq!(collect(&mut radio, &manifest), [None, Some(8)]);
     }
 
     #[test]

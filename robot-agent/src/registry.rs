@@ -26,7 +26,7 @@ use crate::mission::{MissionController, SharedMission};
 #[derive(Clone, Debug)]
 pub struct AgentRegistry {
     kinds: Vec<Arc<dyn AllocatorKind>>,
-    minds: Vec<Arc<dyn AllocatorKind>>,
+    controllers: Vec<Arc<dyn AllocatorKind>>,
     missions: Vec<MissionController>,
 }
 
@@ -36,7 +36,7 @@ impl AgentRegistry {
     pub fn built_in() -> Self {
         Self {
             kinds: vec![Arc::new(Alliance), Arc::new(LAlliance)],
-            minds: Vec::new(),
+            controllers: Vec::new(),
             missions: Vec::new(),
         }
         .with_allocator::<Nearest>(
@@ -114,22 +114,24 @@ impl AgentRegistry {
     #[must_use]
     pub fn with_controller(mut self, kind: Arc<dyn AllocatorKind>) -> Self {
         let name = kind.spec().name;
-        self.minds.retain(|known| known.spec().name != name);
-        self.minds.push(kind);
+        self.controllers.retain(|known| known.spec().name != name);
+        self.controllers.push(kind);
         self
     }
 
     /// Returns whether the registry has a controller of that name.
     #[must_use]
     pub fn has_controller(&self, name: &str) -> bool {
-        self.minds.iter().any(|known| known.spec().name == name)
+        self.controllers
+            .iter()
+            .any(|known| known.spec().name == name)
     }
 
     /// Adds a mission, and replaces one of the same name.
     #[must_use]
-    pub fn with_mission(mut self, mind: MissionController) -> Self {
-        self.missions.retain(|known| known.data != mind.data);
-        self.missions.push(mind);
+    pub fn with_mission(mut self, controller: MissionController) -> Self {
+        self.missions.retain(|known| known.data != controller.data);
+        self.missions.push(controller);
         self
     }
 
@@ -137,7 +139,11 @@ impl AgentRegistry {
     #[must_use]
     pub fn vocabulary(&self) -> Vocabulary {
         Vocabulary {
-            missions: self.missions.iter().map(|mind| mind.data).collect(),
+            missions: self
+                .missions
+                .iter()
+                .map(|controller| controller.data)
+                .collect(),
             allocators: self.kinds.iter().map(|kind| kind.spec()).collect(),
         }
     }
@@ -151,7 +157,10 @@ impl AgentRegistry {
         name: &str,
         setup: &Setup,
     ) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
-        let kind = self.minds.iter().find(|kind| kind.spec().name == name);
+        let kind = self
+            .controllers
+            .iter()
+            .find(|kind| kind.spec().name == name);
         let unknown = || ConfigError {
             subject: format!("controller '{name}'"),
             why: "this program does not contain it".to_owned(),
@@ -190,8 +199,8 @@ impl AgentRegistry {
     /// Fails if the registry lacks the robots' side of the mission.
     pub fn shared(&self, setup: &Setup) -> Result<Arc<dyn SharedMission>, ConfigError> {
         let mission = setup.catalog.mission;
-        let mind = self.missions.iter().find(|known| known.data == mission);
-        let mind = mind.ok_or_else(|| {
+        let controller = self.missions.iter().find(|known| known.data == mission);
+        let controller = controller.ok_or_else(|| {
             let names: Vec<_> = self
                 .missions
                 .iter()
@@ -202,6 +211,6 @@ impl AgentRegistry {
                 why: format!("there is no such mission; there are {}", names.join(", ")),
             }
         })?;
-        Ok((mind.shared)(setup))
+        Ok((controller.shared)(setup))
     }
 }

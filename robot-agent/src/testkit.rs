@@ -3,7 +3,7 @@
 //! ```
 //! use robot_agent::allocator::NoParameters;
 //! use robot_agent::allocators::nearest::Nearest;
-//! robot_agent::testkit::allocator::<Nearest>(&NoParameters {});
+//! robot_agent::testkit::check_allocator::<Nearest>(&NoParameters {});
 //! ```
 
 use std::sync::Arc;
@@ -35,15 +35,15 @@ const STEPS: u64 = 400;
 ///
 /// # Panics
 /// Panics with the violated law, the seed and the step.
-pub fn allocator<A: Allocator>(config: &A::Config) {
-    running_allocators(|me| Box::new(AllocatorRunner::<A>::new(me, config)));
+pub fn check_allocator<A: Allocator>(config: &A::Config) {
+    check_running_allocator(|me| Box::new(AllocatorRunner::<A>::new(me, config)));
 }
 
-/// Checks allocators with their own states and heartbeats, like [`allocator`].
+/// Checks allocators with their own states and heartbeats, like [`check_allocator`].
 ///
 /// # Panics
-/// Panics like [`allocator`].
-pub fn running_allocators(mut make: impl FnMut(SelfState) -> Box<dyn RunningAllocator>) {
+/// Panics like [`check_allocator`].
+pub fn check_running_allocator(mut make: impl FnMut(SelfState) -> Box<dyn RunningAllocator>) {
     for seed in 0..TEAMS {
         let [first, second] = std::array::from_fn(|_| Trial::new(seed, &mut make).run());
         assert!(
@@ -60,7 +60,7 @@ struct Trial {
     me: SelfState,
     /// Four copies of the robot's allocator. The first is rolled back now and then. The others must give the same
     /// outcomes: without rollbacks, with each broadcast twice, and with junk from unknown robots.
-    minds: [Box<dyn RunningAllocator>; 4],
+    instances: [Box<dyn RunningAllocator>; 4],
     /// A teammate's allocator, which supplies messages.
     other: Box<dyn RunningAllocator>,
     sent: Vec<AllocationMessage>,
@@ -105,7 +105,7 @@ impl Trial {
         Self {
             seed,
             rng,
-            minds: std::array::from_fn(|_| make(me.clone())),
+            instances: std::array::from_fn(|_| make(me.clone())),
             other: make(other),
             sent: Vec::new(),
             states: vec![BehaviorState::Hibernating; me.behaviors.len()],
@@ -116,18 +116,18 @@ impl Trial {
 
     fn run(mut self) -> Vec<StepOutcome> {
         let mut choices = Vec::new();
-        let mut truth = Vec::new();
+        let mut ground_truth = Vec::new();
         let mut trace = Vec::new();
         for tick in 0..STEPS {
             let now = SimTime(50 * tick);
             self.situation(now, &mut choices);
-            let heard = self.broadcasts(now);
+            let received = self.broadcasts(now);
             let progressed: Vec<TaskId> = self.some_tasks(0.02);
             let position = self.rng.random_bool(0.9).then_some(Vec2::ONE);
             let is_laden = self.rng.random_bool(0.1);
             let applicable: Vec<bool> = choices.iter().map(|choice| choice.applicable).collect();
             let (seed, step_s, flat) = (self.seed, self.me.step_s, Flat(&choices));
-            let input = |heard, robot| Input {
+            let input = |received, robot| Input {
                 now,
                 step_s,
                 position,
@@ -135,23 +135,25 @@ impl Trial {
                 applicable: &applicable,
                 choices: &choices,
                 progressed: &progressed,
-                received: heard,
+                received,
                 route: &flat,
-                ground_truth: &truth,
+                ground_truth: &ground_truth,
                 draws: RandomDraws::new(seed, robot, tick),
             };
-            let twice: Vec<Arc<Broadcast>> = heard
+            let twice: Vec<Arc<Broadcast>> = received
                 .iter()
                 .flat_map(|broadcast| [broadcast.clone(), broadcast.clone()])
                 .collect();
-            let mut with_junk = heard.clone();
-            with_junk.extend(strangers(&heard, self.me.team));
+            let mut with_junk = received.clone();
+            with_junk.extend(strangers(&received, self.me.team));
 
-            let lists = [&heard, &heard, &twice, &with_junk];
+            let lists = [&received, &received, &twice, &with_junk];
             let mut outcomes: [StepOutcome; 4] = Default::default();
             let at = format!("seed {}, step {tick}", self.seed);
-            for ((mind, outcome), list) in self.minds.iter_mut().zip(&mut outcomes).zip(lists) {
-                let step = || mind.step(&input(list, self.me.robot), outcome);
+            for ((instance, outcome), list) in
+                self.instances.iter_mut().zip(&mut outcomes).zip(lists)
+            {
+                let step = || instance.step(&input(list, self.me.robot), outcome);
                 if let Err(panic) = panics::catch(step) {
                     panic!("{at}: G3, no message makes it panic: {panic}");
                 }
@@ -185,16 +187,16 @@ impl Trial {
             trace.push(outcome.clone());
             if self.rng.random_bool(0.1) {
                 // A step that does not count: the copy from before it is restored.
-                let kept = self.minds[0].checkpoint();
+                let kept = self.instances[0].checkpoint();
                 let mut discarded = StepOutcome::default();
                 let later = Input {
                     now: SimTime(now.0 + 1),
                     ..input(&[], self.me.robot)
                 };
-                self.minds[0].step(&later, &mut discarded);
-                self.minds[0] = kept;
+                self.instances[0].step(&later, &mut discarded);
+                self.instances[0] = kept;
             }
-            truth = offers;
+            ground_truth = offers;
         }
         trace
     }
@@ -304,7 +306,7 @@ impl Trial {
             progress: self.rng.random_range(0..9),
             position: Some(Vec2::splat(if wild { f32::NAN } else { 2.0 })),
             carrying: false,
-            lore: SharedKnowledge::default(),
+            shared_knowledge: SharedKnowledge::default(),
         })
     }
 
@@ -389,8 +391,8 @@ impl Trial {
     }
 }
 
-fn strangers(heard: &[Arc<Broadcast>], team: usize) -> impl Iterator<Item = Arc<Broadcast>> {
-    heard.iter().map(move |broadcast| {
+fn strangers(received: &[Arc<Broadcast>], team: usize) -> impl Iterator<Item = Arc<Broadcast>> {
+    received.iter().map(move |broadcast| {
         let mut stranger = broadcast.as_ref().clone();
         stranger.sender = RobotId(team as u16 + 7);
         Arc::new(stranger)

@@ -63,27 +63,30 @@ impl Default for ExternalWriter {
 impl ExternalWriter {
     /// Appends an answer to `bytes`. `broadcasts` contains the received broadcasts in any order; the first one with an
     /// index wins.
+    ///
+    /// # Errors
+    /// Returns an error for a message above the size limit. `bytes` is then incomplete.
     pub fn add<'b>(
         &mut self,
         report: &Report,
         broadcasts: impl Iterator<Item = &'b Broadcast> + Clone,
         bytes: &mut Vec<u8>,
-    ) {
-        self.frame(report, bytes);
+    ) -> Result<(), CodecError> {
+        self.frame(report, bytes)?;
         for index in 0..report.broadcasts {
             match broadcasts
                 .clone()
                 .find(|broadcast| broadcast.index == index)
             {
-                Some(broadcast) => self.frame(broadcast, bytes),
+                Some(broadcast) => self.frame(broadcast, bytes)?,
                 None => bytes.extend([0; LENGTH_BYTES]),
             }
         }
+        Ok(())
     }
 
-    fn frame<T: Serialize>(&mut self, message: &T, bytes: &mut Vec<u8>) {
-        // The message was sent over the bus, so it is not too large to encode.
-        let message = encode(message).unwrap_or_default();
+    fn frame<T: Serialize>(&mut self, message: &T, bytes: &mut Vec<u8>) -> Result<(), CodecError> {
+        let message = encode(message)?;
         let start = bytes.len();
         bytes.extend([0; LENGTH_BYTES]);
         let mut rest = message.as_slice();
@@ -99,6 +102,7 @@ impl ExternalWriter {
         }
         let length = (bytes.len() - start - LENGTH_BYTES) as u32;
         bytes[start..start + LENGTH_BYTES].copy_from_slice(&length.to_le_bytes());
+        Ok(())
     }
 }
 
@@ -164,23 +168,30 @@ impl Reader<'_> {
         Ok(message)
     }
 
+    /// Inflates a frame. The inflater may return early with input and room left, so only a call that neither reads nor
+    /// writes ends the frame.
     fn unpack(&mut self, packed: &[u8]) -> Result<Vec<u8>, ExternalError> {
         let mut message = Vec::with_capacity(4 * packed.len() + OVERHEAD_BYTES);
-        let start = self.stream.total_in();
-        loop {
-            let read = (self.stream.total_in() - start) as usize;
-            let unpacked =
-                self.stream
-                    .decompress_vec(&packed[read..], &mut message, FlushDecompress::Sync);
+        let mut rest = packed;
+        while message.len() <= LIMIT_BYTES {
+            if message.len() == message.capacity() {
+                message.reserve(message.len());
+            }
+            let (read, written) = (self.stream.total_in(), message.len());
+            let unpacked = self
+                .stream
+                .decompress_vec(rest, &mut message, FlushDecompress::Sync);
             unpacked.map_err(|error| self.damaged(&error.to_string()))?;
-            let read = (self.stream.total_in() - start) as usize;
-            if read == packed.len() && message.len() < message.capacity() {
-                return Ok(message);
+            let read = (self.stream.total_in() - read) as usize;
+            rest = &rest[read..];
+            if read == 0 && message.len() == written {
+                break;
             }
-            if message.len() < message.capacity() || message.len() > LIMIT_BYTES {
-                return Err(self.damaged("the frame contains no message"));
-            }
-            message.reserve(message.len());
+        }
+        if rest.is_empty() && message.len() <= LIMIT_BYTES {
+            Ok(message)
+        } else {
+            Err(self.damaged("the frame contains no message"))
         }
     }
 }
@@ -209,6 +220,8 @@ pub(super) fn whole_frames(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+    use proto::allocation::{AllocationMessage, OpenMessage};
     use proto::join::PROTOCOL_VERSION;
     use proto::mission::SharedKnowledge;
     use proto::readings::Actuation;
@@ -233,7 +246,7 @@ mod tests {
                 progress: 0,
                 position: Some(glam::Vec2::new(tick as f32 / 7.0, 1.0)),
                 carrying: false,
-                lore: SharedKnowledge::Open(vec![tick as u8; 500]),
+                shared_knowledge: SharedKnowledge::Open(vec![tick as u8; 500]),
             }),
         };
         let count = (tick % 4) as u16;
@@ -266,7 +279,9 @@ mod tests {
         let mut writer = ExternalWriter::default();
         for answer in &answers {
             let received: Vec<_> = answer.broadcasts.iter().flatten().cloned().collect();
-            writer.add(&answer.report, received.iter(), &mut bytes);
+            writer
+                .add(&answer.report, received.iter(), &mut bytes)
+                .unwrap();
         }
         (answers, bytes)
     }
@@ -289,6 +304,48 @@ mod tests {
             .sum();
         assert!(bytes.len() < plain, "{} of {plain}", bytes.len());
         assert_eq!(read(b"").unwrap(), []);
+    }
+
+    #[test]
+    fn a_message_above_the_size_limit_is_an_error() {
+        let mut report = answer(1, 0).report;
+        report.motivations = vec![Motivation::default(); LIMIT_BYTES];
+        let added = ExternalWriter::default().add(&report, [].iter(), &mut Vec::new());
+        assert!(matches!(added, Err(CodecError::TooLarge(_))), "{added:?}");
+    }
+
+    proptest! {
+        /// Content that repeats exactly, with a period above and below that of a message, and with noise.
+        #[test]
+        fn repeated_content_survives_a_round_trip(
+            period in prop::collection::vec(any::<u8>(), 1..40),
+            sizes in prop::collection::vec(0..1200_usize, 1..8),
+            ticks in 1..400_u64,
+            noise in 0..3_u64,
+        ) {
+            let answers: Vec<_> = (0..ticks)
+                .map(|tick| {
+                    let size = sizes[tick as usize % sizes.len()];
+                    let bytes = period.iter().copied().cycle().take(size);
+                    let changed = |byte: u8| byte ^ (noise * tick % 251) as u8;
+                    let mut answer = answer(1, 0);
+                    for broadcast in answer.broadcasts.iter_mut().flatten() {
+                        broadcast.body = BroadcastContent::Allocation(AllocationMessage::Open(OpenMessage {
+                            schema: "repeated".to_owned(),
+                            bytes: bytes.clone().map(changed).collect(),
+                        }));
+                    }
+                    answer
+                })
+                .collect();
+            let mut bytes = HEADER.as_bytes().to_vec();
+            let mut writer = ExternalWriter::default();
+            for answer in &answers {
+                let received: Vec<_> = answer.broadcasts.iter().flatten().cloned().collect();
+                writer.add(&answer.report, received.iter(), &mut bytes).unwrap();
+            }
+            prop_assert_eq!(read(&bytes).unwrap(), answers);
+        }
     }
 
     #[test]

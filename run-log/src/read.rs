@@ -22,6 +22,8 @@ use super::table::Table;
 /// An error of a folder that is not a readable run.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
+    #[error("{} is not the folder of a run: {why}", folder.display())]
+    NoRun { folder: PathBuf, why: &'static str },
     #[error("cannot read {}: {error}", path.display())]
     Read { path: PathBuf, error: io::Error },
     /// The contents of a file do not match its name.
@@ -31,6 +33,22 @@ pub enum ReadError {
         /// The position and the cause.
         reason: String,
     },
+}
+
+/// Returns the error of a folder whose run.json cannot be read.
+fn no_run(folder: &Path, path: &Path, error: io::Error) -> ReadError {
+    use io::ErrorKind::{NotADirectory, NotFound};
+    let why = match error.kind() {
+        NotFound if folder.exists() => "it has no run.json",
+        NotFound => "there is no such folder",
+        NotADirectory => "it is a file",
+        _ => {
+            let path = path.to_owned();
+            return ReadError::Read { path, error };
+        }
+    };
+    let folder = folder.to_owned();
+    ReadError::NoRun { folder, why }
 }
 
 /// The last row of ticks.csv for a tick.
@@ -53,6 +71,11 @@ pub struct RunLog {
     /// The table that ends before ticks.csv and therefore limits the log. If there are several, the one that ends
     /// first.
     pub torn: Option<Table>,
+    /// The tables whose files continue after the last complete tick, and files of tables that the log level excludes.
+    /// Readers of this type do not see these bytes.
+    pub excess: Vec<Table>,
+    /// The text of run.json.
+    run_json: Vec<u8>,
     folder: PathBuf,
     /// The complete part of every table.
     tables: BTreeMap<Table, Vec<u8>>,
@@ -65,16 +88,20 @@ impl RunLog {
     /// Returns a [`ReadError`] if run.json is missing or malformed, or if an existing file cannot be read.
     pub fn open(folder: &Path, vocabulary: &Vocabulary) -> Result<Self, ReadError> {
         let path = folder.join(Document::Run.file_name());
-        let text = fs::read(&path).map_err(|error| ReadError::Read {
-            path: path.clone(),
-            error,
-        })?;
+        let text = fs::read(&path).map_err(|error| no_run(folder, &path, error))?;
         let run = RunFile::parse(&text, vocabulary)
             .map_err(|reason| ReadError::Malformed { path, reason })?;
 
         let mut tables = BTreeMap::new();
-        for table in Table::ALL.into_iter().filter(|table| run.log.keeps(*table)) {
+        let mut excluded = Vec::new();
+        for table in Table::ALL {
             let path = folder.join(table.file_name());
+            if !run.log.keeps(table) {
+                if path.exists() {
+                    excluded.push(table);
+                }
+                continue;
+            }
             match fs::read(&path) {
                 Ok(bytes) => {
                     tables.insert(table, bytes);
@@ -83,7 +110,10 @@ impl RunLog {
                 Err(error) => return Err(ReadError::Read { path, error }),
             }
         }
-        Ok(Self::from_tables(folder, run, tables))
+        let mut log = Self::from_tables(folder, run, tables);
+        log.excess.append(&mut excluded);
+        log.run_json = text;
+        Ok(log)
     }
 
     /// Reads the log that a recorder has left in memory.
@@ -97,7 +127,9 @@ impl RunLog {
             path: PathBuf::from(Document::Run.file_name()),
             reason,
         })?;
-        Ok(Self::from_tables(Path::new(""), run, memory.tables.clone()))
+        let mut log = Self::from_tables(Path::new(""), run, memory.tables.clone());
+        log.run_json = text.to_vec();
+        Ok(log)
     }
 
     /// Creates a log from the contents of its tables. Error messages name `folder` as the location.
@@ -106,6 +138,11 @@ impl RunLog {
         for table in Table::ALL {
             tables.entry(table).or_default();
         }
+        let lengths = |tables: &BTreeMap<Table, Vec<u8>>| -> Vec<(Table, usize)> {
+            let lengths = tables.iter().map(|(table, bytes)| (*table, bytes.len()));
+            lengths.collect()
+        };
+        let before = lengths(&tables);
         let (last, torn) = if run.log == LogLevel::Off {
             for (table, bytes) in &mut tables {
                 bytes.truncate(whole_rows(*table, bytes).map(<[u8]>::len).sum());
@@ -114,13 +151,24 @@ impl RunLog {
         } else {
             cut(&mut tables)
         };
+        let pairs = before.into_iter().zip(lengths(&tables));
+        let excess = pairs.filter(|(before, after)| before != after);
         Self {
+            run_json: run.to_json().into_bytes(),
             run,
             last,
             torn,
+            excess: excess.map(|((table, _), _)| table).collect(),
             folder: folder.to_owned(),
             tables,
         }
+    }
+
+    /// Returns run.json as it was written, also with keys that [`RunFile`] does not have.
+    #[must_use]
+    pub fn run_json(&self) -> serde_json::Value {
+        // The text was parsed before.
+        serde_json::from_slice(&self.run_json).unwrap_or_default()
     }
 
     /// Returns the complete part of a table, including the header line.
@@ -150,7 +198,7 @@ impl RunLog {
     }
 
     /// Returns the answers of external controllers, by tick and robot.
-    pub fn foreign(&self) -> Result<Vec<ExternalAnswer>, ReadError> {
+    pub fn external_answers(&self) -> Result<Vec<ExternalAnswer>, ReadError> {
         if self.torn == Some(Table::External) && self.run.outcome != RunOutcome::Running {
             let whole = self.last.map_or(0, |seal| seal.tick + 1);
             let ticks = self.run.result.ticks;

@@ -58,6 +58,39 @@ impl TableRow for AllocationRow {
     const TABLE: Table = Table::Allocation;
 }
 
+/// A row of allocation_messages.csv: an entry of a message of an allocator. Columns that the kind does not use are empty.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AllocationMessageRow {
+    /// The time of sending.
+    pub t_ms: SimTime,
+    pub sender: String,
+    pub incarnation: u32,
+    /// The running number of the broadcast, as in messages.csv.
+    pub seq: u64,
+    pub kind: String,
+    pub task: String,
+    pub slot: Option<u16>,
+    /// The robot of the bid, the winner, or the member of a coalition.
+    pub robot: String,
+    /// The bid or utility, in the allocator's own unit.
+    pub bid: Option<f32>,
+    /// The time since which the task is due, according to the sender.
+    pub round_ms: Option<SimTime>,
+    /// The end of an auction, the time of a bid, or the time of the latest news of a robot.
+    pub time_ms: Option<SimTime>,
+    /// The auction as AUCTIONEER/INCARNATION/NUMBER.
+    pub auction: String,
+    /// The number of decisions that led to a partition.
+    pub evolution: Option<u64>,
+    pub stamp: Option<f64>,
+    pub detail: String,
+}
+
+impl TableRow for AllocationMessageRow {
+    const TABLE: Table = Table::AllocationMessages;
+}
+
 /// A row of mission.csv. Its columns depend on the mission.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MissionRow {

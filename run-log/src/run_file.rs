@@ -15,6 +15,12 @@ use super::level::LogLevel;
 pub struct RunFile<S = Setup> {
     /// The version of the program that made the run.
     pub version: String,
+    /// The identity of the world's build; empty if it is not known.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub build: String,
+    /// The builds of agents that differ from the world's, by robot. They can decide otherwise than the world's program.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub agent_builds: BTreeMap<String, String>,
     pub log: LogLevel,
     /// The hash of the whole run, 16 hexadecimal digits; `None` while the run is in progress.
     pub hash: Option<String>,
@@ -47,6 +53,8 @@ impl RunFile {
     pub fn parse(text: &[u8], vocabulary: &Vocabulary) -> Result<Self, String> {
         let RunFile {
             version,
+            build,
+            agent_builds,
             log,
             hash,
             outcome,
@@ -60,6 +68,8 @@ impl RunFile {
         let setup = setup.read(vocabulary).map_err(|error| error.to_string())?;
         let run = Self {
             version,
+            build,
+            agent_builds,
             log,
             hash,
             outcome,

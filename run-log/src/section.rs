@@ -1,7 +1,7 @@
 //! The `robot` and `section` columns of ticks.csv.
 
 /// The `robot` column of ticks.csv for data that belongs to no robot.
-pub const WORLD_ROBOT: &str = "world";
+pub const WORLD_ROBOT: &str = scenario::names::WORLD;
 
 /// The `section` column of ticks.csv in the last row of a tick.
 pub const RUN_SECTION: &str = "run";

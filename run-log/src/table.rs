@@ -7,13 +7,17 @@ pub enum Table {
     Motivations,
     /// The state of allocators without motivations, per behavior set. Optional.
     Allocation,
+    /// The contents of the messages of allocators, per entry. Optional.
+    AllocationMessages,
     /// The delivery of every broadcast at every receiver.
     Messages,
     Events,
+    /// The bodies at the start of each step.
     Poses,
-    /// The progress of the mission, with a row for the first tick and for each tick with a change.
+    /// The progress of the mission at the end of the step, with a row for the first tick and for each tick with a change.
     Mission,
-    /// The position of every target after each tick and the number of robots that see it. Optional.
+    /// The position of every target at the end of each step and the number of robots that see it. Optional. The poses of
+    /// the same instant are those of the next tick.
     Targets,
     /// The external inputs, as JSON lines.
     Inputs,
@@ -25,9 +29,10 @@ pub enum Table {
 
 impl Table {
     /// The tables in the order in which a flush writes them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Motivations,
         Self::Allocation,
+        Self::AllocationMessages,
         Self::Messages,
         Self::Events,
         Self::Poses,
@@ -44,6 +49,7 @@ impl Table {
         match self {
             Self::Motivations => "motivations.csv",
             Self::Allocation => "allocation.csv",
+            Self::AllocationMessages => "allocation_messages.csv",
             Self::Messages => "messages.csv",
             Self::Events => "events.csv",
             Self::Poses => "poses.csv",
@@ -58,7 +64,10 @@ impl Table {
     /// Returns whether the file exists only if it has rows.
     #[must_use]
     pub fn is_optional(self) -> bool {
-        matches!(self, Self::Allocation | Self::Targets | Self::External)
+        matches!(
+            self,
+            Self::Allocation | Self::AllocationMessages | Self::Targets | Self::External
+        )
     }
 
     /// Returns the first line with its line end; empty for JSON lines. `None` for mission.csv, whose columns depend on
@@ -71,8 +80,11 @@ impl Table {
                  impatience_reset,acquiescence,state\n"
             }
             Self::Allocation => "t_ms,robot,task,behavior_set,utility,holder,state\n",
+            Self::AllocationMessages => {
+                "t_ms,sender,incarnation,seq,kind,task,slot,robot,bid,round_ms,time_ms,auction,evolution,stamp,detail\n"
+            }
             Self::Messages => {
-                "t_ms,receiver,sender,incarnation,seq,kind,state,since_ms,behavior_set,task,progress,sent_ms,fate\n"
+                "t_ms,receiver,sender,incarnation,seq,kind,state,since_ms,behavior_set,task,progress,sent_ms,delivery\n"
             }
             Self::Events => "t_ms,kind,robot,subject,reason,detail\n",
             Self::Poses => {
@@ -111,9 +123,15 @@ mod tests {
                     Some("t_ms,robot,task,behavior_set,utility,holder,state\n")
                 ),
                 (
+                    "allocation_messages.csv",
+                    Some(
+                        "t_ms,sender,incarnation,seq,kind,task,slot,robot,bid,round_ms,time_ms,auction,evolution,stamp,detail\n"
+                    )
+                ),
+                (
                     "messages.csv",
                     Some(
-                        "t_ms,receiver,sender,incarnation,seq,kind,state,since_ms,behavior_set,task,progress,sent_ms,fate\n"
+                        "t_ms,receiver,sender,incarnation,seq,kind,state,since_ms,behavior_set,task,progress,sent_ms,delivery\n"
                     )
                 ),
                 (

@@ -48,8 +48,8 @@ impl Scenario {
     /// Returns the external controller of a robot, or else its allocator.
     #[must_use]
     pub fn decider_of<'s>(&'s self, robot: &'s Robot) -> &'s str {
-        let mind = robot.mind.as_deref();
-        mind.unwrap_or_else(|| self.stated_allocator(robot))
+        let controller = robot.mind.as_deref();
+        controller.unwrap_or_else(|| self.stated_allocator(robot))
     }
 
     /// Returns the allocator of a robot regardless of an external controller: its own choice, or else the team's.
@@ -62,8 +62,8 @@ impl Scenario {
     /// Returns the distinct names of the external controllers.
     #[must_use]
     pub fn external_controllers(&self) -> BTreeSet<&str> {
-        let minds = self.robots.iter().map(|robot| robot.mind.as_deref());
-        minds.flatten().collect()
+        let controllers = self.robots.iter().map(|robot| robot.mind.as_deref());
+        controllers.flatten().collect()
     }
 
     /// Returns the distinct names of the team's allocators, separated by commas.
@@ -103,13 +103,13 @@ impl Scenario {
                 let at = KeyPath::new(["robots"]).index(index).key("allocator");
                 find(name, known, &at)?;
             }
-            if let Some(mind) = &robot.mind
-                && known.iter().any(|spec| spec.name == mind)
+            if let Some(controller) = &robot.mind
+                && known.iter().any(|spec| spec.name == controller)
             {
                 let at = KeyPath::new(["robots"]).index(index).key("mind");
-                let what = format!("'{mind}' is an allocator, not a program");
+                let what = format!("'{controller}' is an allocator, not a program");
                 let remedy =
-                    format!("state allocator = \"{mind}\", or give the program another name");
+                    format!("state allocator = \"{controller}\", or give the program another name");
                 return Err(Problem::at(at, what, remedy));
             }
         }

@@ -1,5 +1,6 @@
 //! Errors in scenarios and parameter files: one line with place, problem and remedy.
 
+use std::borrow::Cow;
 use std::fmt;
 
 use super::path::{KeyPath, PathStep};
@@ -57,7 +58,7 @@ impl fmt::Display for ScenarioError {
         text += &format!("{}; {}", self.problem, self.remedy);
         // Names come from the file and may contain any character. Escapes keep them from breaking the line or
         // controlling a terminal.
-        for c in text.chars() {
+        for c in shortened(&text).chars() {
             if c.is_control() {
                 write!(f, "{}", c.escape_default())?;
             } else {
@@ -66,6 +67,20 @@ impl fmt::Display for ScenarioError {
         }
         Ok(())
     }
+}
+
+/// Returns a text without its middle if it is longer than a person reads. Names and values come from the file and have any
+/// length.
+fn shortened(text: &str) -> Cow<'_, str> {
+    const HEAD: usize = 280;
+    const TAIL: usize = 100;
+    let length = text.chars().count();
+    if length <= HEAD + TAIL {
+        return Cow::Borrowed(text);
+    }
+    let head = text.chars().take(HEAD);
+    let tail = text.chars().skip(length - TAIL);
+    Cow::Owned(head.chain(" … ".chars()).chain(tail).collect())
 }
 
 /// The place where a value was stated.
@@ -87,6 +102,13 @@ pub struct Problem {
     pub(super) place: Location,
     pub(super) problem: String,
     pub(super) remedy: String,
+}
+
+/// Formats the problem as `KEY: problem; remedy`.
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.clone().located(None).fmt(f)
+    }
 }
 
 impl Problem {
@@ -136,5 +158,22 @@ pub fn name_remedy<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) ->
     match nearest(wrong, known) {
         Some(name) => format!("did you mean '{name}'? ({list})"),
         None => list,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_about_a_long_name_keeps_its_place_and_its_remedy() {
+        let what = format!("unknown robot '{}'", "ü".repeat(5000));
+        let remedy = "there is only 'blue'".to_owned();
+        let line = ScenarioError::in_file("my.toml", 7, what, remedy).to_string();
+        assert_eq!(line.chars().count(), 383);
+        assert!(line.starts_with("my.toml:7: unknown robot 'üüü"), "{line}");
+        assert!(line.ends_with("üüü'; there is only 'blue'"), "{line}");
+        let short = "x".repeat(380);
+        assert_eq!(shortened(&short), short);
     }
 }

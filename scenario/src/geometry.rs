@@ -5,9 +5,6 @@ use super::error::Problem;
 use super::path::KeyPath;
 use super::{Obstacle, Scenario};
 
-/// The highest penetrability of a solid component (thesis §3.2.2.1).
-const SOLID: f32 = 0.1;
-
 /// The tolerance for overlaps from rounding, m. Bodies may touch.
 const TOUCH_M: f64 = 1e-6;
 
@@ -19,7 +16,7 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
         f64::from(scenario.room.width_m),
         f64::from(scenario.room.height_m),
     );
-    let solid = scenario.body.robot_penetrability <= SOLID;
+    let solid = scenario.body.robot_penetrability <= Obstacle::SOLID;
     // Absent robots do not occupy space and join when there is room.
     let count = scenario.robots.iter().filter(|robot| !robot.absent).count();
     let side_by_side = if solid { count as f64 } else { 1.0 };
@@ -61,7 +58,7 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
             }
         }
         let solids = scenario.obstacles.iter().enumerate();
-        for (number, obstacle) in solids.filter(|(_, each)| each.penetrability <= SOLID) {
+        for (number, obstacle) in solids.filter(|(_, each)| each.is_solid()) {
             if overlaps(x, y, radius - TOUCH_M, obstacle) {
                 let what = format!("covers the start of '{}'", robot.name);
                 let remedy = format!("move it or {at} until they are apart");
@@ -77,10 +74,9 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
         }
     }
     if solid {
-        apart(scenario, starts, diameter)
-    } else {
-        Ok(())
+        apart(scenario, starts, diameter)?;
     }
+    scenario.mission().check_places(scenario)
 }
 
 /// Rejects two solid robots whose starts overlap. The order by x limits comparisons to near robots.

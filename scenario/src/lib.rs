@@ -1,6 +1,6 @@
 //! Scenario files: the inputs of a run, with every default.
 //!
-//! `alliance scenarios reference` documents every key. Lengths are in metres, angles in degrees, times in seconds.
+//! `alliance list scenarios reference` documents every key. Lengths are in metres, angles in degrees, times in seconds.
 //! Rectangles have a lower left corner and a size.
 
 mod agent_setup;
@@ -71,7 +71,7 @@ pub use vocabulary::Vocabulary;
 pub struct Scenario {
     /// The name, one word.
     pub name: String,
-    /// The description for `alliance scenarios`.
+    /// The description for `alliance list scenarios`.
     pub description: String,
     /// The length of a step, ms of simulated time, 1 to 500.
     pub step_ms: u64,

@@ -53,6 +53,17 @@ pub const TURN_RATE: NumberRange = above_zero(3600.0, "deg/s");
 /// The range of power, W.
 pub const POWER: NumberRange = closed(0.0, 1e9, "W");
 
+/// Formats a number. A fraction of single precision, such as the size of a room, is shown as it was written.
+#[must_use]
+pub fn readable(number: f64) -> String {
+    let single = number as f32;
+    if number.fract() != 0.0 && f64::from(single) == number {
+        single.to_string()
+    } else {
+        number.to_string()
+    }
+}
+
 impl NumberRange {
     /// Rejects a number at `path` outside the range, and NaN.
     pub fn check<T: Copy + Display + Into<f64>>(
@@ -69,11 +80,9 @@ impl NumberRange {
         if high_enough && value <= self.to {
             return Ok(());
         }
-        let low = match (self.open, self.from) {
-            (true, from) => format!("above {from}"),
-            (false, from) => format!("at least {from}"),
-        };
-        let remedy = format!("it must be {low} and at most {} {}", self.to, self.unit);
+        let low = if self.open { "above" } else { "at least" };
+        let (from, to) = (readable(self.from), readable(self.to));
+        let remedy = format!("it must be {low} {from} and at most {to} {}", self.unit);
         Err(Problem::at(
             path,
             format!("{number} is out of range"),
@@ -112,4 +121,25 @@ pub fn check_names<'a>(
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_shown_as_they_were_written() {
+        let width_m = f64::from(3.2_f32);
+        let refused = closed(0.0, width_m, "m").check(KeyPath::new(["x_m"]), 4.1_f32);
+        let message = refused.unwrap_err().to_string();
+        let expected = "x_m: 4.1 is out of range; it must be at least 0 and at most 3.2 m";
+        assert_eq!(message, expected);
+        for (number, shown) in [
+            (0.1, "0.1"),
+            (4_294_967_296.0, "4294967296"),
+            (1e-9, "0.000000001"),
+        ] {
+            assert_eq!(readable(number), shown);
+        }
+    }
 }

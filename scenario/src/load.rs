@@ -64,6 +64,12 @@ impl<'t> TomlFile<'t> {
         self.name
     }
 
+    /// Returns true if the file states this key at its top.
+    #[must_use]
+    pub fn has_key(&self, key: &str) -> bool {
+        self.document.table().contains_key(key)
+    }
+
     /// Returns the contents as a value of type `T`.
     ///
     /// # Errors

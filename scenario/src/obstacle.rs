@@ -20,3 +20,21 @@ pub struct Obstacle {
     #[serde(default)]
     pub penetrability: f32,
 }
+
+impl Obstacle {
+    /// The highest penetrability of a solid component (thesis §3.2.2.1).
+    pub const SOLID: f32 = 0.1;
+
+    /// Returns true if no robot can enter the rectangle.
+    #[must_use]
+    pub fn is_solid(&self) -> bool {
+        self.penetrability <= Self::SOLID
+    }
+
+    /// Returns true if a place, m, lies inside the rectangle and not on its edge.
+    #[must_use]
+    pub fn contains(&self, x_m: f32, y_m: f32) -> bool {
+        let inside = |place: f32, from: f32, size: f32| from < place && place < from + size;
+        inside(x_m, self.x_m, self.width_m) && inside(y_m, self.y_m, self.height_m)
+    }
+}

@@ -138,7 +138,7 @@ impl<'de> Deserializer<'de> for TomlValue<'de> {
                     Ok(value) => visitor.visit_i64(value),
                     Err(_) => Err(TomlError::new(
                         format!("{value} is out of range"),
-                        "write a number of at most 18 digits",
+                        format!("write a whole number from {} to {}", i64::MIN, i64::MAX),
                     )),
                 }
             }

@@ -11,8 +11,9 @@ use super::limits::{
 };
 use super::path::KeyPath;
 use super::{Robot, Scenario};
-use crate::fault::{RandomFaults, Role};
+use crate::fault::RandomFaults;
 use crate::ids::TaskId;
+use crate::names::RESERVED;
 
 /// The maximum number of robots of a scenario. Ranks, which are 16-bit numbers, would allow more.
 pub const MAX_ROBOTS: usize = 10_000;
@@ -101,13 +102,7 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     let robots = KeyPath::new(["robots"]);
     check_names(&robots, names(scenario), MAX_ROBOTS)?;
     for (index, name) in names(scenario).enumerate() {
-        // These names have a meaning in faults.
-        let means = match name {
-            "all" | "any" => Some("every robot"),
-            Role::IDLE => Some("an idle robot"),
-            _ => None,
-        };
-        if let Some(means) = means {
+        if let Some((_, means)) = RESERVED.iter().find(|(reserved, _)| *reserved == name) {
             let what = format!("'{name}' means {means}");
             return Err(Problem::at(
                 robots.index(index).key("name"),
@@ -132,8 +127,8 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
             }
         }
         let at = robots.index(index);
-        if let Some(mind) = &robot.mind {
-            check_name(at.key("mind"), mind)?;
+        if let Some(controller) = &robot.mind {
+            check_name(at.key("mind"), controller)?;
         }
         if let Some(speed_m_s) = robot.speed_m_s {
             SPEED.check(at.key("speed_m_s"), speed_m_s)?;
@@ -396,8 +391,26 @@ fn known<'a>(
 
 #[cfg(test)]
 mod tests {
+    use super::RESERVED;
     use crate::Scenario;
     use crate::testkit::vocabulary;
+
+    #[test]
+    fn a_robot_cannot_have_a_reserved_name() {
+        let read = |name: &str| {
+            let text = format!("[drill]\n[[robots]]\nname = 'a'\n[[robots]]\nname = '{name}'");
+            Scenario::parse("s.toml", &text, &vocabulary()).map_err(|error| error.to_string())
+        };
+        for (name, means) in RESERVED {
+            let expected =
+                format!("s.toml:5: robots[1].name: '{name}' means {means}; choose another name");
+            assert_eq!(read(name), Err(expected));
+        }
+        // The logs of hosts have a dot in their names, so these cannot clash.
+        for name in ["World", "world-1", "pages", "host-h2", "launcher"] {
+            assert!(read(name).is_ok(), "{name}");
+        }
+    }
 
     #[test]
     fn a_robot_without_a_behavior_is_refused_at_its_tasks() {

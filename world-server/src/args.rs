@@ -1,4 +1,4 @@
-//! Command line of a world. `world-server` and `alliance world` use all of it, `alliance run` all but the run id.
+//! Command line of a world. `world-server` and `alliance cluster world` use all of it, `alliance run` all but the run id.
 
 use std::collections::BTreeMap;
 use std::fs::{create_dir, create_dir_all};
@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime};
 
 use anyhow::{Context, bail};
 use clap::Args;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use cluster::session::LOG_FILTER;
 use proto::secret::random;
 use proto::tick::Outcome;
@@ -24,38 +24,42 @@ use cluster::network::{Network, NetworkArgs};
 
 use crate::gateway;
 use crate::mission::MissionWorld;
-use crate::mission_args::{Known, MissionArgs, positive};
+use crate::mission_args::{Known, MissionArgs, positive_time};
 use crate::pace::Speed;
 use crate::process::{Options, serve};
 
+/// The help heading of options for the results of a run.
+pub const OUTPUT: &str = "Output";
+
 /// Options of execution. They do not change the result of a run by a single byte.
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Execution")]
 pub struct RunArgs {
-    /// Folder of the run's log [default: runs/SCENARIO-seedN-TIME]
-    #[arg(long, value_name = "DIR")]
+    /// Folder of the log [default: runs/SCENARIO-seedN-TIME]
+    #[arg(long, value_name = "DIR", help_heading = OUTPUT)]
     pub out: Option<PathBuf>,
-    /// Speed: max, or a factor of real time such as 1x [default: max; 1x if the clock starts paused]
+    /// Factor of real time, or max [default: max; 1x if paused at the start]
     #[arg(long, value_name = "max|FACTORx")]
     pub speed: Option<Speed>,
     /// Start with the clock paused
     #[arg(long)]
     pub paused: bool,
-    /// Amount of logged data; does not change the hash [default: full; summary for more than 2,000 behavior sets]
-    #[arg(long, value_name = "LEVEL", value_parser = log_level())]
+    /// Amount of logged data [default: full; summary above 2,000 behavior sets]
+    #[arg(long, value_name = "LEVEL", value_parser = log_level(), help_heading = OUTPUT)]
     pub log: Option<LogLevel>,
-    /// Continue without an agent that has not answered for this long, in seconds of wall-clock time
-    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = positive, allow_negative_numbers = true)]
+    /// Continue without an agent after this wall-clock time without an answer
+    #[arg(long, value_name = "TIME", default_value = "5", value_parser = positive_time, allow_negative_numbers = true)]
     pub stall_after: f64,
 }
 
-/// Run a world: physics, sensing and the step clock. Waits for the robots of the scenario
+/// Run a world: physics, sensing and the step clock
 #[derive(Args, Clone, Debug)]
 pub struct WorldArgs {
     #[command(flatten)]
     mission: MissionArgs,
     #[command(flatten)]
     run: RunArgs,
-    /// Id of the run, one word [default: from the scenario and the process id]
+    /// Id of the run, one word [default: scenario and process id]
     #[arg(long = "run", value_name = "ID", value_parser = run_id)]
     id: Option<String>,
     #[command(flatten)]
@@ -293,16 +297,7 @@ pub fn log_to_stderr() {
 
 /// Parses a log level. `LogLevel` is not a `ValueEnum`, so that programs that only read logs do not depend on clap.
 fn log_level() -> impl TypedValueParser<Value = LogLevel> {
-    let described = LogLevel::ALL.map(|level| {
-        PossibleValue::new(level.as_str()).help(match level {
-            LogLevel::Full => "Every table, every tick",
-            LogLevel::Summary => {
-                "Events, mission and inputs; ticks.csv with one seal per second of simulated time instead of all hashes"
-            }
-            LogLevel::Off => "Inputs only",
-        })
-    });
-    PossibleValuesParser::new(described).map(|name| {
+    PossibleValuesParser::new(LogLevel::ALL.map(LogLevel::as_str)).map(|name| {
         let mut levels = LogLevel::ALL.into_iter();
         // The parser has already rejected all other words.
         levels

@@ -6,10 +6,9 @@
 //! - [`faults`]: begin and end of faults, and their effects on readings and commands.
 //! - [`barrier`]: participants of a tick, counted reports and delivery lists.
 //! - [`simulation`]: world and barrier together, one run tick by tick.
-//! - [`recorder`]: log and hash of a run.
 //!
 //! Modules with side effects: [`server`] is a run behind one lock. [`process`] connects it to the bus and the disk at a
-//! [`pace`]. [`latest`] links to it. [`args`] and [`size`] are its command line. [`gateway`] is a separate process that
+//! [`pace`]. [`latest`] links to it. [`args`] and [`size`] are its command line, and [`mission_args`] the arguments of a mission. [`gateway`] is a separate process that
 //! operators connect to.
 
 // `println!` panics if the output is closed; `terminal` does not.

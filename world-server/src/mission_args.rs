@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
+use scenario::time::seconds;
 use scenario::{
     ParameterFile, Profile, Scenario, Setup, StepOrder, Vocabulary, decode_text, name_remedy,
 };
@@ -23,29 +24,30 @@ pub struct Known {
 
 /// The scenario of a run and its overrides.
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Mission")]
 pub struct MissionArgs {
-    /// Scenario: the name of a built-in one, or a TOML file
-    #[arg(value_name = "SCENARIO|FILE")]
+    /// Name of a built-in scenario, or a TOML file
+    #[arg(value_name = "SCENARIO|FILE", help_heading = None::<&str>)]
     pub scenario: Option<String>,
     #[command(flatten)]
     pub size: SizeArgs,
     /// Seed of all random streams
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
-    /// Parameter file in the form of the thesis (Fig. 3.4); overrides the scenario's values
+    /// Parameter file in the thesis' form (Fig. 3.4); overrides the scenario
     #[arg(long, value_name = "FILE")]
     pub params: Option<PathBuf>,
-    /// Learned times of the robots from earlier runs, if the file exists; `alliance run` updates it at the end
+    /// File of learned times; read if it exists, and written by `alliance run`
     #[arg(long, value_name = "FILE")]
     pub profile: Option<PathBuf>,
-    /// Step order of the robots: all at once, or one after the other by rank [default: the preset's]
+    /// Robots step 'simultaneous' or 'in-order' [default: the preset's]
     #[arg(long, value_name = "ORDER", value_parser = step_order)]
     pub step_order: Option<StepOrder>,
-    /// Task allocator of all robots; overrides the scenario; see `alliance allocators`
-    #[arg(long, value_name = "NAME")]
+    /// Allocator of all robots; see `alliance list allocators`
+    #[arg(long, value_name = "ALLOCATOR")]
     pub allocator: Option<String>,
-    /// End the run after this much simulated time, in seconds [default: the scenario's]
-    #[arg(long, value_name = "SIM-SECONDS", value_parser = positive, allow_negative_numbers = true)]
+    /// End the run after this much simulated time, such as 60s or 2min [default: the scenario's]
+    #[arg(long, value_name = "TIME", value_parser = positive_time, allow_negative_numbers = true)]
     pub limit: Option<f64>,
 }
 
@@ -118,6 +120,10 @@ pub fn read_scenario(requested: &str, known: &Known) -> anyhow::Result<Scenario>
     }
     let path = Path::new(requested);
     if !path.exists() {
+        // Only a path can contain these characters.
+        if requested.contains(['/', '.']) {
+            bail!("{requested}: no such file");
+        }
         let builtins = known.vocabulary.builtins().map(|builtin| builtin.name);
         bail!(
             "'{requested}' is neither a built-in scenario nor a file; {}",
@@ -126,6 +132,10 @@ pub fn read_scenario(requested: &str, known: &Known) -> anyhow::Result<Scenario>
     }
     let bytes = std::fs::read(path).with_context(|| requested.to_owned())?;
     let text = decode_text(requested, bytes)?;
+    let has_content = |line: &str| !matches!(line.trim_start().chars().next(), None | Some('#'));
+    if !text.lines().any(has_content) {
+        bail!("{requested}: the scenario is empty; state at least its mission, such as [service]");
+    }
     Ok(Scenario::parse(requested, &text, &known.vocabulary)?)
 }
 
@@ -174,16 +184,49 @@ fn step_order(text: &str) -> Result<StepOrder, String> {
     }
 }
 
-pub(crate) fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if seconds > 0.0 && seconds <= 1e9 => Ok(seconds),
-        _ => Err("use a number of seconds above 0".to_owned()),
+/// Parses a time above 0, such as `60`, `60s` or `2min`, and returns it in seconds.
+pub(crate) fn positive_time(text: &str) -> Result<f64, String> {
+    let span_s = seconds(text)?;
+    if span_s > 0.0 && span_s <= 1e9 {
+        Ok(span_s)
+    } else {
+        Err("use a time above 0, at most 1e9 s".to_owned())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_empty_or_missing_file_is_no_scenario() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.toml");
+        let name = path.to_str().unwrap();
+        let known = Known {
+            vocabulary: scenario::testkit::vocabulary(),
+            worlds: MissionRegistry::default(),
+        };
+        let refusal = || read_scenario(name, &known).unwrap_err().to_string();
+        assert_eq!(refusal(), format!("{name}: no such file"));
+        let empty = "the scenario is empty; state at least its mission, such as [service]";
+        for text in ["", "\n  \n", "# name = 'a'\n"] {
+            std::fs::write(&path, text).unwrap();
+            assert_eq!(refusal(), format!("{name}: {empty}"));
+        }
+        std::fs::write(&path, "# a comment\n[drill]").unwrap();
+        assert!(read_scenario(name, &known).is_ok());
+    }
+
+    #[test]
+    fn times_of_options_have_units() {
+        for (text, span_s) in [("60", 60.0), ("60s", 60.0), ("2min", 120.0), ("500ms", 0.5)] {
+            assert_eq!(positive_time(text), Ok(span_s));
+        }
+        for text in ["0", "-1", "1h", "inf", "1e10", ""] {
+            assert!(positive_time(text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn an_error_about_invalid_utf_8_contains_the_line() {

@@ -106,6 +106,9 @@ pub async fn serve(
     }
     let mut simulation = Simulation::new(setup, mission, options.launched);
     simulation.send_ground_truth_to(options.ground_truth_robots.clone());
+    if options.log == LogLevel::Full {
+        simulation.record_allocation_messages();
+    }
     for handler in handlers {
         simulation.add_handler(handler);
     }
@@ -140,7 +143,7 @@ pub async fn serve(
     let (unscripted, hash) = {
         let mut server = lock(&server);
         server.add_refused("control", refused);
-        let ending = server.simulation().ending();
+        let ending = server.ending();
         let unscripted = ending.unscripted;
         let host = host(&server, options, &endpoint, started..ended);
         let mut recorder = server.take_recorder()?;
@@ -278,13 +281,13 @@ async fn subscribe(
         .await?;
 
     let shared = Arc::clone(server);
-    answer(session, keys.joins(), move |key, payload| {
-        let answer = lock(&shared).join(key, payload);
+    answer(session, keys.joins(), move |key, payload, build| {
+        let answer = lock(&shared).join(key, payload, build);
         answer.map_err(|error| error.to_string())
     })
     .await?;
     let shared = Arc::clone(server);
-    answer(session, keys.enlist("*"), move |key, payload| {
+    answer(session, keys.enlist("*"), move |key, payload, _| {
         lock(&shared).enlist(key, payload)
     })
     .await
@@ -293,14 +296,16 @@ async fn subscribe(
 async fn answer(
     session: &Session,
     keys: String,
-    answer: impl Fn(&str, &[u8]) -> Result<Vec<u8>, String> + Send + Sync + 'static,
+    answer: impl Fn(&str, &[u8], Option<&[u8]>) -> Result<Vec<u8>, String> + Send + Sync + 'static,
 ) -> zenoh::Result<()> {
     session
         .declare_queryable(keys)
         .callback(move |query| {
             let payload = query.payload().map(|payload| payload.to_bytes());
             let key = query.key_expr().clone();
-            let sent = answer(&key, payload.as_deref().unwrap_or_default()).and_then(|bytes| {
+            let attachment = query.attachment().map(|bytes| bytes.to_bytes());
+            let payload = payload.as_deref().unwrap_or_default();
+            let sent = answer(&key, payload, attachment.as_deref()).and_then(|bytes| {
                 let reply = query.reply(&key, bytes).wait();
                 reply.map_err(|error| error.to_string())
             });
@@ -312,22 +317,34 @@ async fn answer(
         .await
 }
 
-/// Subscribes to the broadcasts of a team with external controllers. The world records the broadcasts of these controllers
-/// and checks the receptions that they report. A robot publishes its broadcasts before the report that lists them, over one
-/// connection.
+/// Subscribes to the broadcasts of a team with external controllers, or to the messages of allocators for a full log. The
+/// world records the broadcasts of external controllers and checks the receptions that they report. A robot publishes its
+/// broadcasts before the report that lists them, over one connection.
 async fn overhear(
     session: &Session,
     keys: &KeyExpressions,
     seals: &Arc<Seals>,
     server: &Arc<Mutex<Server>>,
 ) -> zenoh::Result<()> {
-    let scenario = lock(server).simulation().setup().scenario.clone();
-    if scenario.external_controllers().is_empty() {
-        return Ok(());
-    }
+    let key = {
+        let server = lock(server);
+        let simulation = server.simulation();
+        if !simulation
+            .setup()
+            .scenario
+            .external_controllers()
+            .is_empty()
+        {
+            keys.team_all()
+        } else if simulation.records_allocation_messages() {
+            keys.team("*", "allocation")
+        } else {
+            return Ok(());
+        }
+    };
     let (shared, opener) = (Arc::clone(server), Arc::clone(seals));
     session
-        .declare_subscriber(keys.team_all())
+        .declare_subscriber(key)
         .callback(move |sample| {
             let key = sample.key_expr().as_str();
             let broadcast = opener.open_broadcast(key, &sample.payload().to_bytes());

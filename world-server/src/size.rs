@@ -9,10 +9,12 @@ use scenario::{MAX_ROBOTS, Scenario, Vocabulary};
 const DEFAULT_ROBOTS: usize = 3;
 const MAX_SIZE: usize = 10_000;
 const SIZE: &str = "size";
+const SIZE_HELP: &str = "Amount of work [default: two thirds of the robots]";
 /// The group of all size options, of which at most one may be given.
 const WORDS: &str = "size-words";
 
 #[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Mission")]
 pub struct SizeArgs {
     /// Number of robots; the room grows with it [default: 3]
     #[arg(long, value_name = "N", value_parser = count::<MAX_ROBOTS>, allow_negative_numbers = true)]
@@ -28,19 +30,26 @@ struct Work(Option<(String, usize)>);
 /// Adds the missions' own size options to each command that has `--size`.
 #[must_use]
 pub fn with_size_options(mut command: Command, vocabulary: &Vocabulary) -> Command {
-    if command.get_arguments().any(|known| known.get_id() == SIZE) {
+    // The id is not enough: faults have positional arguments with the same id.
+    if command
+        .get_arguments()
+        .any(|known| known.get_long() == Some(SIZE))
+    {
         let mut group = ArgGroup::new(WORDS).arg(SIZE);
+        let mut words = Vec::new();
         for mission in vocabulary.missions.iter() {
             if let Some(word) = mission.size_option() {
-                let help = format!(
-                    "Size of the mission '{}', instead of --size",
-                    mission.scenario_name()
-                );
-                command = command.arg(amount(word).help(help));
+                // Not in the help, because each has the same meaning as --size.
+                command = command.arg(amount(word).hide(true));
                 group = group.arg(word);
+                words.push(format!("--{word}"));
             }
         }
         command = command.group(group);
+        if !words.is_empty() {
+            let help = format!("{SIZE_HELP}; also {}", words.join(", "));
+            command = command.mut_arg(SIZE, |size| size.help(help));
+        }
     }
     command.mut_subcommands(|part| with_size_options(part, vocabulary))
 }
@@ -122,10 +131,7 @@ impl Work {
 // Implemented by hand, because the options depend on the missions of the program.
 impl Args for Work {
     fn augment_args(command: Command) -> Command {
-        command.arg(
-            amount(SIZE)
-                .help("Size of the mission, such as its number of items [default: two for every three robots]"),
-        )
+        command.arg(amount(SIZE).help(SIZE_HELP))
     }
 
     fn augment_args_for_update(command: Command) -> Command {

@@ -29,8 +29,8 @@ pub struct PointFact {
 pub struct SensorReading {
     /// New board entries, oldest first, or visible points, nearest first. `None` if the device is dead.
     pub points: Option<ArrayVec<PointFact, MAX_SENSED>>,
-    /// The last board line covered by `points`, if it is beyond the line that the robot has [acknowledged](Deed::read).
-    pub told: Option<u32>,
+    /// The last board line covered by `points`, if it is beyond the line that the robot has [acknowledged](Action::read).
+    pub board_line: Option<u32>,
     /// The point on which the robot worked successfully in the previous step.
     pub effect: Option<u16>,
 }

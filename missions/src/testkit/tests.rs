@@ -112,25 +112,28 @@ impl<const FLAW: u8> TypedController for Ringer<FLAW> {
 
     fn perceive(
         &mut self,
-        moment: &TypedStepInput<'_, Self>,
-        heard: &[ReceivedBroadcast<'_, Self>],
+        input: &TypedStepInput<'_, Self>,
+        received: &[ReceivedBroadcast<'_, Self>],
         perception: &mut Perception,
     ) {
         if FLAW == TRUSTS_MESSAGES {
-            for lore in heard.iter().filter_map(|heard| heard.lore) {
-                assert!(lore < 2, "the value is at most 1");
+            for knowledge in received
+                .iter()
+                .filter_map(|received| received.shared_knowledge)
+            {
+                assert!(knowledge < 2, "the value is at most 1");
             }
         }
         perception
             .applicable
-            .extend(moment.behaviors.iter().map(|_| true));
+            .extend(input.behaviors.iter().map(|_| true));
     }
 
     fn act(
         &mut self,
-        moment: &TypedStepInput<'_, Self>,
+        input: &TypedStepInput<'_, Self>,
         active: Option<BehaviorId>,
-        action: &mut StepOutput,
+        output: &mut StepOutput,
     ) -> Option<Ring> {
         static STEPS: AtomicU32 = AtomicU32::new(0);
         let steps = match FLAW {
@@ -138,16 +141,16 @@ impl<const FLAW: u8> TypedController for Ringer<FLAW> {
             HAS_A_STATIC => STEPS.fetch_add(1, Relaxed),
             _ => 0,
         };
-        action.actuation.turn_rad_s = (steps % 7) as f32 / 7.0;
-        if FLAW == DRIVES_AT_NAN && *moment.reading {
-            action.actuation.speed_m_s = f32::NAN;
+        output.actuation.turn_rad_s = (steps % 7) as f32 / 7.0;
+        if FLAW == DRIVES_AT_NAN && *input.reading {
+            output.actuation.speed_m_s = f32::NAN;
         }
         active?;
         self.rung = (self.rung + 1) % 2;
         Some(Ring(1))
     }
 
-    fn lore(&self) -> u8 {
+    fn shared_knowledge(&self) -> u8 {
         self.rung
     }
 

@@ -58,7 +58,7 @@ fn message(tick: Tick, last_counted: Option<Tick>, readings: &Readings) -> TickM
         now: SimTime(tick * STEP_MS),
         last_counted,
         manifest: Vec::new(),
-        truth: Vec::new(),
+        ground_truth: Vec::new(),
         held: Vec::new(),
         readings: readings.clone(),
     }

@@ -164,7 +164,7 @@ fn to_agent() -> impl Strategy<Value = ToAgent> {
                     manifest,
                     held,
                     readings,
-                    truth: Vec::new(),
+                    ground_truth: Vec::new(),
                 })
             },
         )
@@ -174,10 +174,11 @@ fn to_agent() -> impl Strategy<Value = ToAgent> {
         Outcome::TimeLimit,
         Outcome::Interrupted,
         Outcome::NoRobotLeft,
+        Outcome::Expired,
     ]);
     prop_oneof![
         8 => tick.clone().prop_map(ToAgent::Tick),
-        1 => (tick, vec(offer(), 0..3)).prop_map(|(tick, truth)| ToAgent::Informed(tick, truth)),
+        1 => (tick, vec(offer(), 0..3)).prop_map(|(tick, ground_truth)| ToAgent::Informed(tick, ground_truth)),
         1 => outcome.prop_map(ToAgent::End),
         1 => any::<u32>().prop_map(ToAgent::Dismissed),
     ]
@@ -228,7 +229,7 @@ fn knowledge() -> impl Strategy<Value = ItemsKnowledge> {
         )
 }
 
-fn lore() -> impl Strategy<Value = SharedKnowledge> {
+fn shared_knowledge() -> impl Strategy<Value = SharedKnowledge> {
     prop_oneof![
         Just(SharedKnowledge::Nothing),
         knowledge().prop_map(SharedKnowledge::Items),
@@ -307,20 +308,27 @@ fn allocation() -> impl Strategy<Value = AllocationMessage> {
 
 fn broadcast() -> impl Strategy<Value = Broadcast> {
     let subject = (option::of(set()), option::of(task()), option::of(point()));
-    let heartbeat = (task_state(), time(), subject, any::<(u32, bool)>(), lore()).prop_map(
-        |(state, since, (set, task, position), (progress, carrying), lore)| {
-            BroadcastContent::Heartbeat(Heartbeat {
-                state,
-                since,
-                set,
-                task,
-                progress,
-                position,
-                carrying,
-                lore,
-            })
-        },
-    );
+    let heartbeat = (
+        task_state(),
+        time(),
+        subject,
+        any::<(u32, bool)>(),
+        shared_knowledge(),
+    )
+        .prop_map(
+            |(state, since, (set, task, position), (progress, carrying), shared_knowledge)| {
+                BroadcastContent::Heartbeat(Heartbeat {
+                    state,
+                    since,
+                    set,
+                    task,
+                    progress,
+                    position,
+                    carrying,
+                    shared_knowledge,
+                })
+            },
+        );
     let body = prop_oneof![
         heartbeat,
         bulletin().prop_map(BroadcastContent::Bulletin),
@@ -393,7 +401,7 @@ fn reception() -> impl Strategy<Value = Reception> {
     let kind = prop::sample::select(BroadcastKind::ALL.to_vec());
     let about = (option::of(set()), option::of(task()));
     let numbers = any::<(u64, Option<u32>)>();
-    let said = (
+    let summary = (
         kind,
         option::of(task_state()),
         option::of(time()),
@@ -426,16 +434,16 @@ fn reception() -> impl Strategy<Value = Reception> {
         any::<u32>(),
         time(),
         delivery,
-        option::of(said),
+        option::of(summary),
     )
         .prop_map(
-            |(at, sender, incarnation, sent, delivery, said)| Reception {
+            |(at, sender, incarnation, sent, delivery, summary)| Reception {
                 at,
                 sender,
                 incarnation,
                 sent,
                 delivery,
-                said,
+                said: summary,
             },
         )
 }
@@ -454,18 +462,19 @@ fn allocation_row() -> impl Strategy<Value = AllocationRow> {
 
 fn report() -> impl Strategy<Value = Report> {
     let gripper = prop::sample::select(vec![Gripper::Keep, Gripper::Pick, Gripper::Drop]);
-    let deed =
+    let action =
         (gripper, any::<bool>()).prop_map(|(gripper, report)| ItemsAction { gripper, report });
-    let deed = prop_oneof![
+    let action = prop_oneof![
         Just(Action::Nothing),
-        deed.prop_map(Action::Items),
+        action.prop_map(Action::Items),
         any::<[u8; 5]>().prop_map(|bytes| Action::Open(Bytes::encode(&bytes).unwrap())),
     ];
-    let actuation = (real(), real(), deed).prop_map(|(speed_m_s, turn_rad_s, deed)| Actuation {
-        speed_m_s,
-        turn_rad_s,
-        deed,
-    });
+    let actuation =
+        (real(), real(), action).prop_map(|(speed_m_s, turn_rad_s, action)| Actuation {
+            speed_m_s,
+            turn_rad_s,
+            action,
+        });
     let logged = (
         vec(motivation(), 0..4),
         vec(change(), 0..4),
@@ -627,8 +636,8 @@ fn robot_view() -> impl Strategy<Value = RobotView> {
     );
     let set_view =
         (motivation(), time()).prop_map(|(motivation, since)| BehaviorView { motivation, since });
-    let mind = (option::of(set()), vec(set_view, 0..3));
-    (agent, body, mind).prop_map(|((state, (incarnation, pid)), body, (active, sets))| {
+    let controller = (option::of(set()), vec(set_view, 0..3));
+    (agent, body, controller).prop_map(|((state, (incarnation, pid)), body, (active, sets))| {
         let (pose, speed_m_s, carrying, energy_j, (readings, sensed)) = body;
         RobotView {
             state,

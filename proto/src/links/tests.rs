@@ -58,7 +58,7 @@ fn message(tick: Tick, sent: &[Sent], held: &[u16]) -> TickMessage {
                 link: link.map(Box::new),
             })
             .collect(),
-        truth: Vec::new(),
+        ground_truth: Vec::new(),
         held: held.iter().copied().map(RobotId).collect(),
         readings: Readings::default(),
     }
@@ -72,7 +72,7 @@ fn arrived(tick: Tick, sent: &[Sent]) -> Vec<Option<Arc<Broadcast>>> {
         .collect()
 }
 
-fn receive(links: &mut IncomingLinks, tick: Tick, sent: &[Sent], held: &[u16]) -> Heard {
+fn receive(links: &mut IncomingLinks, tick: Tick, sent: &[Sent], held: &[u16]) -> StepMessages {
     receive_message(links, &message(tick, sent, held), arrived(tick, sent))
 }
 
@@ -80,16 +80,16 @@ fn receive_message(
     links: &mut IncomingLinks,
     message: &TickMessage,
     mut arrived: Vec<Option<Arc<Broadcast>>>,
-) -> Heard {
-    let mut heard = Heard::default();
-    links.receive(message, &mut arrived, &mut heard);
+) -> StepMessages {
+    let mut messages = StepMessages::default();
+    links.receive(message, &mut arrived, &mut messages);
     assert!(arrived.is_empty());
-    heard
+    messages
 }
 
 /// Returns sender, sequence number, delivery and time (in ticks) of each reception.
-fn deliveries(heard: &Heard) -> Vec<(u16, u64, Delivery, u64)> {
-    let receptions = heard.receptions.iter();
+fn deliveries(messages: &StepMessages) -> Vec<(u16, u64, Delivery, u64)> {
+    let receptions = messages.receptions.iter();
     receptions
         .map(|reception| {
             let seq = reception.said.map_or(u64::MAX, |summary| summary.seq);
@@ -99,8 +99,8 @@ fn deliveries(heard: &Heard) -> Vec<(u16, u64, Delivery, u64)> {
         .collect()
 }
 
-fn inbox(heard: &Heard) -> Vec<(u16, u64)> {
-    let inbox = heard.inbox.iter();
+fn inbox(messages: &StepMessages) -> Vec<(u16, u64)> {
+    let inbox = messages.inbox.iter();
     inbox
         .map(|broadcast| (broadcast.sender.0, broadcast.seq))
         .collect()
@@ -120,32 +120,32 @@ fn always(change: fn(&mut LinkState) -> &mut Probability) -> Option<LinkState> {
 fn a_missing_broadcast_is_logged_as_lost_with_its_sender() {
     let mut links = links(1);
     let message = message(5, &[(1, 2, state(|link| link.cut = true))], &[]);
-    let heard = receive_message(
+    let messages = receive_message(
         &mut links,
         &message,
         vec![None, Some(Arc::new(broadcast(1, 4, 1)))],
     );
-    assert!(heard.inbox.is_empty());
+    assert!(messages.inbox.is_empty());
     assert_eq!(
-        deliveries(&heard),
+        deliveries(&messages),
         [(1, u64::MAX, Delivery::Lost, 5), (1, 41, Delivery::Cut, 5)]
     );
-    assert_eq!(heard.receptions[0].sent, SimTime(200));
-    assert_eq!(heard.receptions[0].said, None);
+    assert_eq!(messages.receptions[0].sent, SimTime(200));
+    assert_eq!(messages.receptions[0].said, None);
 }
 
 #[test]
 fn a_clear_link_delivers_at_once_in_order_of_rank_and_number() {
     let mut links = links(1);
-    let heard = receive(
+    let messages = receive(
         &mut links,
         5,
         &[(0, 2, None), (1, 1, Some(LinkState::default()))],
         &[],
     );
-    assert_eq!(inbox(&heard), [(0, 40), (0, 41), (1, 40)]);
+    assert_eq!(inbox(&messages), [(0, 40), (0, 41), (1, 40)]);
     assert!(
-        heard
+        messages
             .receptions
             .iter()
             .all(|r| r.delivery == Delivery::Heard)
@@ -161,7 +161,7 @@ fn probabilities_0_and_1_are_exact() {
         always(|link| &mut link.duplicate),
     );
     for tick in 1..2000 {
-        let heard = receive(
+        let messages = receive(
             &mut links,
             tick,
             &[(0, 1, all_lost), (1, 1, all_doubled)],
@@ -169,14 +169,14 @@ fn probabilities_0_and_1_are_exact() {
         );
         let seq = (tick - 1) * 10;
         assert_eq!(
-            deliveries(&heard)[..2],
+            deliveries(&messages)[..2],
             [
                 (0, seq, Delivery::Dropped, tick),
                 (1, seq, Delivery::Heard, tick)
             ]
         );
         let copies = if tick == 1 { 0 } else { 1 };
-        assert_eq!(deliveries(&heard).len(), 2 + copies);
+        assert_eq!(deliveries(&messages).len(), 2 + copies);
     }
 }
 
@@ -185,14 +185,20 @@ fn a_delay_is_rounded_up_to_whole_steps() {
     for (delay_ms, steps) in [(1, 1), (50, 1), (51, 2), (2000, 40)] {
         let mut links = links(1);
         let late = state(|link| link.delay = SimTime(delay_ms));
-        let heard = receive(&mut links, 5, &[(1, 1, late)], &[]);
-        assert_eq!(deliveries(&heard), [(1, 40, Delivery::Pending, 5 + steps)]);
+        let messages = receive(&mut links, 5, &[(1, 1, late)], &[]);
+        assert_eq!(
+            deliveries(&messages),
+            [(1, 40, Delivery::Pending, 5 + steps)]
+        );
         for tick in 6..5 + steps {
-            assert_eq!(receive(&mut links, tick, &[], &[]), Heard::default());
+            assert_eq!(receive(&mut links, tick, &[], &[]), StepMessages::default());
         }
-        let heard = receive(&mut links, 5 + steps, &[], &[]);
-        assert_eq!(deliveries(&heard), [(1, 40, Delivery::Delayed, 5 + steps)]);
-        assert_eq!(inbox(&heard), [(1, 40)]);
+        let messages = receive(&mut links, 5 + steps, &[], &[]);
+        assert_eq!(
+            deliveries(&messages),
+            [(1, 40, Delivery::Delayed, 5 + steps)]
+        );
+        assert_eq!(inbox(&messages), [(1, 40)]);
     }
 }
 
@@ -239,9 +245,9 @@ fn held_messages_arrive_together_when_their_sender_is_released() {
         link.hold = true;
         link.delay = SimTime(500);
     });
-    let heard = receive(&mut links, 5, &[(0, 1, hold), (1, 2, hold)], &[0, 1]);
+    let messages = receive(&mut links, 5, &[(0, 1, hold), (1, 2, hold)], &[0, 1]);
     assert_eq!(
-        deliveries(&heard),
+        deliveries(&messages),
         [
             (0, 40, Delivery::Pending, 5),
             (1, 40, Delivery::Pending, 5),
@@ -249,10 +255,10 @@ fn held_messages_arrive_together_when_their_sender_is_released() {
         ]
     );
     assert_eq!(inbox(&receive(&mut links, 6, &[(1, 1, hold)], &[0, 1])), []);
-    let heard = receive(&mut links, 7, &[(1, 1, None)], &[0]);
-    assert_eq!(inbox(&heard), [(1, 40), (1, 41), (1, 50), (1, 60)]);
+    let messages = receive(&mut links, 7, &[(1, 1, None)], &[0]);
+    assert_eq!(inbox(&messages), [(1, 40), (1, 41), (1, 50), (1, 60)]);
     assert_eq!(
-        deliveries(&heard)[1..],
+        deliveries(&messages)[1..],
         [
             (1, 40, Delivery::Delayed, 7),
             (1, 41, Delivery::Delayed, 7),
@@ -266,9 +272,9 @@ fn held_messages_arrive_together_when_their_sender_is_released() {
 fn an_overtaken_message_arrives_one_step_after_the_next_message_of_its_sender() {
     let mut links = links(1);
     let reorder = always(|link| &mut link.reorder);
-    let heard = receive(&mut links, 5, &[(0, 1, reorder), (1, 1, reorder)], &[]);
+    let messages = receive(&mut links, 5, &[(0, 1, reorder), (1, 1, reorder)], &[]);
     assert_eq!(
-        deliveries(&heard),
+        deliveries(&messages),
         [(0, 40, Delivery::Pending, 5), (1, 40, Delivery::Pending, 5)]
     );
     // A message of another sender overtakes nothing. The next message of the same sender overtakes, for any draw.
@@ -276,10 +282,10 @@ fn an_overtaken_message_arrives_one_step_after_the_next_message_of_its_sender() 
         inbox(&receive(&mut links, 6, &[(1, 1, reorder)], &[])),
         [(1, 50)]
     );
-    let heard = receive(&mut links, 7, &[(1, 1, reorder)], &[]);
-    assert_eq!(inbox(&heard), [(1, 40)]);
+    let messages = receive(&mut links, 7, &[(1, 1, reorder)], &[]);
+    assert_eq!(inbox(&messages), [(1, 40)]);
     assert_eq!(
-        deliveries(&heard),
+        deliveries(&messages),
         [(1, 60, Delivery::Pending, 7), (1, 40, Delivery::Delayed, 7)]
     );
     assert_eq!(
@@ -299,7 +305,7 @@ fn an_overtaken_message_is_no_earlier_than_its_delay() {
     receive(&mut links, 5, &[(1, 1, both)], &[]);
     receive(&mut links, 6, &[(1, 1, None)], &[]);
     for tick in 7..15 {
-        assert_eq!(receive(&mut links, tick, &[], &[]), Heard::default());
+        assert_eq!(receive(&mut links, tick, &[], &[]), StepMessages::default());
     }
     assert_eq!(inbox(&receive(&mut links, 15, &[], &[])), [(1, 40)]);
 }
@@ -312,15 +318,15 @@ fn a_second_copy_arrives_one_step_later_and_is_ignored() {
         link.duplicate = Probability::ALWAYS;
         link.delay = SimTime(100);
     });
-    let heard = receive(&mut links, 5, &[(0, 1, twice), (1, 1, late)], &[]);
-    assert_eq!(inbox(&heard), [(0, 40)]);
-    let heard = receive(&mut links, 6, &[], &[]);
-    assert_eq!(deliveries(&heard), [(0, 40, Delivery::Duplicate, 6)]);
-    assert!(heard.inbox.is_empty());
+    let messages = receive(&mut links, 5, &[(0, 1, twice), (1, 1, late)], &[]);
+    assert_eq!(inbox(&messages), [(0, 40)]);
+    let messages = receive(&mut links, 6, &[], &[]);
+    assert_eq!(deliveries(&messages), [(0, 40, Delivery::Duplicate, 6)]);
+    assert!(messages.inbox.is_empty());
     assert_eq!(inbox(&receive(&mut links, 7, &[], &[])), [(1, 40)]);
-    let heard = receive(&mut links, 8, &[], &[]);
-    assert_eq!(deliveries(&heard), [(1, 40, Delivery::Duplicate, 8)]);
-    assert!(heard.inbox.is_empty());
+    let messages = receive(&mut links, 8, &[], &[]);
+    assert_eq!(deliveries(&messages), [(1, 40, Delivery::Duplicate, 8)]);
+    assert!(messages.inbox.is_empty());
 }
 
 #[test]
@@ -333,14 +339,14 @@ fn a_message_that_is_due_while_the_robot_is_absent_is_cut() {
     receive(&mut links, 5, &[(1, 1, late)], &[]);
     receive(&mut links, 6, &[(1, 1, late)], &[]);
     // The robot is absent in tick 7, in which the first message is due, and present for the second one.
-    let heard = receive(&mut links, 8, &[], &[]);
+    let messages = receive(&mut links, 8, &[], &[]);
     assert_eq!(
-        deliveries(&heard),
+        deliveries(&messages),
         [(1, 40, Delivery::Cut, 7), (1, 50, Delivery::Delayed, 8)]
     );
-    assert_eq!(inbox(&heard), [(1, 50)]);
+    assert_eq!(inbox(&messages), [(1, 50)]);
     // The robot is absent again, so the copy is dropped.
-    assert_eq!(receive(&mut links, 10, &[], &[]), Heard::default());
+    assert_eq!(receive(&mut links, 10, &[], &[]), StepMessages::default());
 }
 
 #[test]
@@ -351,8 +357,8 @@ fn the_number_of_kept_messages_is_limited() {
         receive(&mut links, tick, &[(1, 1, hold)], &[1]);
     }
     let tick = CAPACITY as u64 + 1;
-    let heard = receive(&mut links, tick, &[(1, 1, hold)], &[1]);
-    assert_eq!(deliveries(&heard)[0].2, Delivery::Dropped);
+    let messages = receive(&mut links, tick, &[(1, 1, hold)], &[1]);
+    assert_eq!(deliveries(&messages)[0].2, Delivery::Dropped);
     assert_eq!(
         receive(&mut links, tick + 1, &[], &[]).inbox.len(),
         CAPACITY
@@ -423,7 +429,7 @@ fn script() -> impl Strategy<Value = Vec<TickInput>> {
 }
 
 /// Returns the receptions of a robot for each tick of a script; `None` for ticks without the robot.
-fn play(seed: u64, script: &[TickInput]) -> Vec<Option<Heard>> {
+fn play(seed: u64, script: &[TickInput]) -> Vec<Option<StepMessages>> {
     let mut links = links(seed);
     (1..)
         .zip(script)
@@ -439,15 +445,15 @@ fn play(seed: u64, script: &[TickInput]) -> Vec<Option<Heard>> {
                 .filter(|(_, (_, _, hold))| *hold)
                 .map(|(sender, _)| sender)
                 .collect();
-            let heard = || receive(&mut links, tick, &sent, &held);
-            input.present.then(heard)
+            let messages = || receive(&mut links, tick, &sent, &held);
+            input.present.then(messages)
         })
         .collect()
 }
 
 /// Returns the deliveries of one sender's messages.
-fn of_sender(sender: u16, heard: &[Option<Heard>]) -> Vec<(u16, u64, Delivery, u64)> {
-    let all = heard.iter().flatten().flat_map(deliveries);
+fn of_sender(sender: u16, messages: &[Option<StepMessages>]) -> Vec<(u16, u64, Delivery, u64)> {
+    let all = messages.iter().flatten().flat_map(deliveries);
     all.filter(|delivery| delivery.0 == sender).collect()
 }
 
@@ -461,12 +467,12 @@ proptest! {
             let (_, link, _) = script[(seq / 10) as usize].senders[usize::from(sender)];
             link.duplicate == Probability::ALWAYS
         };
-        for (tick, heard) in (1..).zip(play(seed, &script)) {
-            let Some(heard) = heard else { continue };
+        for (tick, messages) in (1..).zip(play(seed, &script)) {
+            let Some(messages) = messages else { continue };
             let input = &script[tick as usize - 1];
             let listed: usize = input.senders.iter().map(|sender| usize::from(sender.0)).sum();
             let mut expected = BTreeSet::new();
-            for (place, (sender, seq, delivery, at)) in deliveries(&heard).into_iter().enumerate() {
+            for (place, (sender, seq, delivery, at)) in deliveries(&messages).into_iter().enumerate() {
                 let key = (sender, seq);
                 let is_listed = place < listed;
                 prop_assert_eq!(is_listed, seq / 10 == tick - 1);
@@ -500,7 +506,7 @@ proptest! {
                 prop_assert!(at + 1 != tick || !is_doubled(sender, seq));
             }
             let sorted: Vec<_> = expected.into_iter().collect();
-            prop_assert_eq!(inbox(&heard), sorted);
+            prop_assert_eq!(inbox(&messages), sorted);
         }
     }
 

@@ -1,4 +1,4 @@
-//! Mission data in messages and in the log: sensor readings ([`SensorReading`]), actions ([`Deed`]), the shared knowledge in
+//! Mission data in messages and in the log: sensor readings ([`SensorReading`]), actions ([`Action`]), the shared knowledge in
 //! heartbeats ([`SharedKnowledge`]) and the [`Payload`] of bulletins.
 //!
 //! Missions with [`items`] have typed variants. Any other mission encodes its own types into [`Bytes`].

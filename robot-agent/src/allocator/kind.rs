@@ -26,7 +26,7 @@ pub trait AllocatorKind: Debug + Send + Sync {
 /// An allocator with the parameters of a run.
 pub trait ConfiguredAllocator: Debug + Send + Sync {
     /// Returns whether the algorithm uses the tasks assigned before the start, see [`Allocator::uses_assignment`].
-    fn wants_assignment(&self) -> bool {
+    fn uses_assignment(&self) -> bool {
         false
     }
 
@@ -115,7 +115,7 @@ impl<A: Allocator> Debug for Parameters<A> {
 }
 
 impl<A: Allocator> ConfiguredAllocator for Parameters<A> {
-    fn wants_assignment(&self) -> bool {
+    fn uses_assignment(&self) -> bool {
         A::uses_assignment()
     }
 

@@ -5,7 +5,7 @@
 //! log. The framework adds heartbeats, state changes with their reasons, and the rollback of steps that did not
 //! count.
 //!
-//! - [`kind`](Kind): an allocator with its name in scenarios and its parameters.
+//! - [`kind`](AllocatorKind): an allocator with its name in scenarios and its parameters.
 //! - [`assignment`]: tasks assigned before the start.
 //! - `framed`: the work that the framework does around the step of an [`Allocator`].
 //! - [`mod@unit`]: the unit of work in progress and the events that make a robot select again, for algorithms that
@@ -50,16 +50,16 @@ pub use kind::{AllocatorKind, ConfigError, ConfiguredAllocator, TypedAllocatorKi
 /// A task allocation algorithm for one robot; a pure function of its inputs.
 ///
 /// ```
-/// use robot_agent::allocator::{Allocator, Decision, Input, Me, NoParameters};
+/// use robot_agent::allocator::{Allocator, Decision, Input, NoParameters, SelfState};
 ///
-/// Keeps the active behavior while it is applicable, and else takes the first applicable one.
+/// /// Keeps the active behavior while it is applicable, and else takes the first applicable one.
 /// #[derive(Clone, Debug)]
 /// struct First;
 ///
 /// impl Allocator for First {
 ///     type Config = NoParameters;
 ///
-///     fn new(_: &Me, _: &NoParameters) -> Self {
+///     fn new(_: &SelfState, _: &NoParameters) -> Self {
 ///         Self
 ///     }
 ///
@@ -71,10 +71,10 @@ pub use kind::{AllocatorKind, ConfigError, ConfiguredAllocator, TypedAllocatorKi
 ///     }
 /// }
 ///
-/// robot_agent::testkit::allocator::<First>(&NoParameters {});
+/// robot_agent::testkit::check_allocator::<First>(&NoParameters {});
 /// ```
 pub trait Allocator: Clone + Debug + Send + 'static {
-    /// Parameters of the algorithm. [`Typed`] reads them from `[allocators.NAME]` of a scenario: every key needs a
+    /// Parameters of the algorithm. [`TypedAllocatorKind`] reads them from `[allocators.NAME]` of a scenario: every key needs a
     /// default, and unknown keys are errors.
     type Config: Send + Sync + 'static;
 
@@ -232,7 +232,7 @@ pub struct Input<'a> {
     /// Sensory feedback (eq. 2.1) of each behavior: true if it can be active in this step. In the order of
     /// [`SelfState::behaviors`].
     pub applicable: &'a [bool],
-    /// A choice per behavior, with cost, round and reward. Empty for a [`Mind`] that does not weigh costs.
+    /// A choice per behavior, with cost, round and reward. Empty for a [`RunningAllocator`] that does not weigh costs.
     pub choices: &'a [Choice],
     /// The tasks on which the robot had an effect on the world since its last step, one entry per effect.
     pub progressed: &'a [TaskId],

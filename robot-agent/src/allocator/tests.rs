@@ -1,4 +1,4 @@
-//! Tests of the laws for all allocators (ALLOCATORS.md §7) and of the baselines.
+//! Tests of the laws for all allocators (docs/ALLOCATORS.md, "The laws") and of the baselines.
 
 use scenario::testkit::default_setup;
 use std::sync::Arc;
@@ -27,11 +27,11 @@ use crate::testkit;
 
 #[test]
 fn every_baseline_satisfies_the_laws() {
-    testkit::allocator::<Nearest>(&Default::default());
-    testkit::allocator::<NearestSilent>(&Default::default());
-    testkit::allocator::<FirstCome>(&Default::default());
-    testkit::allocator::<Fixed>(&Default::default());
-    testkit::allocator::<Random>(&random::Config { redraw_s: 2.0 });
+    testkit::check_allocator::<Nearest>(&Default::default());
+    testkit::check_allocator::<NearestSilent>(&Default::default());
+    testkit::check_allocator::<FirstCome>(&Default::default());
+    testkit::check_allocator::<Fixed>(&Default::default());
+    testkit::check_allocator::<Random>(&random::Config { redraw_s: 2.0 });
 }
 
 /// An allocator that keeps a behavior that is not applicable.
@@ -49,7 +49,7 @@ fn the_testkit_finds_a_choice_that_is_not_applicable() {
             decision.active = Some(self.0);
         }
     }
-    testkit::allocator::<Stubborn>(&());
+    testkit::check_allocator::<Stubborn>(&());
 }
 
 /// An allocator that counts messages, so that a copy has an effect.
@@ -71,7 +71,7 @@ fn the_testkit_finds_an_effect_of_copies() {
                 .flatten();
         }
     }
-    testkit::allocator::<Counts>(&());
+    testkit::check_allocator::<Counts>(&());
 }
 
 /// An allocator with state outside its value.
@@ -95,7 +95,7 @@ fn the_testkit_finds_state_in_a_static() {
                 .flatten();
         }
     }
-    testkit::allocator::<UsesStatic>(&());
+    testkit::check_allocator::<UsesStatic>(&());
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn the_testkit_finds_state_that_clones_share() {
                 .flatten();
         }
     }
-    testkit::allocator::<Shares>(&());
+    testkit::check_allocator::<Shares>(&());
 }
 
 /// An allocator that does not validate messages under its own schema.
@@ -146,7 +146,7 @@ fn the_testkit_finds_a_panic_on_a_malformed_message() {
             decision.say.push(AllocationMessage::Open(message));
         }
     }
-    testkit::allocator::<Trusts>(&());
+    testkit::check_allocator::<Trusts>(&());
 }
 
 struct Flat;
@@ -201,10 +201,10 @@ fn choices(costs: &[f64]) -> Vec<Choice> {
 }
 
 fn step(
-    mind: &mut dyn RunningAllocator,
+    allocator: &mut dyn RunningAllocator,
     tick: u64,
     choices: &[Choice],
-    heard: &[Arc<Broadcast>],
+    received: &[Arc<Broadcast>],
     progressed: &[TaskId],
 ) -> StepOutcome {
     let applicable: Vec<bool> = choices.iter().map(|choice| choice.applicable).collect();
@@ -217,12 +217,12 @@ fn step(
         applicable: &applicable,
         choices,
         progressed,
-        received: heard,
+        received,
         route: &Flat,
         ground_truth: &[],
         draws: RandomDraws::new(7, RobotId(0), tick),
     };
-    mind.step(&input, &mut outcome);
+    allocator.step(&input, &mut outcome);
     outcome
 }
 
@@ -246,7 +246,7 @@ fn executes(sender: u16, seq: u64, since_ms: u64, task: Option<u16>) -> Arc<Broa
             progress: 0,
             position: None,
             carrying: false,
-            lore: SharedKnowledge::default(),
+            shared_knowledge: SharedKnowledge::default(),
         }),
     })
 }

@@ -1,4 +1,4 @@
-//! The utility of a task, for all algorithms that compare costs (ALLOCATORS.md §1).
+//! The utility of a task, for all algorithms that compare costs.
 //!
 //! u = r·λ^cost, with λ = 0.98/s. While a unit is in progress, u = r for at most [`COMMIT`] since activation or the
 //! last progress, and u = 2r while the robot carries an object. A robot thus finishes its work, and a claim without

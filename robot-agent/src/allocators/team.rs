@@ -18,7 +18,7 @@ use crate::allocator::{
 
 pub const STEP: SimTime = SimTime(50);
 
-/// 1/ρ of the heartbeats.
+/// The interval 1/ρ between two heartbeats, ms.
 pub const PERIOD: SimTime = SimTime(1000);
 pub const TAU: SimTime = SimTime(5000);
 
@@ -200,7 +200,7 @@ impl<A: Allocator> Team<A> {
     /// Makes one step; `passes` returns whether a robot receives a broadcast.
     pub fn step_with(&mut self, mut passes: impl FnMut(&Broadcast, RobotId) -> bool) {
         let (now, tick) = (self.now(), self.tick);
-        let truth = self.ground_truth();
+        let ground_truth = self.ground_truth();
         let mut outgoing = Vec::new();
         for rank in 0..self.robots.len() {
             let me = RobotId(rank as u16);
@@ -222,7 +222,7 @@ impl<A: Allocator> Team<A> {
                 progressed: &std::mem::take(&mut robot.progressed),
                 received: &received,
                 route: &FixedCosts(&choices),
-                ground_truth: &truth,
+                ground_truth: &ground_truth,
                 draws: RandomDraws::new(7, me, tick),
             };
             controller.step(&input, &mut robot.outcome);
@@ -354,7 +354,7 @@ impl<A> Robot<A> {
                 progress: announcement.progress,
                 position: None,
                 carrying: false,
-                lore: SharedKnowledge::default(),
+                shared_knowledge: SharedKnowledge::default(),
             })
         });
         let messages = self.outcome.say.drain(..).map(BroadcastContent::Allocation);
@@ -378,12 +378,14 @@ impl<A> Robot<A> {
 
 /// Returns the allocator messages among the broadcasts, with their senders.
 pub fn allocator_messages(
-    air: &[Arc<Broadcast>],
+    broadcasts: &[Arc<Broadcast>],
 ) -> impl Iterator<Item = (RobotId, &AllocationMessage)> {
-    air.iter().filter_map(|broadcast| match &broadcast.body {
-        BroadcastContent::Allocation(message) => Some((broadcast.sender, message)),
-        _ => None,
-    })
+    broadcasts
+        .iter()
+        .filter_map(|broadcast| match &broadcast.body {
+            BroadcastContent::Allocation(message) => Some((broadcast.sender, message)),
+            _ => None,
+        })
 }
 
 /// Route costs that do not depend on the previous task.

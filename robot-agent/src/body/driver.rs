@@ -7,12 +7,13 @@ use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
 use super::goal::length;
-use super::{Chassis, Goal, Navigator, Surroundings};
+use super::{Chassis, Goal, Navigator, Status, Surroundings};
 
 #[derive(Clone, Debug)]
 pub struct Driver {
     chassis: Chassis,
     navigator: Navigator,
+    is_blocked: bool,
 }
 
 impl Driver {
@@ -22,6 +23,7 @@ impl Driver {
         Self {
             chassis: Chassis::new(scenario, &scenario.robots[robot.index()]),
             navigator: Navigator::default(),
+            is_blocked: false,
         }
     }
 
@@ -35,11 +37,20 @@ impl Driver {
         readings: &Readings,
         now: SimTime,
     ) -> Actuation {
+        self.is_blocked = false;
         Surroundings::from_readings(readings).map_or_else(Actuation::default, |around| {
             let goal = Goal::Place { at, within };
             let drive = self.navigator.drive(&self.chassis, goal, &around, [], now);
+            self.is_blocked = drive.status == Status::Blocked;
             drive.actuation
         })
+    }
+
+    /// Returns whether the last call of [`Driver::drive_to`] found that no way leads to the place: the outline of the
+    /// obstacle is closed, or the robot has not come nearer for a minute.
+    #[must_use]
+    pub fn is_blocked(&self) -> bool {
+        self.is_blocked
     }
 
     /// Returns the travel time in a straight line at top speed, without turns, s.

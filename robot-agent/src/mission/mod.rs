@@ -4,11 +4,11 @@
 //! behavior that the allocator selected. The framework adds links, heartbeats, the allocator, and the rollback of
 //! steps that did not count. A [`MissionController`] creates the robot's part under the mission's name, and an
 //! [`AgentRegistry`](crate::allocator::AgentRegistry) contains those of a program. A mission with its own message
-//! types is shorter as a [`TypedController`], wrapped in [`Typed`].
+//! types is shorter as a [`TypedController`], wrapped in [`ControllerAdapter`].
 //!
 //! # Guarantees and obligations
 //! - A step calls [`AgentMission::perceive`], then [`AgentMission::choices`] if the allocator weighs costs, then
-//!   [`AgentMission::act`], all with the same [`Moment`].
+//!   [`AgentMission::act`], all with the same [`ControllerInput`].
 //! - A mission uses only its inputs: no clock, file, global or thread. Equal inputs give equal steps on every
 //!   machine.
 //! - The value contains the entire state. A copy is a checkpoint, which the robot restores if a step did not count.
@@ -84,26 +84,26 @@ pub trait AgentMission: RouteCost + Debug + Send {
     /// start.
     fn perceive(
         &mut self,
-        moment: &ControllerInput<'_>,
-        heard: &[Arc<Broadcast>],
+        input: &ControllerInput<'_>,
+        received: &[Arc<Broadcast>],
         perception: &mut Perception,
     );
 
     /// Adds one choice per behavior, in the order of `Catalog::behaviors_of`. `applicable` is the result of the
     /// perception.
-    fn choices(&self, moment: &ControllerInput<'_>, applicable: &[bool], choices: &mut Vec<Choice>);
+    fn choices(&self, input: &ControllerInput<'_>, applicable: &[bool], choices: &mut Vec<Choice>);
 
-    /// Runs the last part of a step: computes the action of the active behavior. `action` is empty at the start.
+    /// Runs the last part of a step: computes the action of the active behavior. `output` is empty at the start.
     fn act(
         &mut self,
-        moment: &ControllerInput<'_>,
+        input: &ControllerInput<'_>,
         active: Option<BehaviorId>,
-        action: &mut StepOutput,
+        output: &mut StepOutput,
     );
 
-    /// Writes the shared knowledge for the heartbeat, after [`AgentMission::act`]. `lore` contains an old value whose
+    /// Writes the shared knowledge for the heartbeat, after [`AgentMission::act`]. `knowledge` contains an old value whose
     /// memory can be reused.
-    fn lore(&self, lore: &mut SharedKnowledge);
+    fn shared_knowledge(&self, knowledge: &mut SharedKnowledge);
 
     /// Returns the estimated position of the robot, m; `None` without an estimate.
     fn position(&self) -> Option<Vec2>;

@@ -61,11 +61,11 @@ impl TypedController for Visit {
     fn perceive(
         &mut self,
         _: &TypedStepInput<'_, Self>,
-        heard: &[ReceivedBroadcast<'_, Self>],
+        received: &[ReceivedBroadcast<'_, Self>],
         perception: &mut Perception,
     ) {
-        for broadcast in heard {
-            for place in broadcast.lore.iter().flatten() {
+        for broadcast in received {
+            for place in broadcast.shared_knowledge.iter().flatten() {
                 self.learn(*place);
             }
             if let Some(Touch(place)) = broadcast.bulletin {
@@ -101,12 +101,12 @@ impl TypedController for Visit {
 
     fn act(
         &mut self,
-        moment: &TypedStepInput<'_, Self>,
+        input: &TypedStepInput<'_, Self>,
         active: Option<BehaviorId>,
-        action: &mut StepOutput,
+        output: &mut StepOutput,
     ) -> Option<Touch> {
         let (set, task) = *self.own.iter().find(|(id, _)| Some(*id) == active)?;
-        if moment.reading.0 != Some(task.0) {
+        if input.reading.0 != Some(task.0) {
             return None;
         }
         self.learn(task.0);
@@ -116,11 +116,11 @@ impl TypedController for Visit {
             progress: 1,
         };
         let touched = bulletin(BulletinKind::Second, Some(about), &Touch(task.0));
-        action.bulletins.push(touched);
+        output.bulletins.push(touched);
         Some(Touch(task.0))
     }
 
-    fn lore(&self) -> Vec<u16> {
+    fn shared_knowledge(&self) -> Vec<u16> {
         self.touched.clone()
     }
 
@@ -148,7 +148,7 @@ fn message(tick: u64, at: Option<u16>) -> TickMessage {
         now: SimTime(50 * tick),
         last_counted: None,
         manifest: Vec::new(),
-        truth: Vec::new(),
+        ground_truth: Vec::new(),
         held: Vec::new(),
         readings: Readings {
             mission: SensorReading::Open(Box::new(Bytes::encode(&At(at)).unwrap())),
@@ -158,33 +158,33 @@ fn message(tick: u64, at: Option<u16>) -> TickMessage {
 }
 
 /// Runs one step of an agent that receives these broadcasts, without loss.
-fn step(agent: &mut Agent, mut message: TickMessage, heard: &[Broadcast]) -> Workspace {
+fn step(agent: &mut Agent, mut message: TickMessage, received: &[Broadcast]) -> Workspace {
     message.manifest = vec![ManifestEntry {
         sender: BLUE,
         tick: 0,
         incarnation: 1,
-        count: heard.len() as u16,
+        count: received.len() as u16,
         link: None,
     }];
     let mut space = Workspace::default();
-    let heard = heard.iter().cloned();
-    space.arrived.extend(heard.map(Arc::new).map(Some));
+    let received = received.iter().cloned();
+    space.arrived.extend(received.map(Arc::new).map(Some));
     agent.step(&message, &mut space);
     space
 }
 
-fn lore(space: &Workspace) -> Vec<u16> {
-    let mut lore = space
+fn shared_places(space: &Workspace) -> Vec<u16> {
+    let mut shared_places = space
         .broadcasts
         .iter()
         .filter_map(|broadcast| match &broadcast.body {
-            BroadcastContent::Heartbeat(heartbeat) => match &heartbeat.lore {
+            BroadcastContent::Heartbeat(heartbeat) => match &heartbeat.shared_knowledge {
                 SharedKnowledge::Open(bytes) => Some(codec::decode(bytes).unwrap()),
                 _ => None,
             },
             _ => None,
         });
-    lore.next().unwrap()
+    shared_places.next().unwrap()
 }
 
 #[test]
@@ -193,11 +193,11 @@ fn an_external_mission_senses_acts_and_broadcasts_in_its_own_types() {
     let mut blue = agent(BLUE, &setup);
     let mut gold = agent(GOLD, &setup);
     let sent = step(&mut blue, message(0, Some(0)), &[]);
-    let Action::Open(deed) = sent.report.actuation.deed else {
+    let Action::Open(action) = sent.report.actuation.action else {
         panic!("{:?}", sent.report);
     };
-    assert_eq!(deed.decode::<Touch>().unwrap(), Touch(0));
-    assert_eq!(lore(&sent), [0]);
+    assert_eq!(action.decode::<Touch>().unwrap(), Touch(0));
+    assert_eq!(shared_places(&sent), [0]);
     let bulletin = sent
         .broadcasts
         .iter()
@@ -213,14 +213,19 @@ fn an_external_mission_senses_acts_and_broadcasts_in_its_own_types() {
     assert_eq!(codec::decode::<Touch>(bytes).unwrap(), Touch(0));
 
     // A teammate learns the place from either message and does not visit it.
-    let is_lore = |broadcast: &Broadcast| matches!(broadcast.body, BroadcastContent::Heartbeat(_));
-    let (lores, bulletins): (Vec<_>, Vec<_>) = sent.broadcasts.into_iter().partition(is_lore);
+    let is_heartbeat =
+        |broadcast: &Broadcast| matches!(broadcast.body, BroadcastContent::Heartbeat(_));
+    let (heartbeats, bulletins): (Vec<_>, Vec<_>) =
+        sent.broadcasts.into_iter().partition(is_heartbeat);
     let mut other = agent(GOLD, &setup);
-    assert_eq!(lore(&step(&mut gold, message(1, None), &lores)), [0]);
-    let heard = step(&mut other, message(1, None), &bulletins);
-    assert_eq!(lore(&heard), [0]);
+    assert_eq!(
+        shared_places(&step(&mut gold, message(1, None), &heartbeats)),
+        [0]
+    );
+    let received = step(&mut other, message(1, None), &bulletins);
+    assert_eq!(shared_places(&received), [0]);
     let task_of = |id: BehaviorId| setup.catalog.sets[id.index()].task;
-    assert_ne!(heard.report.active.map(task_of), Some(TaskId(0)));
+    assert_ne!(received.report.active.map(task_of), Some(TaskId(0)));
 }
 
 #[test]
@@ -254,12 +259,12 @@ fn alliance_treats_bulletins_as_messages_about_their_task() {
         }),
         ..bulletin.clone()
     });
-    let heard = step(&mut gold, message(tick + 1, None), &[about_another]);
+    let received = step(&mut gold, message(tick + 1, None), &[about_another]);
     let reset =
-        heard.report.motivations.iter().find(|row| {
+        received.report.motivations.iter().find(|row| {
             setup.catalog.sets[row.set.index()].task == TaskId(1) && !row.impatience_reset
         });
-    assert!(reset.is_some(), "{:?}", heard.report.motivations);
+    assert!(reset.is_some(), "{:?}", received.report.motivations);
 }
 
 /// The briefing from the bus is sufficient to create a controller.

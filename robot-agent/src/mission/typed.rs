@@ -22,7 +22,7 @@ use crate::allocator::{Choice, OwnBehavior, RouteCost};
 /// The number of broadcasts in one step that need no allocation.
 const AT_ONCE: usize = 8;
 
-/// An [`AgentMission`] with its own types, which documents each method. [`Typed`] adapts it.
+/// An [`AgentMission`] with its own types, which documents each method. [`ControllerAdapter`] adapts it.
 ///
 /// ```
 /// use scenario::testkit::{DRILL, default_setup};
@@ -31,7 +31,7 @@ const AT_ONCE: usize = 8;
 /// use robot_agent::mission::prelude::*;
 /// use serde::{Deserialize, Serialize};
 ///
-/// Rings a bell ten times for its task. Heartbeats contain the count.
+/// /// Rings a bell ten times for its task. Heartbeats contain the count.
 /// #[derive(Clone, Debug)]
 /// struct Ringer {
 ///     rung: u32,
@@ -40,7 +40,7 @@ const AT_ONCE: usize = 8;
 /// #[derive(Serialize, Deserialize)]
 /// struct Ring;
 ///
-/// impl TypedMind for Ringer {
+/// impl TypedController for Ringer {
 ///     type SensorReading = bool;
 ///     type Action = Ring;
 ///     type SharedKnowledge = u32;
@@ -50,31 +50,31 @@ const AT_ONCE: usize = 8;
 ///         Self { rung: 0 }
 ///     }
 ///
-///     fn perceive(&mut self, moment: &TypedMoment<Self>, _: &[Heard<Self>], perception: &mut Perception) {
-///         perception.applicable.extend(moment.own.iter().map(|_| self.rung < 10));
+///     fn perceive(&mut self, input: &TypedStepInput<Self>, _: &[ReceivedBroadcast<Self>], perception: &mut Perception) {
+///         perception.applicable.extend(input.behaviors.iter().map(|_| self.rung < 10));
 ///     }
 ///
 ///     fn act(
 ///         &mut self,
-///         moment: &TypedMoment<Self>,
+///         input: &TypedStepInput<Self>,
 ///         active: Option<BehaviorId>,
 ///         _: &mut StepOutput,
 ///     ) -> Option<Ring> {
-///         moment.task_of(active)?;
+///         input.task_of(active)?;
 ///         self.rung += 1;
 ///         Some(Ring)
 ///     }
 ///
-///     fn lore(&self) -> u32 {
+///     fn shared_knowledge(&self) -> u32 {
 ///         self.rung
 ///     }
 /// }
 ///
-/// The drill is a mission for tests, which supplies the tasks and behaviors.
-/// let registry = AgentRegistry::built_in().mission(MissionMind::of::<Ringer>(DRILL));
+/// // The drill is a mission for tests, which supplies the tasks and behaviors.
+/// let registry = AgentRegistry::built_in().with_mission(MissionController::new::<Ringer>(DRILL));
 /// let setup = default_setup(1);
-/// let team = TeamConfig::of(&setup.briefing(), &registry)?;
-/// let blue = Agent::new(RobotId(0), 1, &setup.briefing(), &team);
+/// let team = TeamConfig::new(&setup.for_robots(), &registry)?;
+/// let blue = Agent::new(RobotId(0), 1, &setup.for_robots(), &team);
 /// # Ok::<(), robot_agent::allocator::ConfigError>(())
 /// ```
 pub trait TypedController: Clone + Debug + Send + 'static {
@@ -97,8 +97,8 @@ pub trait TypedController: Clone + Debug + Send + 'static {
     /// Merges readings and broadcasts into the state, see [`AgentMission::perceive`].
     fn perceive(
         &mut self,
-        moment: &TypedStepInput<'_, Self>,
-        heard: &[ReceivedBroadcast<'_, Self>],
+        input: &TypedStepInput<'_, Self>,
+        received: &[ReceivedBroadcast<'_, Self>],
         perception: &mut Perception,
     );
 
@@ -106,17 +106,17 @@ pub trait TypedController: Clone + Debug + Send + 'static {
     /// cost is [`seconds`](TypedController::seconds), and the round is [`round`](TypedController::round).
     fn choices(
         &self,
-        moment: &TypedStepInput<'_, Self>,
+        input: &TypedStepInput<'_, Self>,
         applicable: &[bool],
         choices: &mut Vec<Choice>,
     ) {
-        for (behavior, &applicable) in moment.behaviors.iter().zip(applicable) {
+        for (behavior, &applicable) in input.behaviors.iter().zip(applicable) {
             choices.push(Choice {
                 behavior: behavior.id,
                 task: behavior.task,
-                round: self.round(moment, behavior.task),
+                round: self.round(input, behavior.task),
                 applicable,
-                cost_s: self.seconds(self.position(moment.position), &[], behavior.task),
+                cost_s: self.seconds(self.position(input.position), &[], behavior.task),
                 reward: 1.0,
                 priority: behavior.priority,
                 max_robots: behavior.max_robots,
@@ -125,21 +125,21 @@ pub trait TypedController: Clone + Debug + Send + 'static {
     }
 
     /// Returns the start of the task's current round, see [`Choice::round`]. By default a task is due only once.
-    fn round(&self, moment: &TypedStepInput<'_, Self>, task: TaskId) -> SimTime {
-        let _ = (moment, task);
+    fn round(&self, input: &TypedStepInput<'_, Self>, task: TaskId) -> SimTime {
+        let _ = (input, task);
         SimTime::ZERO
     }
 
     /// Computes the action of the active behavior, see [`AgentMission::act`]. [`bulletin`] creates bulletins.
     fn act(
         &mut self,
-        moment: &TypedStepInput<'_, Self>,
+        input: &TypedStepInput<'_, Self>,
         active: Option<BehaviorId>,
-        action: &mut StepOutput,
+        output: &mut StepOutput,
     ) -> Option<Self::Action>;
 
     /// Returns the shared knowledge for the heartbeat, see [`AgentMission::shared_knowledge`].
-    fn lore(&self) -> Self::SharedKnowledge;
+    fn shared_knowledge(&self) -> Self::SharedKnowledge;
 
     /// Returns the estimated position, see [`AgentMission::position`]. By default the reading of the position sensor.
     fn position(&self, sensed: Option<Vec2>) -> Option<Vec2> {
@@ -188,15 +188,15 @@ pub struct ReceivedBroadcast<'a, M: TypedController> {
     /// The entire broadcast, with sender, time and allocator state.
     pub broadcast: &'a Broadcast,
     /// The shared knowledge of the sender.
-    pub lore: Option<M::SharedKnowledge>,
+    pub shared_knowledge: Option<M::SharedKnowledge>,
     /// The content of an immediate broadcast.
     pub bulletin: Option<M::Bulletin>,
 }
 
 impl<'a, M: TypedController> ReceivedBroadcast<'a, M> {
     fn from_broadcast(broadcast: &'a Broadcast) -> Self {
-        let (lore, bulletin) = match &broadcast.body {
-            BroadcastContent::Heartbeat(heartbeat) => match &heartbeat.lore {
+        let (shared_knowledge, bulletin) = match &broadcast.body {
+            BroadcastContent::Heartbeat(heartbeat) => match &heartbeat.shared_knowledge {
                 SharedKnowledge::Open(bytes) => (codec::decode(bytes).ok(), None),
                 _ => (None, None),
             },
@@ -208,7 +208,7 @@ impl<'a, M: TypedController> ReceivedBroadcast<'a, M> {
         };
         Self {
             broadcast,
-            lore,
+            shared_knowledge,
             bulletin,
         }
     }
@@ -248,7 +248,7 @@ fn encode<T: Serialize>(subject: &str, value: &T, bytes: &mut Vec<u8>) {
 /// An adapter from a [`TypedController`] to an [`AgentMission`].
 #[derive(Clone, Debug)]
 pub struct ControllerAdapter<M: TypedController> {
-    mind: M,
+    controller: M,
     reading: M::SensorReading,
     position: Option<Vec2>,
     behaviors: Arc<[OwnBehavior]>,
@@ -257,9 +257,9 @@ pub struct ControllerAdapter<M: TypedController> {
 impl<M: TypedController> ControllerAdapter<M> {
     /// Wraps the controller of a robot, before its first readings.
     #[must_use]
-    pub fn new(mind: M, robot: RobotId, setup: &Setup) -> Self {
+    pub fn new(controller: M, robot: RobotId, setup: &Setup) -> Self {
         Self {
-            mind,
+            controller,
             reading: M::SensorReading::default(),
             position: None,
             behaviors: OwnBehavior::of_robot(robot, setup).into(),
@@ -269,14 +269,14 @@ impl<M: TypedController> ControllerAdapter<M> {
 
 impl<'a, M: TypedController> TypedStepInput<'a, M> {
     fn new(
-        moment: &ControllerInput<'a>,
+        input: &ControllerInput<'a>,
         sensed: &'a M::SensorReading,
         own: &'a [OwnBehavior],
     ) -> Self {
         Self {
-            now: moment.now,
-            readings: moment.readings,
-            position: moment.readings.pose.map(|pose| pose.position),
+            now: input.now,
+            readings: input.readings,
+            position: input.readings.pose.map(|pose| pose.position),
             reading: sensed,
             behaviors: own,
         }
@@ -306,76 +306,71 @@ impl<M: TypedController> SharedMission for NoSharedData<M> {
 
 impl<M: TypedController> RouteCost for ControllerAdapter<M> {
     fn seconds(&self, after: &[TaskId], task: TaskId) -> Option<f64> {
-        self.mind.seconds(self.position(), after, task)
+        self.controller.seconds(self.position(), after, task)
     }
 }
 
 impl<M: TypedController> AgentMission for ControllerAdapter<M> {
     fn perceive(
         &mut self,
-        moment: &ControllerInput<'_>,
-        heard: &[Arc<Broadcast>],
+        input: &ControllerInput<'_>,
+        received: &[Arc<Broadcast>],
         perception: &mut Perception,
     ) {
-        self.reading = match &moment.readings.mission {
+        self.reading = match &input.readings.mission {
             SensorReading::Open(bytes) => bytes.decode().unwrap_or_default(),
             _ => M::SensorReading::default(),
         };
-        let heard: SmallVec<[ReceivedBroadcast<'_, M>; AT_ONCE]> = heard
+        let received: SmallVec<[ReceivedBroadcast<'_, M>; AT_ONCE]> = received
             .iter()
             .map(|broadcast| ReceivedBroadcast::from_broadcast(broadcast))
             .collect();
-        let moment = TypedStepInput::new(moment, &self.reading, &self.behaviors);
-        self.position = moment.position;
-        self.mind.perceive(&moment, &heard, perception);
+        let input = TypedStepInput::new(input, &self.reading, &self.behaviors);
+        self.position = input.position;
+        self.controller.perceive(&input, &received, perception);
     }
 
-    fn choices(
-        &self,
-        moment: &ControllerInput<'_>,
-        applicable: &[bool],
-        choices: &mut Vec<Choice>,
-    ) {
-        let moment = TypedStepInput::new(moment, &self.reading, &self.behaviors);
-        self.mind.choices(&moment, applicable, choices);
+    fn choices(&self, input: &ControllerInput<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
+        let input = TypedStepInput::new(input, &self.reading, &self.behaviors);
+        self.controller.choices(&input, applicable, choices);
     }
 
     /// # Panics
     /// Panics if the encoded action is too large.
     fn act(
         &mut self,
-        moment: &ControllerInput<'_>,
+        input: &ControllerInput<'_>,
         active: Option<BehaviorId>,
-        action: &mut StepOutput,
+        output: &mut StepOutput,
     ) {
-        let moment = TypedStepInput::new(moment, &self.reading, &self.behaviors);
-        if let Some(deed) = self.mind.act(&moment, active, action) {
-            action.actuation.deed = match Bytes::encode(&deed) {
+        let input = TypedStepInput::new(input, &self.reading, &self.behaviors);
+        if let Some(action) = self.controller.act(&input, active, output) {
+            output.actuation.action = match Bytes::encode(&action) {
                 Ok(bytes) => Action::Open(bytes),
                 Err(error) => panic!("the action of a robot for its mission: {error}"),
             };
         }
     }
 
-    fn lore(&self, lore: &mut SharedKnowledge) {
-        let mut bytes = match std::mem::take(lore) {
+    fn shared_knowledge(&self, knowledge: &mut SharedKnowledge) {
+        let mut bytes = match std::mem::take(knowledge) {
             SharedKnowledge::Open(bytes) => bytes,
             _ => Vec::new(),
         };
         encode(
             "the shared knowledge of a robot",
-            &self.mind.lore(),
+            &self.controller.shared_knowledge(),
             &mut bytes,
         );
-        *lore = SharedKnowledge::Open(bytes);
+        *knowledge = SharedKnowledge::Open(bytes);
     }
 
     fn position(&self) -> Option<Vec2> {
-        self.mind.position(self.position)
+        self.controller.position(self.position)
     }
 
     fn is_laden(&self) -> bool {
-        self.mind.is_laden()
+        self.controller.is_laden()
     }
 
     fn checkpoint(&self) -> Box<dyn AgentMission> {

@@ -9,7 +9,7 @@ use proto::telemetry::{BehaviorState, Delivery, Motivation, Reception};
 use proto::tick::Report;
 use scenario::ids::{BehaviorId, RobotId};
 
-use super::hash::SectionHash;
+use super::section_hash::SectionHash;
 
 #[derive(Clone, Default)]
 pub struct Answers {
@@ -182,7 +182,7 @@ fn have_same_commands(a: &Report, b: &Report) -> bool {
     let bits =
         |actuation: &Actuation| [actuation.speed_m_s, actuation.turn_rad_s].map(f32::to_bits);
     let (a, b) = (&a.actuation, &b.actuation);
-    bits(a) == bits(b) && a.deed == b.deed
+    bits(a) == bits(b) && a.action == b.action
 }
 
 /// Returns `true` if the motivation sections are equal bit by bit.

@@ -6,18 +6,21 @@ use std::collections::BTreeMap;
 use crate::external::ExternalWriter;
 use crate::{ControllerFile, LogLevel, RunFile, RunOutcome, Section, Table};
 use proto::event::EventLine;
+use proto::program_build;
 use scenario::Setup;
 use scenario::ids::{RobotId, Tick};
 use scenario::mission::FigureValue;
 use scenario::time::SimTime;
 
+use super::allocation_messages;
 use super::encode;
-use super::hash::{RunHash, SectionHash};
+use super::hash::RunHash;
 use super::in_flight::InFlight;
 use super::names::Names;
 use super::pages::Pages;
 use super::record::TickRecord;
 use super::repeated::RowCache;
+use super::section_hash::SectionHash;
 use super::tally::{Ending, Tally};
 use super::{Answer, RecordError, Sink};
 
@@ -34,7 +37,7 @@ pub(super) struct Encoder {
     section: SectionHash,
     tally: Tally,
     /// The writer of foreign.bin; created with the first answer of an external controller.
-    foreign: Option<Box<ExternalWriter>>,
+    external: Option<Box<ExternalWriter>>,
     controllers: BTreeMap<String, ControllerFile>,
     /// Messages in flight, whose rows follow later.
     on_their_way: InFlight,
@@ -58,7 +61,7 @@ impl Encoder {
             hash: RunHash::default(),
             section: SectionHash::default(),
             tally: Tally::new(setup),
-            foreign: None,
+            external: None,
             controllers: (setup.scenario.external_controllers().into_iter())
                 .map(|name| {
                     let version = versions.get(name).cloned();
@@ -115,9 +118,12 @@ impl Encoder {
             unscripted,
             faults,
             figures,
+            agent_builds,
         } = ending;
         RunFile {
             version: env!("CARGO_PKG_VERSION").to_owned(),
+            build: program_build::get().to_owned(),
+            agent_builds,
             log: self.level,
             hash: matches!(outcome, RunOutcome::Ended(_)).then(|| self.hash()),
             outcome,
@@ -129,7 +135,11 @@ impl Encoder {
         }
     }
 
-    pub fn add(&mut self, record: &TickRecord<'_>) {
+    /// Adds a tick.
+    ///
+    /// # Errors
+    /// Returns [`RecordError::Answer`]. The log is then incomplete.
+    pub fn add(&mut self, record: &TickRecord<'_>) -> Result<(), RecordError> {
         if self.level.keeps(Table::Ticks) {
             self.repeated.begin(record.tick, record.now);
         }
@@ -147,6 +157,11 @@ impl Encoder {
         {
             pages.add_optional(Table::Allocation, |rows| {
                 encode::allocation(names, repeated, record, rows)
+            });
+        }
+        if !record.allocation_messages.is_empty() {
+            pages.add_optional(Table::AllocationMessages, |rows| {
+                allocation_messages::encode(names, record, rows)
             });
         }
         pages.add(Table::Messages, |rows| {
@@ -167,8 +182,8 @@ impl Encoder {
             });
         }
         pages.add(Table::Inputs, |lines| encode::inputs(record, lines));
-        if !record.foreign.is_empty() {
-            self.store_foreign(record);
+        if !record.external.is_empty() {
+            self.store_external(record)?;
         }
         let pages = &mut self.pages;
         if self.level.keeps(Table::Mission) && self.mission.as_deref() != Some(record.mission) {
@@ -180,6 +195,7 @@ impl Encoder {
         if self.seal_is_due(record.now) {
             self.seal();
         }
+        Ok(())
     }
 
     fn hash_tick(&mut self, record: &TickRecord<'_>) {
@@ -215,19 +231,26 @@ impl Encoder {
 
     /// Stores the answers of external controllers, which a replay cannot compute.
     #[inline(never)]
-    fn store_foreign(&mut self, record: &TickRecord<'_>) {
-        let is_foreign = |answer: &&Answer| record.foreign[answer.report.robot.index()];
-        for answer in record.counted().filter(is_foreign) {
+    fn store_external(&mut self, record: &TickRecord<'_>) -> Result<(), RecordError> {
+        let is_external = |answer: &&Answer| record.external[answer.report.robot.index()];
+        for answer in record.counted().filter(is_external) {
             let report = &answer.report;
             let broadcasts = record
-                .said
+                .broadcasts
                 .iter()
                 .filter(|broadcast| broadcast.sender == report.robot);
-            let writer = self.foreign.get_or_insert_default();
+            let writer = self.external.get_or_insert_default();
+            let mut added = Ok(());
             self.pages.add_optional(Table::External, |bytes| {
-                writer.add(report, broadcasts, bytes);
+                added = writer.add(report, broadcasts, bytes);
             });
+            added.map_err(|error| RecordError::Answer {
+                robot: self.names.robot(report.robot).to_owned(),
+                tick: record.tick,
+                error,
+            })?;
         }
+        Ok(())
     }
 
     fn seal_is_due(&self, now: SimTime) -> bool {

@@ -1,29 +1,15 @@
 //! The hashes of a run: one per tick, robot and section, and one over all of them.
 
 use crate::{Input, Section};
-use proto::codec;
 use scenario::ids::{RobotId, Tick};
-use serde::Serialize;
-use xxhash_rust::xxh3::{Xxh3, xxh3_64};
+use xxhash_rust::xxh3::Xxh3;
 
 use super::record::{BodyRecord, Event};
+use super::section_hash::SectionHash;
 
 const NAME_MOST: usize = Section::Motivations.as_str().len();
 
-#[derive(Clone, Default)]
-pub(super) struct SectionHash {
-    /// A reusable buffer that begins with the encoding of the current section.
-    room: Vec<u8>,
-}
-
 impl SectionHash {
-    pub fn of(&mut self, content: &impl Serialize) -> u64 {
-        let length = codec::encode_into(content, &mut self.room)
-            // Sections are plain data of known length and are written to memory, which cannot fail.
-            .expect("a section can be encoded");
-        xxh3_64(&self.room[..length])
-    }
-
     // Sections of every tick are hashed by functions without type parameters. These are compiled in this optimized crate, and
     // not in the crate that chooses a sink.
 

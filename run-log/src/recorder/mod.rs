@@ -12,6 +12,7 @@
 //! finds the last tick up to which every table is complete. [`LogLevel::Full`] seals each tick. [`LogLevel::Summary`] seals
 //! the first tick of each second of simulated time and the last tick of the run.
 
+mod allocation_messages;
 mod answers;
 mod background;
 mod encode;
@@ -23,6 +24,7 @@ mod pages;
 mod record;
 mod repeated;
 mod row;
+mod section_hash;
 mod sink;
 mod tally;
 #[cfg(test)]
@@ -33,9 +35,11 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::{Document, LogLevel, RunFile, RunOutcome};
+use proto::codec::CodecError;
 use proto::event::EventLine;
 use proto::tick::Outcome;
 use scenario::Setup;
+use scenario::ids::Tick;
 
 use encoder::Encoder;
 
@@ -58,6 +62,13 @@ pub enum RecordError {
     Broken,
     #[error("cannot start a thread for the log: {0}")]
     Thread(io::Error),
+    /// An answer of an external controller that foreign.bin cannot contain.
+    #[error("foreign.bin: the answer of {robot} in tick {tick}: {error}")]
+    Answer {
+        robot: String,
+        tick: Tick,
+        error: CodecError,
+    },
 }
 
 impl RecordError {
@@ -161,7 +172,10 @@ impl<S: Sink> Recorder<S> {
 impl<S: Sink> Record for Recorder<S> {
     /// Records a tick, and calls [`Recorder::flush`] when enough bytes are buffered.
     fn record(&mut self, record: &TickRecord<'_>) -> Result<(), RecordError> {
-        self.encoder.add(record);
+        if let Err(error) = self.encoder.add(record) {
+            self.broken = true;
+            return Err(error);
+        }
         if self.encoder.waiting() >= FLUSH_BYTES {
             self.flush()?;
         }

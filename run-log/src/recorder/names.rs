@@ -28,6 +28,11 @@ impl Names {
         self.roster.name(robot)
     }
 
+    /// Returns the name of a robot whose number can be wrong, because another program sent it.
+    pub fn known_robot(&self, robot: RobotId) -> &str {
+        self.roster.names().nth(robot.index()).unwrap_or("?")
+    }
+
     pub fn robots(&self) -> impl Iterator<Item = &str> {
         self.roster.names()
     }

@@ -24,9 +24,11 @@ pub struct TickRecord<'a> {
     /// Answers of all agents in order of rank.
     pub answers: &'a [Answer],
     /// By rank: `true` for external controllers, whose answers are stored in full. Empty if the team has none.
-    pub foreign: &'a [bool],
+    pub external: &'a [bool],
     /// The received broadcasts of external controllers, in any order.
-    pub said: &'a [Broadcast],
+    pub broadcasts: &'a [Broadcast],
+    /// The messages of allocators whose reports count, by sender and index. Empty unless the log is full.
+    pub allocation_messages: &'a [Broadcast],
     /// The world's events in this step, in order. Inputs, state changes and notes are not among them, because their rows of
     /// events.csv are made from [`TickRecord::inputs`] and from the reports.
     pub events: &'a [Event],

@@ -1,5 +1,6 @@
 //! The figures of run.json.
 
+use std::collections::BTreeMap;
 use std::iter;
 use std::sync::Arc;
 
@@ -22,6 +23,8 @@ pub struct Ending {
     /// The faults in the order in which they were armed, each with its number of hits.
     pub faults: Vec<FaultStatus>,
     pub figures: TeamFigures,
+    /// The builds of agents that differ from the world's, by robot.
+    pub agent_builds: BTreeMap<String, String>,
 }
 
 #[derive(Clone, Debug)]

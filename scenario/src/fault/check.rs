@@ -1,9 +1,11 @@
 //! Checks of an order, independent of its source.
 
 use super::{
-    ActuatorMode, Device, Fault, LinkEnd, MissionFault, Order, Role, SensorMode, TriggerEvent,
+    ActuatorMode, Device, Fault, FaultRange, LinkEnd, MissionFault, Order, Role, SensorMode,
+    TriggerEvent,
 };
 use crate::Obstacle;
+use crate::limits::readable;
 use crate::names::is_name;
 use crate::{Catalog, Robot, Scenario, name_remedy};
 
@@ -206,12 +208,32 @@ impl Checker<'_> {
         }
         for argument in spec.arguments {
             let at = ["fault", name, argument.key];
-            let Some(value) = fault.get(argument.key).or(argument.default) else {
-                return Err(wrong(
-                    &at,
-                    "the key is missing".to_owned(),
-                    "give it a value",
-                ));
+            let Some(stated) = values.get(argument.key) else {
+                if argument.default.is_some() {
+                    continue;
+                }
+                let what = "the key is missing".to_owned();
+                return Err(wrong(&at, what, "give it a value"));
+            };
+            if argument.range == FaultRange::Name {
+                let names = self
+                    .catalog
+                    .mission
+                    .fault_names(self.scenario, argument.key);
+                let mut names = names.iter().map(String::as_str);
+                let name = stated.to_string();
+                if fault
+                    .get_name(argument.key)
+                    .is_none_or(|name| !names.clone().any(|known| known == name))
+                {
+                    let what = format!("there is no {} '{name}'", argument.key);
+                    return Err(wrong(&at, what, &name_remedy(&name, &mut names)));
+                }
+                continue;
+            }
+            let Some(value) = fault.get(argument.key) else {
+                let what = format!("'{stated}' is not a number");
+                return Err(wrong(&at, what, "write a number"));
             };
             let (from, to) = argument.range.bounds(self.scenario.room);
             if argument.range.is_whole() && value.fract() != 0.0 {
@@ -420,10 +442,11 @@ fn within(field: &[&str], value: impl Into<f64>, from: f64, to: f64, unit: &str)
     if (from..=to).contains(&value) {
         return Ok(());
     }
+    let (from, to) = (readable(from), readable(to));
     let remedy = format!("it must be at least {from} and at most {to} {unit}");
     Err(wrong(
         field,
-        format!("{value} is out of range"),
+        format!("{} is out of range", readable(value)),
         remedy.trim_end(),
     ))
 }

@@ -12,7 +12,7 @@ use serde::de::{
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::{Fault, MissionFault};
+use super::{Fault, FaultValue, MissionFault};
 
 impl Serialize for Fault {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -40,17 +40,19 @@ impl<'de> Deserialize<'de> for Fault {
 }
 
 /// The values of a mission's fault, by key.
-struct Values<'a>(&'a BTreeMap<String, f64>);
+struct Values<'a>(&'a BTreeMap<String, FaultValue>);
 
 impl Serialize for Values<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(self.0.len()))?;
         for (key, value) in self.0 {
-            // Whole numbers are written as integers.
-            if value.fract() == 0.0 && value.abs() < 1e9 {
-                map.serialize_entry(key, &(*value as i64))?;
-            } else {
-                map.serialize_entry(key, value)?;
+            match value {
+                // Whole numbers are written as integers.
+                FaultValue::Number(number) if number.fract() == 0.0 && number.abs() < 1e9 => {
+                    map.serialize_entry(key, &(*number as i64))?;
+                }
+                FaultValue::Number(number) => map.serialize_entry(key, number)?,
+                FaultValue::Name(name) => map.serialize_entry(key, name)?,
             }
         }
         map.end()
@@ -58,33 +60,68 @@ impl Serialize for Values<'_> {
 }
 
 /// The values of a fault that is not common. `None` if the file contains a string, as for many common faults.
-struct Numbers(Option<BTreeMap<String, f64>>);
+struct StatedValues(Option<BTreeMap<String, FaultValue>>);
 
-impl<'de> Deserialize<'de> for Numbers {
+/// A value in a file: a number or a name.
+struct StatedValue(FaultValue);
+
+impl<'de> Deserialize<'de> for StatedValue {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct NumbersVisitor;
+        struct ValueVisitor;
 
-        impl<'de> Visitor<'de> for NumbersVisitor {
-            type Value = Numbers;
+        impl Visitor<'_> for ValueVisitor {
+            type Value = StatedValue;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a table of numbers")
+                f.write_str("a number or a name")
             }
 
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Numbers, A::Error> {
-                let mut numbers = BTreeMap::new();
-                while let Some((key, number)) = map.next_entry()? {
-                    numbers.insert(key, number);
-                }
-                Ok(Numbers(Some(numbers)))
+            fn visit_f64<E: Error>(self, number: f64) -> Result<StatedValue, E> {
+                Ok(StatedValue(FaultValue::Number(number)))
             }
 
-            fn visit_str<E: Error>(self, _: &str) -> Result<Numbers, E> {
-                Ok(Numbers(None))
+            fn visit_i64<E: Error>(self, number: i64) -> Result<StatedValue, E> {
+                self.visit_f64(number as f64)
+            }
+
+            fn visit_u64<E: Error>(self, number: u64) -> Result<StatedValue, E> {
+                self.visit_f64(number as f64)
+            }
+
+            fn visit_str<E: Error>(self, name: &str) -> Result<StatedValue, E> {
+                Ok(StatedValue(FaultValue::Name(name.to_owned())))
             }
         }
 
-        deserializer.deserialize_any(NumbersVisitor)
+        deserializer.deserialize_any(ValueVisitor)
+    }
+}
+
+impl<'de> Deserialize<'de> for StatedValues {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct ValuesVisitor;
+
+        impl<'de> Visitor<'de> for ValuesVisitor {
+            type Value = StatedValues;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a table of numbers and names")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<StatedValues, A::Error> {
+                let mut values = BTreeMap::new();
+                while let Some((key, StatedValue(value))) = map.next_entry()? {
+                    values.insert(key, value);
+                }
+                Ok(StatedValues(Some(values)))
+            }
+
+            fn visit_str<E: Error>(self, _: &str) -> Result<StatedValues, E> {
+                Ok(StatedValues(None))
+            }
+        }
+
+        deserializer.deserialize_any(ValuesVisitor)
     }
 }
 
@@ -109,7 +146,7 @@ impl<'de> Visitor<'de> for FaultVisitor {
             };
             Fault::deserialize(variant)?
         } else {
-            let Numbers(values) = map.next_value()?;
+            let StatedValues(values) = map.next_value()?;
             let unknown = || A::Error::unknown_variant(&name, &Fault::COMMON_NAMES);
             let values = values.ok_or_else(unknown)?;
             Fault::Mission(MissionFault { name, values })

@@ -13,7 +13,24 @@ pub struct MissionFault {
     /// The name, unique among all faults.
     pub name: String,
     /// The stated arguments, by key.
-    pub values: BTreeMap<String, f64>,
+    pub values: BTreeMap<String, FaultValue>,
+}
+
+/// The value of an argument.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum FaultValue {
+    Number(f64),
+    /// The name of something in the scenario.
+    Name(String),
+}
+
+impl fmt::Display for FaultValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => number.fmt(f),
+            Self::Name(name) => name.fmt(f),
+        }
+    }
 }
 
 impl MissionFault {
@@ -22,17 +39,37 @@ impl MissionFault {
     pub fn new(name: &str, values: &[(&str, f64)]) -> Self {
         let values = values
             .iter()
-            .map(|(key, value)| ((*key).to_owned(), *value));
+            .map(|(key, value)| ((*key).to_owned(), FaultValue::Number(*value)));
         Self {
             name: name.to_owned(),
             values: values.collect(),
         }
     }
 
-    /// Returns the value of an argument if it is stated.
+    /// Returns the fault with a name as an argument.
+    #[must_use]
+    pub fn with_name(mut self, key: &str, name: &str) -> Self {
+        let value = FaultValue::Name(name.to_owned());
+        self.values.insert(key.to_owned(), value);
+        self
+    }
+
+    /// Returns the number of an argument if it is stated.
     #[must_use]
     pub fn get(&self, key: &str) -> Option<f64> {
-        self.values.get(key).copied()
+        match self.values.get(key)? {
+            FaultValue::Number(number) => Some(*number),
+            FaultValue::Name(_) => None,
+        }
+    }
+
+    /// Returns the name in an argument if it is stated.
+    #[must_use]
+    pub fn get_name(&self, key: &str) -> Option<&str> {
+        match self.values.get(key)? {
+            FaultValue::Number(_) => None,
+            FaultValue::Name(name) => Some(name),
+        }
     }
 }
 
@@ -75,7 +112,7 @@ impl FaultSpec {
     }
 }
 
-/// A numeric argument of a fault.
+/// An argument of a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaultArgument {
     /// The key, which ends with the unit.
@@ -84,7 +121,8 @@ pub struct FaultArgument {
     pub about: &'static str,
     /// The range of allowed values.
     pub range: FaultRange,
-    /// The default value; `None` makes the argument required.
+    /// The default value; `None` makes the argument required. Of a [name](FaultRange::Name), it is the index of the
+    /// default.
     pub default: Option<f64>,
 }
 
@@ -141,6 +179,8 @@ pub enum FaultRange {
     Whole(u32, u32),
     /// A number from the first to the second.
     Within(f64, f64),
+    /// A name of [`MissionData::fault_names`](crate::mission::data::MissionData::fault_names).
+    Name,
 }
 
 impl FaultRange {
@@ -153,6 +193,7 @@ impl FaultRange {
             Self::Item => (0.0, u32::MAX.into()),
             Self::Whole(from, to) => (from.into(), to.into()),
             Self::Within(from, to) => (from, to),
+            Self::Name => (0.0, u32::MAX.into()),
         }
     }
 

@@ -25,11 +25,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Obstacle;
+use crate::names::ALL;
 
 pub use campaign::{FaultMix, RandomFaults};
 pub use check::OrderError;
 pub use device::Device;
-pub use mission::{FaultArgument, FaultRange, FaultSpec, MissionFault};
+pub use mission::{FaultArgument, FaultRange, FaultSpec, FaultValue, MissionFault};
 pub use order::{Faults, Order};
 pub use radio::{LinkQuality, RadioQuality};
 pub use text::Role;
@@ -122,7 +123,7 @@ impl LinkEnd {
     #[must_use]
     pub fn as_str(&self) -> &str {
         match self {
-            Self::All => "all",
+            Self::All => ALL,
             Self::Robot(name) => name,
         }
     }
@@ -130,7 +131,7 @@ impl LinkEnd {
 
 impl From<String> for LinkEnd {
     fn from(name: String) -> Self {
-        if name == "all" {
+        if name == ALL {
             Self::All
         } else {
             Self::Robot(name)

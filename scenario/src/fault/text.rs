@@ -20,8 +20,8 @@ impl Role<'_> {
     /// The prefix of a task's name in the place of a robot.
     const EXECUTING: &'static str = "executing:";
 
-    /// The word for an idle robot, which therefore cannot be a robot's name.
-    pub const IDLE: &'static str = "idle";
+    /// The word for an idle robot.
+    pub const IDLE: &'static str = crate::names::IDLE;
 }
 
 impl Fault {

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::mission::registry::Mission;
+use crate::names::ANY;
 
 /// A trigger by the next event that matches `ROBOT|any VERB [SUBJECT]`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -96,7 +97,7 @@ impl FromStr for EventTrigger {
         let robot = words.next().ok_or_else(wrong)?;
         let verb = words.next().ok_or_else(wrong)?;
         let when = Self {
-            robot: (robot != "any").then(|| robot.to_owned()),
+            robot: (robot != ANY).then(|| robot.to_owned()),
             what: verb.to_owned(),
             subject: words.next().map(str::to_owned),
         };
@@ -109,7 +110,7 @@ impl FromStr for EventTrigger {
 
 impl fmt::Display for EventTrigger {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let robot = self.robot.as_deref().unwrap_or("any");
+        let robot = self.robot.as_deref().unwrap_or(ANY);
         write!(f, "{robot} {}", self.what)?;
         match &self.subject {
             Some(subject) => write!(f, " {subject}"),

@@ -36,6 +36,8 @@ pub enum ColumnKind {
     Time,
     /// A number that is not a count.
     Real,
+    /// A count of work that expired before it was finished. A run with such work is not complete.
+    Expired,
 }
 
 impl Column {
@@ -49,6 +51,12 @@ impl Column {
     #[must_use]
     pub const fn left(name: &'static str) -> Self {
         Self::new(name, ColumnKind::Left, None)
+    }
+
+    /// Creates a column that counts work that expired before it was finished.
+    #[must_use]
+    pub const fn expired(name: &'static str) -> Self {
+        Self::new(name, ColumnKind::Expired, None)
     }
 
     /// Creates a column that counts something else.
@@ -127,7 +135,7 @@ pub struct ColumnValue {
     pub value: FigureValue,
 }
 
-/// Formats the value with [`told`].
+/// Formats the value with [`format_value`].
 impl fmt::Display for ColumnValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&format_value(&self.name, self.value))
@@ -139,7 +147,9 @@ impl fmt::Display for ColumnValue {
 pub struct Progress {
     /// The amount of finished work.
     pub done: u64,
-    /// The amount of finished and unfinished work.
+    /// The amount of work that expired before it was finished.
+    pub expired: u64,
+    /// The amount of all work: finished, unfinished and expired.
     pub total: u64,
     /// The counted things and the work on them, such as `items delivered`.
     pub label: String,
@@ -154,19 +164,24 @@ impl Progress {
             of_kind.map(|column| column.value.count()).sum::<u64>()
         };
         let first = row.iter().find(|column| column.kind == ColumnKind::Done)?;
-        let done = sum(ColumnKind::Done);
+        let (done, expired) = (sum(ColumnKind::Done), sum(ColumnKind::Expired));
         Some(Self {
             done,
-            total: done + sum(ColumnKind::Left),
+            expired,
+            total: done + sum(ColumnKind::Left) + expired,
             label: display_name(&first.name),
         })
     }
 }
 
-/// Formats the progress, such as `3 of 24 items delivered`.
+/// Formats the progress, such as `3 of 24 items delivered` or `3 of 24 done, 20 expired`.
 impl fmt::Display for Progress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} of {} {}", self.done, self.total, self.label)
+        write!(f, "{} of {} {}", self.done, self.total, self.label)?;
+        match self.expired {
+            0 => Ok(()),
+            expired => write!(f, ", {expired} expired"),
+        }
     }
 }
 
@@ -180,7 +195,10 @@ pub fn short_summary(row: &[ColumnValue]) -> String {
 #[must_use]
 pub fn details(row: &[ColumnValue]) -> String {
     let progress = Progress::from_row(row);
-    let others = row.iter().filter(|column| column.kind != ColumnKind::Done);
+    let is_in_progress = |kind| matches!(kind, ColumnKind::Done | ColumnKind::Expired);
+    let others = row
+        .iter()
+        .filter(|column| progress.is_none() || !is_in_progress(column.kind));
     let parts = progress.iter().map(ToString::to_string);
     let parts: Vec<String> = parts.chain(others.map(ToString::to_string)).collect();
     parts.join(", ")
@@ -212,5 +230,34 @@ mod tests {
             "3 of 5 places visited, places left 2, last visit 61.2 s, way m 7.50"
         );
         assert_eq!(short_summary(&later[2..]), "last visit 61.2 s, way m 7.50");
+    }
+
+    #[test]
+    fn expired_work_is_part_of_the_total() {
+        const COLUMNS: [Column; 3] = [
+            Column::left("open"),
+            Column::done("done", "done"),
+            Column::expired("expired"),
+        ];
+        let row = |values: [u32; 3]| -> Vec<ColumnValue> {
+            let columns = COLUMNS.iter().zip(values);
+            columns
+                .map(|(column, value)| column.with_value(value.into()))
+                .collect()
+        };
+        let progress = Progress::from_row(&row([1, 2, 237])).unwrap();
+        assert_eq!(
+            (progress.done, progress.expired, progress.total),
+            (2, 237, 240)
+        );
+        assert_eq!(
+            short_summary(&row([1, 2, 237])),
+            "2 of 240 done, 237 expired"
+        );
+        assert_eq!(
+            details(&row([1, 2, 237])),
+            "2 of 240 done, 237 expired, open 1"
+        );
+        assert_eq!(short_summary(&row([1, 2, 0])), "2 of 3 done");
     }
 }

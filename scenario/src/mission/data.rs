@@ -16,8 +16,8 @@ use crate::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Untyped
 /// The data of a mission. A scenario file with the section `[NAME]` belongs to this mission.
 ///
 /// ```
-/// use proto::mission::prelude::*;
-/// use proto::scenario::Vocabulary;
+/// use scenario::Vocabulary;
+/// use scenario::mission::prelude::*;
 /// use serde::{Deserialize, Serialize};
 ///
 /// /// A mission in which robots knock at doors.
@@ -31,8 +31,8 @@ use crate::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Untyped
 /// }
 ///
 /// impl MissionData for Knock {
-///     fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
-///         section::<KnockSection>(text)
+///     fn section(&self, text: UntypedTable<'_>) -> Result<Box<dyn Section>, Problem> {
+///         read_section::<KnockSection>(text)
 ///     }
 ///
 ///     fn parameters(&self) -> Vec<ParameterSpec> {
@@ -40,11 +40,11 @@ use crate::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Untyped
 ///         vec![ParameterSpec::new("doors", "", default, "number of doors", range)]
 ///     }
 ///
-///     fn vocabulary(&self) -> Terms {
-///         Terms {
+///     fn vocabulary(&self) -> MissionVocabulary {
+///         MissionVocabulary {
 ///             columns: const { &[Column::done("knocked", "knocked"), Column::left("left")] },
 ///             events: &["knocked"],
-///             ..Terms::NONE
+///             ..MissionVocabulary::NONE
 ///         }
 ///     }
 ///
@@ -165,6 +165,13 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         &[]
     }
 
+    /// Returns the names that an argument of the mission's faults accepts; see [`FaultRange::Name`].
+    ///
+    /// [`FaultRange::Name`]: crate::fault::FaultRange::Name
+    fn fault_names(&self, _scenario: &Scenario, _key: &str) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Checks an order beyond the declarations of the mission's [`faults`](MissionData::faults).
     ///
     /// # Errors
@@ -177,6 +184,11 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     /// mission.csv before the next is late, s.
     fn max_event_interval_s(&self, _scenario: &Scenario, _column: &str) -> Option<f64> {
         None
+    }
+
+    /// Returns the measure by which runs of the mission are ranked. The default is the time to completion.
+    fn objective(&self) -> Objective {
+        Objective::Time
     }
 
     /// Returns the properties that every run of the scenario must have.
@@ -219,6 +231,21 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     /// Returns rectangles that random missions keep free of obstacles: lower left and upper right corners, m.
     fn free_areas(&self, _scenario: &Scenario) -> Vec<[Vec2; 2]> {
         Vec::new()
+    }
+
+    /// Returns valid values of the mission's section that contradict each other or the time limit. `alliance check`
+    /// shows them. The scenario is checked, and robots have the devices and skills of the team.
+    fn warnings(&self, _scenario: &Scenario) -> Vec<Problem> {
+        Vec::new()
+    }
+
+    /// Checks the places that the mission's section states, against the border and the obstacles. All ranges are
+    /// checked by then.
+    ///
+    /// # Errors
+    /// Returns the first place that no robot can use.
+    fn check_places(&self, _scenario: &Scenario) -> Result<(), Problem> {
+        Ok(())
     }
 
     /// Checks the mission's values beyond the declarations of its [`parameters`](MissionData::parameters). This check
@@ -288,6 +315,25 @@ impl DefaultAllianceParams {
         before_yielding_s: 120.0,
         before_giving_up_s: 240.0,
     };
+}
+
+/// The measure by which runs of a mission are ranked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Objective {
+    /// The simulated time until the mission is complete. A run that does not complete it counts twice the time limit
+    /// (PAR2). Less is better.
+    Time,
+    /// A figure in run.json, for missions in which every run takes the same time.
+    Figure {
+        /// The name in comparisons, such as `observed`.
+        name: &'static str,
+        /// The name of the figure in run.json, such as `a`.
+        figure: &'static str,
+        /// True if a larger value is better.
+        more_is_better: bool,
+        /// The definition, in one sentence.
+        meaning: &'static str,
+    },
 }
 
 /// The names that a mission defines.

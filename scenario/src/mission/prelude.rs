@@ -4,7 +4,7 @@ pub use glam::Vec2;
 
 pub use super::columns::Column;
 pub use super::data::{
-    BuiltinScenario, DefaultAllianceParams, DrawSection, MissionData, MissionVocabulary,
+    BuiltinScenario, DefaultAllianceParams, DrawSection, MissionData, MissionVocabulary, Objective,
     one_behavior_each,
 };
 pub use super::registry::{Mission, read_section};

@@ -120,7 +120,7 @@ impl Defect {
             }
             ActuatorMode::OneWheel(dead) => one_wheel(body, command, dead),
             ActuatorMode::Gripper => {
-                mission.remove_disabled("gripper", &mut command.deed);
+                mission.remove_disabled("gripper", &mut command.action);
                 command
             }
         }

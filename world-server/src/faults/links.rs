@@ -6,6 +6,8 @@
 #[cfg(test)]
 mod tests;
 
+use std::collections::VecDeque;
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::Vec2;
@@ -27,8 +29,8 @@ pub struct Links {
     order: StepOrder,
     tick: Tick,
     active: Vec<ActiveFault>,
-    /// The ended faults that duplicated messages, with the tick of their end. A second copy can arrive long afterwards.
-    healed: Vec<(ActiveFault, Tick)>,
+    /// The ended faults that duplicated messages. A second copy can arrive long afterwards.
+    healed: Vec<HealedFault>,
     /// The positions, indexed by rank. They are current only while a radio range is in force.
     positions: Vec<Vec2>,
 }
@@ -42,6 +44,18 @@ struct ActiveFault {
     /// The effect on the links in the scope, without bursts.
     state: LinkState,
     bursts: Option<Bursts>,
+}
+
+/// The largest number of ranges of ticks that are kept of an ended fault, which may be periodic. The attribution of a second
+/// copy fails only if its message was kept back for more periods than that.
+const MAX_RANGES: usize = 256;
+
+/// A fault that has ended at least once.
+#[derive(Clone, Debug)]
+struct HealedFault {
+    fault: ActiveFault,
+    /// The ticks in which it was in force, the latest last.
+    in_force: VecDeque<Range<Tick>>,
 }
 
 /// The directed links that a fault affects.
@@ -101,15 +115,34 @@ impl Links {
             }
         }
         before.retain(|active| active.state.duplicate > Probability::NEVER);
-        self.healed.extend(before.into_iter().map(|active| {
-            let bursts = None;
-            (ActiveFault { bursts, ..active }, tick)
-        }));
+        for ended in before {
+            self.keep_healed(ended, tick);
+        }
 
         let by_distance = |active: &ActiveFault| matches!(active.scope, Scope::Beyond(_));
         if self.active.iter().any(by_distance) {
             let robots = (0..self.roster.names().len() as u16).map(RobotId);
             self.positions = robots.map(position).collect();
+        }
+    }
+
+    fn keep_healed(&mut self, ended: ActiveFault, tick: Tick) {
+        let range = ended.since..tick;
+        let mut healed = self.healed.iter_mut();
+        match healed.find(|healed| healed.fault.fault == ended.fault) {
+            Some(healed) => {
+                if healed.in_force.len() == MAX_RANGES {
+                    healed.in_force.pop_front();
+                }
+                healed.in_force.push_back(range);
+            }
+            None => self.healed.push(HealedFault {
+                in_force: VecDeque::from([range]),
+                fault: ActiveFault {
+                    bursts: None,
+                    ..ended
+                },
+            }),
         }
     }
 
@@ -177,13 +210,13 @@ impl Links {
                 Delivery::Heard | Delivery::Lost | Delivery::Delayed => false,
             }
         });
-        let healed = self.healed.iter().filter(move |(active, until)| {
+        let healed = self.healed.iter().filter(move |healed| {
             delivery == Delivery::Duplicate
-                && (active.since..*until).contains(&listed)
-                && self.effect_of(active, sender, receiver).duplicate > Probability::NEVER
+                && healed.in_force.iter().any(|range| range.contains(&listed))
+                && self.effect_of(&healed.fault, sender, receiver).duplicate > Probability::NEVER
         });
         healed
-            .map(|(active, _)| active.fault)
+            .map(|healed| healed.fault.fault)
             .chain(active.map(|active| active.fault))
     }
 

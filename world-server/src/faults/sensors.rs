@@ -21,7 +21,7 @@ use super::schedule::FaultIndex;
 use crate::mission::WorldMission;
 use crate::world::wrap_angle;
 
-/// The number of devices of a robot with separate random numbers.
+/// The number of devices of a robot in one part of its random stream.
 const DEVICES: u64 = 16;
 
 /// The largest number of values of a device in one tick: eight places with x and y.
@@ -172,7 +172,7 @@ impl Sensors {
                 None => GROUND,
             },
         };
-        number as u64 % DEVICES
+        number as u64
     }
 
     fn same_before(&self, robot: RobotId, device: Device, mode: SensorMode) -> u64 {
@@ -239,12 +239,20 @@ impl Broken {
     }
 }
 
-/// Moves a robot's random stream to the position of one fault of a device in one tick.
+/// Moves a robot's random stream to the position of one fault of a device in one tick. No two faults share a position.
 fn seek(draws: &mut ChaCha8Rng, tick: Tick, device: u64, before: u64, kind: u64) {
     const FAULTS: u64 = 8;
     const KINDS: u64 = 2;
-    let in_tick = (device * FAULTS + before % FAULTS) * KINDS + kind;
+    const DEVICE_PARTS: u64 = 8;
+    /// The numbers of robots take the lower 17 bits of a stream's number, and the purpose takes the upper 32.
+    const PART_SHIFT: u32 = 17;
+    const PARTS: u64 = 1 << (32 - PART_SHIFT);
+    let in_tick = (device % DEVICES * FAULTS + before % FAULTS) * KINDS + kind;
     let place = u128::from(tick) * u128::from(DEVICES * FAULTS * KINDS) + u128::from(in_tick);
+    // Further devices and further faults of a device use streams of their own.
+    let part = (before / FAULTS * DEVICE_PARTS + device / DEVICES) % PARTS;
+    let of_robot = draws.get_stream() & !((PARTS - 1) << PART_SHIFT);
+    draws.set_stream(of_robot | part << PART_SHIFT);
     draws.set_word_pos(place * u128::from(MOST_NUMBERS * WORDS));
 }
 
@@ -309,5 +317,43 @@ fn add_error(
             let sensed = &mut readings.mission;
             mission.add_error(name, sensed, &mut || size.m * error());
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use rand::Rng;
+
+    use super::*;
+
+    #[test]
+    fn no_two_faults_share_random_numbers() {
+        let mut draws = robot_stream(1, Purpose::Sensor, RobotId(3));
+        let mut first_draws = BTreeSet::new();
+        for device in 0..40 {
+            for before in 0..40 {
+                for kind in 0..2 {
+                    seek(&mut draws, 7, device, before, kind);
+                    first_draws.insert(draws.next_u64());
+                }
+            }
+        }
+        assert_eq!(first_draws.len(), 40 * 40 * 2);
+    }
+
+    /// The first 8 faults of the first 16 devices keep the positions of recorded runs.
+    #[test]
+    fn usual_faults_keep_their_positions() {
+        let mut draws = robot_stream(1, Purpose::Sensor, RobotId(3));
+        let stream = draws.get_stream();
+        seek(&mut draws, 7, 40, 40, 0);
+        seek(&mut draws, 7, 5, 3, 1);
+        let place = 7 * 256 + (5 * 8 + 3) * 2 + 1;
+        assert_eq!(
+            (draws.get_stream(), draws.get_word_pos()),
+            (stream, place * 64)
+        );
     }
 }

@@ -31,8 +31,11 @@ impl Process {
     /// Starts the own program again as a gateway.
     fn start() -> io::Result<Self> {
         let mut command = Command::new(std::env::current_exe()?);
-        // The first argument is `world` for `alliance world`; `world-server` has none.
-        command.args(std::env::args().nth(1).filter(|word| word == "world"));
+        // The command before the options: `alliance cluster world`, or `world-server` without further words.
+        const WORDS: [&str; 2] = ["cluster", "world"];
+        if std::env::args().skip(1).take(2).eq(WORDS) {
+            command.args(WORDS);
+        }
         let mut child = command
             .arg(ARGUMENT)
             // The gateway ends with its standard input instead.

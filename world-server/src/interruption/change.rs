@@ -27,6 +27,41 @@ enum Change {
 }
 
 impl Interruption {
+    /// Checks whether the state of the world may rule out a fault's effect.
+    #[must_use]
+    pub fn may_fail(fault: &Fault) -> bool {
+        matches!(
+            fault,
+            Fault::Add(_)
+                | Fault::Remove(_)
+                | Fault::Restart(_)
+                | Fault::MoveRobot(_)
+                | Fault::Mission(_)
+        )
+    }
+
+    /// Applies what a fault changes in the world, without its effects on processes and messages.
+    ///
+    /// # Errors
+    /// Fails if the state of the world rules out the effect.
+    pub fn try_on(world: &mut World, fault: &Fault, roster: &Roster) -> Result<(), ChangeError> {
+        let robot = fault.robot().and_then(|name| roster.find(name));
+        match (fault, robot) {
+            (Fault::Add(_), Some(robot)) => world.add_robot(robot).map(drop),
+            (Fault::Remove(_) | Fault::Restart(_), Some(robot)) if !world.is_present(robot) => {
+                Err(ChangeError::Absent)
+            }
+            (Fault::Remove(_), Some(robot)) => {
+                world.remove_robot(robot);
+                Ok(())
+            }
+            _ => Self::from_fault(fault, roster)
+                .begin(world)
+                .transpose()
+                .map(drop),
+        }
+    }
+
     /// Creates the change of a fault whose order has been [checked](scenario::fault::Order::check).
     #[must_use]
     pub fn from_fault(fault: &Fault, roster: &Roster) -> Self {
@@ -126,6 +161,26 @@ mod tests {
             .unwrap_err();
         assert_eq!(error, ChangeError::Occupied);
         assert_eq!(world.pose(RobotId(1)), pose);
+    }
+
+    #[test]
+    fn what_the_world_rules_out_is_known_beforehand() {
+        let roster = default_setup(1).roster;
+        let mut world = world();
+        let mut tried = |json: &str| {
+            let fault = serde_json::from_str(json).unwrap();
+            assert!(Interruption::may_fail(&fault));
+            Interruption::try_on(&mut world, &fault, &roster)
+        };
+        let to = |robot: &str| format!(r#"{{"move-robot":{{"robot":"{robot}","x_m":6,"y_m":4}}}}"#);
+        assert_eq!(tried(&to("gold")), Ok(()));
+        assert_eq!(tried(&to("blue")), Err(ChangeError::Occupied));
+        assert_eq!(tried(r#"{"add":"blue"}"#), Err(ChangeError::Present));
+        assert_eq!(tried(r#"{"remove":"gold"}"#), Ok(()));
+        for json in [r#"{"remove":"gold"}"#, r#"{"restart":"gold"}"#, &to("gold")] {
+            assert_eq!(tried(json), Err(ChangeError::Absent), "{json}");
+        }
+        assert_eq!(tried(r#"{"add":"gold"}"#), Ok(()));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Interruption handlers: changes of the world from outside (thesis §3.2.2.2 and §4.2.2). The code is pure.
 //!
-//! - [`InterruptionHandler`]: the trait for custom handlers; see `missions/examples/own_interruption.rs`.
+//! - [`InterruptionHandler`]: the trait for custom handlers; see `docs/examples/own-handler`.
 //! - `handlers`: handlers triggered by time ([`Timed`]) and by a user ([`ObstacleHandler`]).
 //! - `change`: faults of the world as changes ([`Interruption`]). The [schedule](crate::faults::schedule) sets the times.
 //!

@@ -119,7 +119,13 @@ pub trait WorldMission: Any + Send {
     fn begin(&mut self, _floor: &mut Floor, _happened: &mut StepEvents) {}
 
     /// Applies a robot's action other than driving, at the position where it read its sensors. The robot has a body and power.
-    fn act(&mut self, robot: RobotId, deed: &Action, floor: &mut Floor, happened: &mut StepEvents);
+    fn act(
+        &mut self,
+        robot: RobotId,
+        action: &Action,
+        floor: &mut Floor,
+        happened: &mut StepEvents,
+    );
 
     /// Handles a push and returns the distance that the body may continue, m. [`Floor::move_bar`] moves the bar.
     fn handle_push(&mut self, _push: &Push, _floor: &mut Floor, _happened: &mut StepEvents) -> f32 {

@@ -134,7 +134,7 @@ fn sensed(world: &World) -> Near {
 fn touch(place: u32) -> Actuation {
     Actuation {
         speed_m_s: 0.5,
-        deed: Action::Open(Bytes::encode(&Touch::Place(place)).unwrap()),
+        action: Action::Open(Bytes::encode(&Touch::Place(place)).unwrap()),
         ..Actuation::default()
     }
 }
@@ -169,12 +169,12 @@ fn both_places_are_visited_and_the_mission_ends() {
 #[test]
 fn an_invalid_action_does_nothing() {
     let mut world = world();
-    for deed in [
+    for action in [
         Action::Open(Bytes::encode(&9_u32).unwrap()),
         Action::Nothing,
     ] {
         let actuation = Actuation {
-            deed,
+            action,
             ..Actuation::default()
         };
         assert_eq!(world.step(&[Some(actuation)]), []);

@@ -23,7 +23,7 @@ const STATE_ROOM: usize = 1024;
 /// hashed, so skip exactly the fields that never change.
 ///
 /// ```
-/// use proto::mission::{Bytes, Deed};
+/// use proto::mission::{Action, Bytes};
 /// use proto::readings::Actuation;
 /// use scenario::testkit::{DRILL, default_setup};
 /// use serde::{Deserialize, Serialize};
@@ -48,7 +48,7 @@ const STATE_ROOM: usize = 1024;
 ///         Self { rung: 0 }
 ///     }
 ///
-///     fn act(&mut self, robot: RobotId, _: Ring, _: &mut Floor, happened: &mut Happened) {
+///     fn act(&mut self, robot: RobotId, _: Ring, _: &mut Floor, happened: &mut StepEvents) {
 ///         self.rung += 1;
 ///         happened.tell("done", Some(robot));
 ///     }
@@ -61,16 +61,16 @@ const STATE_ROOM: usize = 1024;
 ///         (self.rung >= 2).then_some(Outcome::Complete)
 ///     }
 ///
-///     fn row(&self, row: &mut Vec<Value>) {
-///         row.extend([2_u64.saturating_sub(self.rung), 0, 0, self.rung].map(Value::from));
-///         row.push(Value::None);
+///     fn row(&self, row: &mut Vec<FigureValue>) {
+///         row.extend([2_u64.saturating_sub(self.rung), 0, 0, self.rung].map(FigureValue::from));
+///         row.push(FigureValue::None);
 ///     }
 /// }
 ///
 /// // The drill, a mission for tests, provides the names.
-/// let mut world = World::new(&default_setup(1), MissionWorld::of::<Bell>(DRILL));
-/// let deed = Deed::Open(Bytes::encode(&Ring)?);
-/// let command = Some(Actuation { deed, ..Actuation::default() });
+/// let mut world = World::new(&default_setup(1), MissionWorld::typed::<Bell>(DRILL));
+/// let action = Action::Open(Bytes::encode(&Ring)?);
+/// let command = Some(Actuation { action, ..Actuation::default() });
 /// world.step(&[command, command]);
 /// assert_eq!(world.mission().end(world.now()), Some(Outcome::Complete));
 /// # Ok::<(), proto::codec::CodecError>(())
@@ -107,7 +107,7 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
     fn act(
         &mut self,
         robot: RobotId,
-        deed: Self::Action,
+        action: Self::Action,
         floor: &mut Floor,
         happened: &mut StepEvents,
     );
@@ -211,11 +211,17 @@ impl<M: TypedMission> WorldMission for TypedAdapter<M> {
         self.0.begin(floor, happened);
     }
 
-    fn act(&mut self, robot: RobotId, deed: &Action, floor: &mut Floor, happened: &mut StepEvents) {
-        if let Action::Open(bytes) = deed
-            && let Ok(deed) = bytes.decode()
+    fn act(
+        &mut self,
+        robot: RobotId,
+        action: &Action,
+        floor: &mut Floor,
+        happened: &mut StepEvents,
+    ) {
+        if let Action::Open(bytes) = action
+            && let Ok(action) = bytes.decode()
         {
-            self.0.act(robot, deed, floor, happened);
+            self.0.act(robot, action, floor, happened);
         }
     }
 

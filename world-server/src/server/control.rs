@@ -42,6 +42,7 @@ impl Server {
         let reply = match request.command {
             ControlCommand::Fault(order) => self
                 .check_now(&order)
+                .and_then(|()| self.simulation.refusal(&order).map_or(Ok(()), Err))
                 .and_then(|()| self.simulation.order(order))
                 .map(Reply::Armed),
             ControlCommand::Clear(id) => self.simulation.clear(id.as_deref()).map(Reply::Cleared),

@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use proto::links::{Heard, IncomingLinks};
+use proto::links::{IncomingLinks, StepMessages};
 use proto::team::Broadcast;
 use proto::telemetry::{Delivery, Reception};
 use proto::tick::{ManifestEntry, Report, TickMessage};
@@ -89,7 +89,7 @@ impl DeliveryCheck {
             }
             arrived.push(broadcast.cloned());
         }
-        let mut received = Heard::default();
+        let mut received = StepMessages::default();
         links.receive(message, &mut arrived, &mut received);
         // A controller without a radio reports no receptions.
         if !report.receptions.is_empty() {

@@ -6,6 +6,8 @@ use proto::codec::{CodecError, decode_first};
 use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
 use proto::keys::KeyExpressions;
 use proto::membership::{EnlistReply, EnlistRequest, HostRobots};
+use proto::program_build;
+use scenario::ids::RobotId;
 use tokio::time::Instant;
 
 use super::Server;
@@ -13,8 +15,14 @@ use super::clocks::check_clock;
 use crate::barrier::Presence;
 
 impl Server {
-    /// Answers a join request on this key. The answer is sealed for the sender.
-    pub fn join(&mut self, key: &str, payload: &[u8]) -> Result<Vec<u8>, CodecError> {
+    /// Answers a join request on this key. The answer is sealed for the sender. `build` is the sealed identity of the
+    /// agent's build, if it sent any.
+    pub fn join(
+        &mut self,
+        key: &str,
+        payload: &[u8],
+        build: Option<&[u8]>,
+    ) -> Result<Vec<u8>, CodecError> {
         let Some(name) = key.strip_prefix(&self.keys.join("")) else {
             // Agents of an earlier version use this key and seal with the token.
             self.refuse("join", &"from another version");
@@ -24,7 +32,14 @@ impl Server {
         let secret = self.seals.robot_named(name);
         let request = secret.open::<JoinRequest>(&self.keys.join(name), payload);
         let (nonce, reply) = match request {
-            Ok(request) if request.robot == name => (request.nonce, self.answer(request)),
+            Ok(request) if request.robot == name => {
+                let build = build.and_then(|build| secret.open(&self.keys.join(name), build).ok());
+                let (nonce, reply) = (request.nonce, self.answer(request));
+                if let (JoinReply::Welcome(welcome), Some(build)) = (&reply, build) {
+                    self.note_build(welcome.robot, build);
+                }
+                (nonce, reply)
+            }
             Ok(request) => {
                 self.refuse("join", &"on another robot's key");
                 (request.nonce, JoinReply::Refused(Refusal::Malformed))
@@ -80,6 +95,7 @@ impl Server {
                 start.push(name.clone());
             }
         }
+        self.connected_hosts.insert(host.to_owned());
         tracing::info!(host, robots = all.join(", "), "host joined");
         Ok(HostRobots { robots: all, start })
     }
@@ -117,6 +133,15 @@ impl Server {
                     pairs,
                 })
             }
+        }
+    }
+
+    /// Reports an agent of another build. It can decide otherwise than the program that replays the run.
+    fn note_build(&mut self, robot: RobotId, build: String) {
+        if program_build::is_other(&build) && !self.simulation.has_external_controller(robot) {
+            let (name, world) = (&self.peers[robot.index()].name, program_build::get());
+            tracing::warn!(robot = name, build, world, "the agent is of another build");
+            self.agent_builds.insert(name.clone(), build);
         }
     }
 

@@ -22,13 +22,13 @@ impl Server {
             return self.refuse("report", &"on another robot's key");
         }
         let (robot, incarnation) = (report.robot, report.incarnation);
-        let is_foreign = self.simulation.has_external_controller(robot);
+        let is_external = self.simulation.has_external_controller(robot);
         let mut checked = None;
         // Only a report for the current tick can count.
-        if is_foreign && self.simulation.barrier().is_awaited(robot) {
+        if is_external && self.simulation.barrier().is_awaited(robot) {
             let (message, setup) = (self.simulation.message(robot), self.simulation.setup());
-            match self.fates.check(message, &report, setup) {
-                Ok(fates) => checked = Some(fates),
+            match self.delivery_check.check(message, &report, setup) {
+                Ok(deliveries) => checked = Some(deliveries),
                 Err(why) => return self.dismiss(robot, &report, &why),
             }
         }
@@ -36,7 +36,7 @@ impl Server {
             Verdict::Counted => {
                 self.peers[robot.index()].asked = None;
                 if let Some(checked) = checked {
-                    self.fates.store_links(&report, checked);
+                    self.delivery_check.store_links(&report, checked);
                 }
             }
             Verdict::SilenceEnded => {
@@ -49,26 +49,39 @@ impl Server {
             }
             Verdict::Stale if self.was_resent(robot, report.tick) => return,
             Verdict::Stale => return self.refuse("report", &"stale"),
-            Verdict::Malformed if is_foreign => {
-                return self.dismiss(robot, &report, &"a report with impossible contents");
+            Verdict::Malformed => {
+                let why = self.simulation.check(&report).err();
+                let why = why.unwrap_or_else(|| "impossible contents".to_owned());
+                if is_external {
+                    return self.dismiss(robot, &report, &why);
+                }
+                return self.refuse("report", &why);
             }
-            Verdict::Malformed => return self.refuse("report", &"impossible contents"),
         }
         self.advance();
     }
 
-    /// Handles a broadcast on this key in a team with external controllers. Their broadcasts are recorded. All broadcasts are stored
-    /// for the check of receptions.
+    /// Handles a broadcast on this key in a team with external controllers. Their broadcasts are recorded, and checked when their
+    /// report arrives. All broadcasts are stored for the check of receptions.
     pub fn record_broadcast(&mut self, key: &str, broadcast: Result<Broadcast, OpenError>) {
         let name = self.keys.parse_robot(key).unwrap_or_default();
-        // Invalid broadcasts are counted by their receivers.
-        if let Ok(broadcast) = broadcast
-            && self.robot_named(name) == Some(broadcast.sender)
-        {
-            if self.simulation.has_external_controller(broadcast.sender) {
-                self.simulation.keep_broadcast(broadcast.clone());
+        let sender = self.robot_named(name);
+        match broadcast {
+            Ok(broadcast) if sender == Some(broadcast.sender) => {
+                self.simulation.keep_allocation_message(&broadcast);
+                if self.simulation.has_external_controller(broadcast.sender) {
+                    self.simulation.keep_broadcast(broadcast.clone());
+                }
+                self.delivery_check.store_broadcast(broadcast);
             }
-            self.fates.store_broadcast(broadcast);
+            // Only a sealed broadcast is certainly the sender's.
+            Err(OpenError::Codec(error)) => {
+                if let Some(sender) = sender {
+                    self.simulation.refuse_broadcast(sender, error.to_string());
+                }
+            }
+            // The receivers count other invalid broadcasts.
+            _ => {}
         }
     }
 

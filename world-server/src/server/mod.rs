@@ -3,9 +3,9 @@
 //! The server sends through publishers that are declared once and writes through the recorder. It reads the wall clock for pace
 //! and deadlines. All decisions about the run are made by the [`Simulation`].
 //!
-//! - `joining`: arrival of agents and hosts. `heard`: messages of robots and launchers. `control`: requests of operators.
-//! - `acts`: process faults. `again`, `standstill`, `clocks`: repeated messages, waiting and clock differences.
-//! - `seals`: keys of all members. `fates`: a check of the receptions that external controllers report.
+//! - `joining`: arrival of agents and hosts. `messages`: messages of robots and launchers. `control`: requests of operators.
+//! - `process_orders`: process faults. `resend`, `standstill`, `clocks`: repeated messages, waiting and clock differences.
+//! - `seals`: keys of all members. `delivery_check`: a check of the receptions that external controllers report.
 
 mod clocks;
 mod control;
@@ -38,7 +38,7 @@ use crate::simulation::Simulation;
 use delivery_check::DeliveryCheck;
 use process_orders::CurrentOrder;
 use resend::SentTick;
-use run_log::recorder::{BackgroundRecorder, Folder, RecordError, Recorder};
+use run_log::recorder::{BackgroundRecorder, Ending, Folder, RecordError, Recorder};
 pub use seals::Seals;
 use standstill::Standstill;
 
@@ -70,7 +70,7 @@ struct Peer {
 pub struct Server {
     simulation: Simulation,
     recorder: BackgroundRecorder<Folder>,
-    fates: DeliveryCheck,
+    delivery_check: DeliveryCheck,
     peers: Vec<Peer>,
     run: String,
     folder: PathBuf,
@@ -93,9 +93,13 @@ pub struct Server {
     /// Nonces of all operator requests, for the detection of replayed ones.
     nonces: BTreeSet<String>,
     latest_process_report: BTreeMap<String, u64>,
+    /// The hosts whose daemon or router has requested its robots.
+    connected_hosts: BTreeSet<String>,
     orders: u64,
     under_way: Option<CurrentOrder>,
     shown: Instant,
+    /// The builds of agents that differ from this program's, by robot.
+    agent_builds: BTreeMap<String, String>,
     refused: IgnoredMessages,
     ended: Option<oneshot::Sender<Ended>>,
 }
@@ -144,7 +148,7 @@ impl Server {
             peers,
             folder: recorder.sink().path().to_owned(),
             recorder: BackgroundRecorder::new(recorder)?,
-            fates: DeliveryCheck::default(),
+            delivery_check: DeliveryCheck::default(),
             run: bus.run,
             keys: bus.keys,
             seals: bus.seals,
@@ -161,9 +165,11 @@ impl Server {
             join_nonces: BTreeSet::new(),
             nonces: BTreeSet::new(),
             latest_process_report: BTreeMap::new(),
+            connected_hosts: BTreeSet::new(),
             orders: 0,
             under_way: None,
             shown: Instant::now(),
+            agent_builds: BTreeMap::new(),
             refused: IgnoredMessages::default(),
             ended: Some(ended),
         })
@@ -172,6 +178,15 @@ impl Server {
     #[must_use]
     pub fn simulation(&self) -> &Simulation {
         &self.simulation
+    }
+
+    /// Returns the part of the run's result that is not in its tables.
+    #[must_use]
+    pub fn ending(&self) -> Ending {
+        Ending {
+            agent_builds: self.agent_builds.clone(),
+            ..self.simulation.ending()
+        }
     }
 
     /// Returns the recorder after it has recorded everything.

@@ -26,10 +26,10 @@ impl Server {
     /// Sends the current tick to a robot and stores the message for repetitions.
     pub(super) fn send_tick(&mut self, robot: RobotId, now: Instant) {
         let tick = self.simulation.message(robot);
-        let message = if tick.truth.is_empty() {
+        let message = if tick.ground_truth.is_empty() {
             ToAgent::Tick(tick)
         } else {
-            ToAgent::Informed(tick, tick.truth.clone())
+            ToAgent::Informed(tick, tick.ground_truth.clone())
         };
         let peer = &mut self.peers[robot.index()];
         match self

@@ -1,7 +1,9 @@
 //! A description of the cause when the clock stands still, with a remedy.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
+use proto::keys::LAUNCHER_HOST;
 use proto::process::ProcessAction;
 use scenario::ids::{RobotId, Tick};
 use tokio::time::Instant;
@@ -50,8 +52,7 @@ impl Server {
         }
         let barrier = self.simulation.barrier();
         if !barrier.started() {
-            let missing = self.missing().join(", ");
-            return format!("{missing} to join; `alliance agent --robot NAME` starts an agent");
+            return self.describe_missing();
         }
         let is_awaited = |robot: &RobotId| barrier.is_awaited(*robot);
         let is_silent = |robot: &RobotId| barrier.presence(*robot) == Presence::Silent;
@@ -67,6 +68,37 @@ impl Server {
             .map(|robot| self.process_of(*robot))
             .collect();
         format!("{} to answer; {REMEDY}", names.join(", "))
+    }
+
+    /// Names the hosts that have not connected and the robots that have not joined, with remedies.
+    fn describe_missing(&self) -> String {
+        let mut by_host: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        for name in self.missing() {
+            let robot = self.seals.rank(name);
+            let host = robot.map_or(LAUNCHER_HOST, |robot| self.seals.host_of(robot));
+            by_host.entry(host).or_default().push(name);
+        }
+        let mut remedies = Vec::new();
+        let waits = by_host.iter().map(|(host, robots)| {
+            let robots = robots.join(", ");
+            if *host == LAUNCHER_HOST {
+                remedies.push("`alliance cluster agent --robot NAME` starts an agent".to_owned());
+                format!("{robots} to join")
+            } else if self.connected_hosts.contains(*host) {
+                format!("{robots} of host {host} to join")
+            } else {
+                remedies.push(format!(
+                    "start `alliance cluster host --name {host} --connect LOCATOR --keys DIR` there"
+                ));
+                format!("host {host} ({robots}) to connect")
+            }
+        });
+        let waits: Vec<String> = waits.collect();
+        let mut text = waits.join(" and ");
+        for remedy in remedies {
+            text += &format!("; {remedy}");
+        }
+        text
     }
 
     /// Returns a robot's name, with its process id if known.

@@ -10,6 +10,7 @@ use scenario::ids::Tick;
 use scenario::time::SimTime;
 
 use super::Simulation;
+use crate::interruption::Interruption;
 use run_log::recorder::FaultEvent;
 
 /// A command that waits for the next tick.
@@ -65,6 +66,43 @@ impl Simulation {
             tick,
             t_ms: tick.map(|tick| SimTime(tick * step)),
         })
+    }
+
+    /// Returns the reason why an operator's order has no effect if it takes effect at once: its change of the world is
+    /// tried on a copy, after the orders that wait for the same tick. A replay does not call it, because the world may
+    /// change between an order and its effect.
+    #[must_use]
+    pub fn refusal(&self, order: &Order) -> Option<String> {
+        let Setup {
+            scenario,
+            catalog,
+            roster,
+            ..
+        } = &self.setup;
+        let (_, now) = self.next_beginning();
+        let is_now = |order: &Order| {
+            let is_due = order.at().is_none_or(|at| at <= now);
+            is_due && order.every_s.is_none() && order.when.is_none()
+        };
+        let may_fail = is_now(order) && Interruption::may_fail(&order.fault);
+        if !may_fail || order.check(scenario, catalog).is_err() {
+            return None;
+        }
+        let mut world = self.world.clone();
+        for command in &self.commands {
+            match command {
+                QueuedCommand::Order(waiting) if is_now(waiting) => {
+                    // A failure concerns only that order.
+                    let _ = Interruption::try_on(&mut world, &waiting.fault, roster);
+                }
+                QueuedCommand::Order(_) => {}
+                // Clearing may make room.
+                QueuedCommand::Clear(_) => return None,
+            }
+        }
+        let tried = Interruption::try_on(&mut world, &order.fault, roster);
+        let why = tried.err()?;
+        Some(format!("fault.{}: {why}", order.fault.name()))
     }
 
     /// Clears the fault with the given id, or all faults, for an operator.

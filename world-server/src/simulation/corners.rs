@@ -9,9 +9,6 @@ use scenario::time::SimTime;
 /// The largest difference of two rises that counts as rounding, as a share of the motivation.
 const ROUNDING: f64 = 1e-9;
 
-/// The largest number of corners in one view, which has to fit into a message. The latest are kept.
-const MOST: usize = 10_000;
-
 pub struct CurveCorners {
     step: SimTime,
     /// The curves by rank; empty before the first report.
@@ -87,8 +84,6 @@ impl CurveCorners {
                 self.end(rank);
             }
         }
-        let surplus = self.found.len().saturating_sub(MOST);
-        self.found.drain(..surplus);
         std::mem::take(&mut self.found)
     }
 

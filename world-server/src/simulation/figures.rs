@@ -19,7 +19,10 @@ impl Simulation {
         let mut figures = TeamFigures::new(self.setup.scenario.robots.len());
         self.world.mission().figures(&mut figures);
         for column in self.mission_columns() {
-            let counts = matches!(column.kind, ColumnKind::Done | ColumnKind::Left);
+            let counts = matches!(
+                column.kind,
+                ColumnKind::Done | ColumnKind::Left | ColumnKind::Expired
+            );
             if counts && figures.mission.column(&column.name).is_none() {
                 figures.mission.add(&column.name, column.value);
             }
@@ -61,6 +64,7 @@ impl Simulation {
             unscripted: self.unscripted,
             faults: self.faults(),
             figures: kept.unwrap_or_else(|| self.figures()),
+            ..Ending::default()
         }
     }
 }

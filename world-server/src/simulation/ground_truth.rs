@@ -63,20 +63,20 @@ impl Simulation {
     pub fn send_ground_truth_to(&mut self, mut robots: Vec<RobotId>) {
         robots.sort_unstable();
         let groups = groups(&robots, &self.setup);
-        self.truth.offers = vec![Vec::new(); robots.len()];
-        self.truth.receivers = robots.into_iter().zip(groups).collect();
+        self.ground_truth.offers = vec![Vec::new(); robots.len()];
+        self.ground_truth.receivers = robots.into_iter().zip(groups).collect();
     }
 
     /// Computes the ground truth of the tick that is about to start.
     pub(super) fn compute_ground_truth(&mut self) {
-        if self.truth.receivers.is_empty() {
+        if self.ground_truth.receivers.is_empty() {
             return;
         }
         let mission = self.world.mission();
-        let mut offers = std::mem::take(&mut self.truth.offers);
+        let mut offers = std::mem::take(&mut self.ground_truth.offers);
         offers.iter_mut().for_each(Vec::clear);
         for &(robot, group) in self
-            .truth
+            .ground_truth
             .receivers
             .iter()
             .filter(|receiver| self.can_work(receiver.0))
@@ -91,7 +91,7 @@ impl Simulation {
                 utility: row.utility,
             }));
         }
-        self.truth.offers = offers;
+        self.ground_truth.offers = offers;
     }
 
     /// Checks whether a robot took part in the previous tick, still does, and has a working body.

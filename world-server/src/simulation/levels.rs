@@ -26,8 +26,14 @@ pub fn levels<'r>(
         return (LevelUnit::Motivation, Cow::Borrowed(&report.motivations));
     }
     let catalog = &setup.catalog;
+    let mut rows = vec![None; catalog.sets.len()];
+    for row in &report.allocation {
+        if let Some(place) = rows.get_mut(row.behavior.index()) {
+            *place = Some(row);
+        }
+    }
     let utilities = catalog.behaviors_of(robot).map(|set| {
-        let row = report.allocation.iter().find(|row| row.behavior == set);
+        let row = rows[set.index()];
         Motivation {
             set,
             motivation: row.map_or(0.0, |row| row.utility),

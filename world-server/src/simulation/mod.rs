@@ -6,9 +6,9 @@
 //!
 //! - `presence`: robots that take part. `reports`: their reports. `figures`: progress of the mission.
 //! - `commands`: operators' orders. `triggers`: events that faults wait for.
-//! - `effects`: effects of faults. `acts`: process actions of faults.
-//! - `truth`: ground truth for allocators that request it.
-//! - `view`: views for observers. `levels`, `bends`: their curves.
+//! - `effects`: effects of faults. `process_actions`: process actions of faults.
+//! - `ground_truth`: ground truth for allocators that request it.
+//! - `view`: views for observers. `levels`, `corners`: their curves.
 
 mod commands;
 mod corners;
@@ -35,7 +35,7 @@ use scenario::ids::{BehaviorId, RobotId, Tick};
 use scenario::time::SimTime;
 use scenario::{Catalog, Setup, StepOrder};
 
-use crate::barrier::{Barrier, TickResult};
+use crate::barrier::{Barrier, Presence, TickResult};
 use crate::faults::actuators::Actuators;
 use crate::faults::campaign;
 use crate::faults::links::Links;
@@ -68,11 +68,15 @@ pub struct Simulation {
     external: Vec<bool>,
     /// The broadcasts of external controllers since the current tick began.
     broadcasts: Vec<Broadcast>,
+    /// The external controllers that have sent an undecodable broadcast since the current tick began, with the reason.
+    undecodable: Vec<(RobotId, String)>,
+    /// The messages of allocators since the current tick began; `None` if they are not recorded.
+    allocation_messages: Option<Vec<Broadcast>>,
     schedule: Schedule,
     links: Links,
     sensors: Sensors,
     actuators: Actuators,
-    truth: GroundTruth,
+    ground_truth: GroundTruth,
     interruptions: BTreeMap<FaultIndex, Interruption>,
     handlers: Vec<Box<dyn InterruptionHandler>>,
     /// True if a launcher starts and signals processes.
@@ -112,6 +116,8 @@ struct Ended {
     events: Vec<Event>,
     /// The broadcasts of external controllers that count, by sender and index.
     broadcasts: Vec<Broadcast>,
+    /// The messages of allocators whose reports count, by sender and index.
+    allocation_messages: Vec<Broadcast>,
     mission: Vec<FigureValue>,
     targets: Vec<Target>,
     mission_state: u64,
@@ -140,11 +146,13 @@ impl Simulation {
                 robots.map(|robot| robot.mind.is_some()).collect()
             },
             broadcasts: Vec::new(),
+            undecodable: Vec::new(),
+            allocation_messages: None,
             schedule: Schedule::default(),
             links: Links::new(&setup),
             sensors: Sensors::new(&setup),
             actuators: Actuators::new(&setup),
-            truth: GroundTruth::default(),
+            ground_truth: GroundTruth::default(),
             interruptions: BTreeMap::new(),
             handlers: Vec::new(),
             has_launcher,
@@ -254,7 +262,8 @@ impl Simulation {
             entry.link = self.links.state(entry.sender, robot).map(Box::new);
         }
         self.links.write_held_senders(robot, &mut message.held);
-        self.truth.write_offers(robot, &mut message.truth);
+        self.ground_truth
+            .write_offers(robot, &mut message.ground_truth);
         // Distorted readings differ from the sensed ones.
         if self.sensors.never_broken() && self.world.readings_are_valid(robot) {
             return Some(robot);
@@ -395,6 +404,20 @@ impl Simulation {
         ended
             .broadcasts
             .extend(self.broadcasts.drain(..).filter(counts));
+        self.undecodable.clear();
+        ended.allocation_messages.clear();
+        if let Some(messages) = &mut self.allocation_messages {
+            ended
+                .allocation_messages
+                .extend(messages.drain(..).filter(counts));
+            // A repeated answer can send a message twice.
+            ended
+                .allocation_messages
+                .sort_by_key(|message| (message.sender, message.index));
+            ended
+                .allocation_messages
+                .dedup_by_key(|message| (message.sender, message.index));
+        }
         ended.at = Some((tick, now));
         ended.mission.clear();
         self.world.mission().row(&mut ended.mission);
@@ -439,8 +462,9 @@ impl Simulation {
             inputs: &ended.inputs,
             bodies: &ended.bodies,
             answers: self.answers.all(),
-            foreign: &self.external,
-            said: &ended.broadcasts,
+            external: &self.external,
+            broadcasts: &ended.broadcasts,
+            allocation_messages: &ended.allocation_messages,
             events: &ended.events,
             mission: &ended.mission,
             targets: &ended.targets,
@@ -485,5 +509,27 @@ impl Simulation {
         let limit = SimTime::from_secs_f64(self.setup.scenario.limit_s);
         let end = self.world.mission().end(self.world.now());
         end.or_else(|| (self.world.now() >= limit).then_some(Outcome::TimeLimit))
+            .or_else(|| self.is_out_of_energy().then_some(Outcome::NoRobotLeft))
+    }
+
+    /// Checks whether no robot will act again, because all robots with a running agent have used up their energy. Nothing
+    /// recharges a battery, and the schedule brings no other robot back.
+    fn is_out_of_energy(&self) -> bool {
+        if self.setup.scenario.energy.is_none() || self.schedule.will_return_robots() {
+            return false;
+        }
+        let runs = |robot: &RobotId| {
+            !matches!(
+                self.barrier.presence(*robot),
+                Presence::Empty | Presence::Invited
+            )
+        };
+        let mut left = self.barrier.robots().filter(runs).peekable();
+        let is_empty = |robot| {
+            self.world
+                .energy_j(robot)
+                .is_some_and(|left_j| left_j <= 0.0)
+        };
+        left.peek().is_some() && left.all(is_empty)
     }
 }

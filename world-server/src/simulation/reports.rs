@@ -1,6 +1,6 @@
 //! Reports of robots: their check, the faults that they trigger and the state that the run keeps.
 
-use proto::team::Broadcast;
+use proto::team::{Broadcast, BroadcastContent};
 use proto::telemetry::Delivery;
 use proto::tick::Report;
 use run_log::Input;
@@ -15,7 +15,7 @@ use run_log::recorder::Answer;
 impl Simulation {
     /// Processes an agent's report.
     pub fn report(&mut self, report: &Report) -> Verdict {
-        if !self.is_well_formed(report) {
+        if self.check(report).is_err() {
             return Verdict::Malformed;
         }
         self.set_order_index();
@@ -43,16 +43,79 @@ impl Simulation {
             .is_some_and(|external| *external)
     }
 
-    /// Keeps a broadcast of an external controller for the log, before the report that lists it. It has no other effect here.
+    /// Keeps a broadcast of an external controller before the report that lists it, for the check of that report and for the log.
     pub fn keep_broadcast(&mut self, broadcast: Broadcast) {
-        let robots = self.external.iter().filter(|external| **external).count();
-        let has_room = self.broadcasts.len() < robots * usize::from(MAX_BROADCASTS);
-        if has_room
-            && self.has_external_controller(broadcast.sender)
+        // Each sender has its own limit, so that no controller displaces the broadcasts of another one.
+        let of_sender = |kept: &&Broadcast| kept.sender == broadcast.sender;
+        if self.has_external_controller(broadcast.sender)
             && broadcast.tick == self.tick()
+            && self.broadcasts.iter().filter(of_sender).count() < usize::from(MAX_BROADCASTS)
         {
             self.broadcasts.push(broadcast);
         }
+    }
+
+    /// Records the contents of allocators' messages from now on. [`Simulation::keep_allocation_message`] adds them.
+    pub fn record_allocation_messages(&mut self) {
+        self.allocation_messages = Some(Vec::new());
+    }
+
+    /// Returns whether the contents of allocators' messages are recorded.
+    #[must_use]
+    pub fn records_allocation_messages(&self) -> bool {
+        self.allocation_messages.is_some()
+    }
+
+    /// Keeps a broadcast for the log if it is a message of an allocator, before the report that lists it.
+    pub fn keep_allocation_message(&mut self, broadcast: &Broadcast) {
+        let (tick, robots) = (self.tick(), self.setup.scenario.robots.len());
+        if let Some(messages) = &mut self.allocation_messages
+            && matches!(broadcast.body, BroadcastContent::Allocation(_))
+            && broadcast.tick == tick
+            && broadcast.sender.index() < robots
+            && messages.len() < robots * usize::from(MAX_BROADCASTS)
+        {
+            messages.push(broadcast.clone());
+        }
+    }
+
+    /// Marks the next report of an external controller as malformed, because a broadcast that it sent before cannot be decoded.
+    pub fn refuse_broadcast(&mut self, sender: RobotId, why: String) {
+        if self.has_external_controller(sender)
+            && self.undecodable.iter().all(|(known, _)| *known != sender)
+        {
+            self.undecodable.push((sender, why));
+        }
+    }
+
+    /// Checks the contents of a report, and the broadcasts that an external controller has sent before it. The senders of
+    /// received messages are responsible for the contents of these messages, so the report may repeat any of them.
+    ///
+    /// # Errors
+    /// Returns the first problem.
+    pub fn check(&self, report: &Report) -> Result<(), String> {
+        if !self.is_well_formed(report) {
+            return Err("impossible contents".to_owned());
+        }
+        let undecodable = self
+            .undecodable
+            .iter()
+            .find(|(sender, _)| *sender == report.robot);
+        if let Some((_, why)) = undecodable {
+            return Err(format!("a broadcast that cannot be decoded: {why}"));
+        }
+        let catalog = &self.setup.catalog;
+        let (sets, tasks) = (catalog.sets.len(), catalog.tasks.len());
+        let sent = self.broadcasts.iter().filter(|broadcast| {
+            (broadcast.sender, broadcast.incarnation) == (report.robot, report.incarnation)
+        });
+        let unknown = |broadcast: &Broadcast| {
+            let number = broadcast.unknown_number(sets, tasks)?;
+            Some(format!("broadcast {}: {number}", broadcast.index))
+        };
+        sent.map(unknown)
+            .find_map(|problem| problem)
+            .map_or(Ok(()), Err)
     }
 
     /// Updates the run's state by the answers that count.
@@ -157,11 +220,8 @@ impl Simulation {
                 .iter()
                 .all(|change| change.set.index() < sets)
             && report.receptions.iter().all(|reception| {
+                // The content of a received message is the sender's.
                 reception.sender.index() < robots
-                    && reception.said.is_none_or(|said| {
-                        said.set.is_none_or(|set| set.index() < sets)
-                            && said.task.is_none_or(|task| task.index() < tasks)
-                    })
             })
     }
 }

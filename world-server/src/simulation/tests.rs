@@ -69,14 +69,14 @@ fn a_resting_robot_receives_wrong_readings_only_during_a_sensor_fault() {
     let positions: Vec<Vec2> = (0..3 * second)
         .map(|_| stand_still(&mut simulation))
         .collect();
-    let truth = simulation.world().pose(BLUE).position;
+    let position = simulation.world().pose(BLUE).position;
     let (before, rest) = positions.split_at(second);
     let (during, after) = rest.split_at(second);
-    assert!(before.iter().all(|place| *place == truth));
-    assert!(during.iter().all(|place| *place != truth));
+    assert!(before.iter().all(|place| *place == position));
+    assert!(during.iter().all(|place| *place != position));
     assert!(
         during.windows(2).all(|two| two[0] != two[1]),
         "a new error in each tick"
     );
-    assert!(after.iter().all(|place| *place == truth));
+    assert!(after.iter().all(|place| *place == position));
 }

@@ -6,7 +6,7 @@ use glam::Vec2;
 use proto::control::{AgentState, FaultStatus, Phase};
 use proto::readings::Readings;
 use proto::tick::Report;
-use proto::view::{BehaviorView, MESSAGES_MAX, MessageView, RobotView, View};
+use proto::view::{BehaviorView, Corner, MESSAGES_MAX, MessageView, RobotView, View};
 use scenario::ids::{BehaviorId, Incarnation, RobotId};
 use scenario::mission::FigureValue;
 use scenario::time::SimTime;
@@ -20,6 +20,9 @@ use crate::world::{Component, Shape};
 
 /// The largest number of faults in a view. Faults in force come first.
 const FAULTS_MAX: usize = 200;
+
+/// The largest number of corners in a view, which has to fit into a message. The latest are kept.
+const CORNERS_MAX: usize = 10_000;
 
 /// The largest team whose views contain sensor readings. A view has to fit into a message.
 const SENSING_TEAM_MAX: usize = 200;
@@ -91,17 +94,24 @@ impl Simulation {
     pub fn view(&mut self) -> View {
         let messages = self.memories.messages.get_or_insert_default();
         let messages = messages.drain(..).collect();
-        let (team, step) = (self.messages.len(), self.setup.scenario.step_ms);
-        let bends = self
-            .memories
-            .bends
-            .get_or_insert_with(|| CurveCorners::new(team, SimTime(step)));
+        let mut bends = self.take_corners();
+        let surplus = bends.len().saturating_sub(CORNERS_MAX);
+        bends.drain(..surplus);
         View {
             messages,
             messages_left_out: std::mem::take(&mut self.memories.left_out),
-            bends: bends.take(self.world.now()),
+            bends,
             ..self.view_without_history()
         }
+    }
+
+    /// Returns all corners of the curves since the previous call or view; the first call returns none.
+    pub fn take_corners(&mut self) -> Vec<Corner> {
+        let (team, step) = (self.messages.len(), self.setup.scenario.step_ms);
+        let now = self.world.now();
+        let corners = &mut self.memories.bends;
+        let corners = corners.get_or_insert_with(|| CurveCorners::new(team, SimTime(step)));
+        corners.take(now)
     }
 
     /// Returns a snapshot without messages and curves, which need no history then.

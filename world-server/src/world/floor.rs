@@ -325,6 +325,13 @@ impl Floor {
         self.space.fits(center, radius_m, 0.0)
     }
 
+    /// Checks whether a robot can work at a place from within `reach_m`, without regard to other robots and to the path. Either
+    /// a robot can stand there, or the place lies in no solid and a robot has room to drive nearby.
+    #[must_use]
+    pub fn can_be_worked_on(&self, place: Vec2, reach_m: f32) -> bool {
+        self.space.can_be_worked_on(place, reach_m, &self.body)
+    }
+
     /// Checks whether a robot can grip a thing at a place, from a place that `is_free`. Half of the gripper's reach remains as a
     /// margin. The path to that place is not checked.
     pub fn can_be_gripped(

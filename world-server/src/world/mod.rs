@@ -4,7 +4,7 @@
 //! - [`outline`](Outline): geometry of one solid: distance, ray cast, and the sweep of a disc.
 //! - [`component`](Component): objects on the floor, with [`Penetrability`] and [aspects](Aspect), such as
 //!   [`Energy`](Battery).
-//! - `space`: the border and the rectangles. [`start_poses`]: the start poses of the robots.
+//! - `space`: the border and the rectangles. [`start_poses`]: the start poses of the robots. [`Places`]: free places.
 //! - `grid`: neighbor search. `ground`: speed changes by the floor. `motion`: turning, then moving straight ahead.
 //! - `bar`: solids of a mission that bodies can push.
 //! - `vicinity`: search results that stay valid for several steps. `unchanged`: validity of the latest readings.
@@ -34,6 +34,7 @@ mod ground;
 mod motion;
 mod neighbor_cache;
 mod outline;
+mod places;
 mod radio;
 mod readings_cache;
 mod sensing;
@@ -61,6 +62,7 @@ pub use grid::Grid;
 pub use motion::{limit_command, wrap_angle};
 pub use neighbor_cache::Circle;
 pub use outline::{Outline, SKIN_M};
+pub use places::Places;
 pub use space::directions_around;
 pub use start::{ROUNDING_M, StartError, start_poses};
 use step_events::StepEvents;
@@ -120,8 +122,8 @@ impl World {
             let command = commands.get(rank).copied().flatten().filter(|_| can_act);
             let command = limit_command(&floor.robots[rank].body, command.unwrap_or_default());
             let robot = RobotId(rank as u16);
-            if !matches!(command.deed, Action::Nothing) {
-                mission.act(robot, &command.deed, floor, &mut happened);
+            if !matches!(command.action, Action::Nothing) {
+                mission.act(robot, &command.action, floor, &mut happened);
             }
             let push = floor.turn_and_move(robot, command.turn_rad_s, command.speed_m_s);
             if let Some(push) = push {

@@ -5,8 +5,13 @@ use proto::readings::Pose;
 use scenario::{Body, Obstacle, Scenario};
 
 use super::bar::Bars;
+use super::start::ROUNDING_M;
 use super::{Bar, Component, ComponentId, ObstacleId, Outline, Penetrability, SKIN_M, Shape};
 
+/// The distance between the rings in a search round a point, m.
+const RING_M: f32 = 0.1;
+/// The distance that a robot keeps from solids while it drives, m. It includes the tolerance of the controllers.
+const DRIVE_CLEARANCE_M: f32 = 0.09;
 /// The number of directions in a search round a point.
 const DIRECTIONS: i32 = 16;
 
@@ -128,6 +133,24 @@ impl Space {
             .all(|solid| solid.surface(center).0 >= radius_m + clearance_m)
     }
 
+    /// Checks the same as [`Floor::can_be_worked_on`](super::Floor::can_be_worked_on).
+    pub fn can_be_worked_on(&self, place: Vec2, reach_m: f32, body: &Body) -> bool {
+        if self.fits(place, body.radius_m, -ROUNDING_M) {
+            return true;
+        }
+        let step_m = RING_M.min(reach_m / 10.0);
+        let farthest_m = reach_m.min(self.size.x + self.size.y);
+        // The factor keeps rounding from losing the last ring.
+        let rings = (1.001 * farthest_m / step_m) as u32;
+        self.fits(place, 0.0, -ROUNDING_M)
+            && (1..=rings).any(|ring| {
+                directions_around(0.0).any(|direction| {
+                    let stand = place + direction * (ring as f32 * step_m);
+                    self.fits(stand, body.radius_m, DRIVE_CLEARANCE_M)
+                })
+            })
+    }
+
     /// Checks the same as [`Floor::can_be_gripped`](super::Floor::can_be_gripped).
     pub fn can_be_gripped(
         &self,
@@ -169,7 +192,6 @@ pub(super) fn nearest_place(
     size: Vec2,
     will_do: impl Fn(Vec2) -> bool,
 ) -> Option<Vec2> {
-    const RING_M: f32 = 0.1;
     let rings = ((size.x + size.y) / RING_M) as u32;
     let mut places = (0..=rings).flat_map(|ring| {
         directions_around(0.0).map(move |direction| center + direction * (ring as f32 * RING_M))

@@ -31,9 +31,9 @@ pub struct Observer {
 
 impl Observer {
     /// Stores the sensed targets. Returns whether one is new.
-    fn look(&mut self, moment: &TypedStepInput<'_, Self>) -> bool {
+    fn look(&mut self, input: &TypedStepInput<'_, Self>) -> bool {
         self.memory.clear_in_sight();
-        let (Some(targets), Some(pose)) = (&moment.reading.targets, moment.readings.pose) else {
+        let (Some(targets), Some(pose)) = (&input.reading.targets, input.readings.pose) else {
             return false;
         };
         let ahead = direction(pose.heading_rad);
@@ -42,7 +42,7 @@ impl Observer {
             let sighting = Sighting {
                 target: seen.target,
                 at: pose.position + ahead.rotate(seen.offset),
-                when: moment.now,
+                when: input.now,
             };
             if self.is_possible(&sighting) {
                 is_new |= self.memory.add_reading(sighting, self.section.fastest_m_s);
@@ -51,15 +51,15 @@ impl Observer {
         is_new
     }
 
-    fn receive(&mut self, heard: &[ReceivedBroadcast<'_, Self>], now: SimTime) {
-        for broadcast in heard {
+    fn receive(&mut self, received: &[ReceivedBroadcast<'_, Self>], now: SimTime) {
+        for broadcast in received {
             if let BroadcastContent::Heartbeat(heartbeat) = &broadcast.broadcast.body
                 && let Some(position) = heartbeat.position.filter(|position| position.is_finite())
             {
                 let sender = broadcast.broadcast.sender;
                 self.memory.add_teammate(sender, position, now);
             }
-            for sighting in broadcast.lore.iter().flatten() {
+            for sighting in broadcast.shared_knowledge.iter().flatten() {
                 // A time in the future is invalid.
                 let when = sighting.when.min(now);
                 let sighting = Sighting { when, ..*sighting };
@@ -76,8 +76,8 @@ impl Observer {
     }
 
     /// Returns the distances within which memory is reliable.
-    fn reach(&self, moment: &TypedStepInput<'_, Self>) -> Ranges {
-        let sight_m = match &moment.reading.targets {
+    fn reach(&self, input: &TypedStepInput<'_, Self>) -> Ranges {
+        let sight_m = match &input.reading.targets {
             None => -1.0,
             // Further targets may be out of the reading, at larger distances.
             Some(targets) if targets.len() == MAX_SENSED_TARGETS => {
@@ -128,26 +128,26 @@ impl TypedController for Observer {
 
     fn perceive(
         &mut self,
-        moment: &TypedStepInput<'_, Self>,
-        heard: &[ReceivedBroadcast<'_, Self>],
+        input: &TypedStepInput<'_, Self>,
+        received: &[ReceivedBroadcast<'_, Self>],
         perception: &mut Perception,
     ) {
         let duties = self.section.policy.duties();
-        self.receive(heard, moment.now);
-        if self.look(moment) {
+        self.receive(received, input.now);
+        if self.look(input) {
             let observe = duties.iter().position(|duty| *duty == TaskKind::Observe);
             let task = observe.map(|index| TaskId(index as u16));
             perception.progressed.extend(task);
         }
-        if let Some(position) = moment.position {
-            let reach = self.reach(moment);
-            self.memory.remove_stale(position, reach, moment.now);
+        if let Some(position) = input.position {
+            let reach = self.reach(input);
+            self.memory.remove_stale(position, reach, input.now);
         }
         let is_near = self.memory.has_tracks();
-        let can_go = moment.position.is_some();
+        let can_go = input.position.is_some();
         let policy = self.section.policy;
         let applicable =
-            moment
+            input
                 .behaviors
                 .iter()
                 .map(|behavior| match (policy, duties[behavior.task.index()]) {
@@ -161,25 +161,25 @@ impl TypedController for Observer {
 
     fn act(
         &mut self,
-        moment: &TypedStepInput<'_, Self>,
+        input: &TypedStepInput<'_, Self>,
         active: Option<BehaviorId>,
-        action: &mut StepOutput,
+        output: &mut StepOutput,
     ) -> Option<ObserveAction> {
-        let task = moment.task_of(active);
+        let task = input.task_of(active);
         let duty = task.and_then(|task| self.section.policy.duties().get(task.index()));
-        let (readings, now) = (moment.readings, moment.now);
-        match (duty, moment.position) {
-            (Some(TaskKind::Search), Some(_)) => action.actuation = self.walk.wander(readings, now),
+        let (readings, now) = (input.readings, input.now);
+        match (duty, input.position) {
+            (Some(TaskKind::Search), Some(_)) => output.actuation = self.walk.wander(readings, now),
             (Some(TaskKind::Observe), Some(position)) if self.section.policy != Policy::Fixed => {
                 let force = self.force(position, now);
-                action.actuation = self.walk.follow(force, readings, now);
+                output.actuation = self.walk.follow(force, readings, now);
             }
             _ => {}
         }
-        moment.reading.targets.is_some().then_some(ObserveAction)
+        input.reading.targets.is_some().then_some(ObserveAction)
     }
 
-    fn lore(&self) -> SharedSightings {
+    fn shared_knowledge(&self) -> SharedSightings {
         // Memory may contain more targets than a heartbeat.
         self.memory.in_sight().take(MAX_SENSED_TARGETS).collect()
     }

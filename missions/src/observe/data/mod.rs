@@ -13,7 +13,8 @@ pub use section::{ObserveSection, Policy, Region, TaskKind};
 
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
-    BuiltinScenario, DefaultAllianceParams, MissionData, MissionVocabulary, one_behavior_each,
+    BuiltinScenario, DefaultAllianceParams, MissionData, MissionVocabulary, Objective,
+    one_behavior_each,
 };
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::{Mission, read_section};
@@ -117,6 +118,16 @@ impl MissionData for Observe {
 
     fn is_long_running(&self, _: &BehaviorSpec) -> bool {
         true
+    }
+
+    /// Ranks runs by the observed targets, because every run takes `duration_s`.
+    fn objective(&self) -> Objective {
+        Objective::Figure {
+            name: "observed",
+            figure: "a",
+            more_is_better: true,
+            meaning: "Share of the targets in sight of at least one robot, over the entire run (A/n).",
+        }
     }
 
     fn expected_properties(&self, _: &Scenario) -> ExpectedProperties {

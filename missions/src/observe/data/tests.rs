@@ -2,67 +2,31 @@
 
 use glam::Vec2;
 use proptest::prelude::*;
+use scenario::testkit::refusals;
 use scenario::{Catalog, Scenario, Setup};
 
 use super::*;
 use crate::Registry;
 use crate::observe::tests::scenario;
 
-#[track_caller]
-fn refused(lines: &str, expected: &str) {
-    let text = format!("[observe]\n{lines}\n");
-    match Scenario::parse("o.toml", &text, &Registry::built_in().vocabulary()) {
-        Ok(_) => panic!("accepted: {text}"),
-        Err(error) => assert_eq!(error.to_string(), expected, "for {text}"),
-    }
-}
-
 #[test]
 fn mistakes_give_messages_of_one_line() {
-    for (lines, expected) in [
-        (
-            "n = 0",
-            "o.toml:2: observe.n: 0 is out of range; it must be a whole number from 1 to 10000",
-        ),
-        (
-            "n = 10001",
-            "o.toml:2: observe.n: 10001 is out of range; it must be a whole number from 1 to 10000",
-        ),
-        (
-            "policy = 'parker'",
-            "o.toml:2: observe.policy: there is no choice 'parker'; there are fixed, random, local, a-cmommt",
-        ),
-        (
-            "range = 3",
-            "o.toml:2: observe.range: unknown key; did you mean 'range_m'? (there are n, slowest_m_s, fastest_m_s, turn_hz, turn_deg, region, range_m, predict_m, target_near_m, target_full_m, robot_near_m, robot_far_m, policy, shared_weight, duration_s)",
-        ),
-        (
-            "slowest_m_s = 0.3",
-            "o.toml:2: observe.slowest_m_s: 0.3 is above fastest_m_s, 0.15; give a lower slowest_m_s or a higher fastest_m_s",
-        ),
-        (
-            "range_m = 3.5",
-            "o.toml:2: observe.range_m: 3.5 is above predict_m, 3; give a lower range_m or a higher predict_m",
-        ),
-        (
-            "target_near_m = 0.8",
-            "o.toml:2: observe.target_near_m: 0.8 is not below target_full_m, 0.8; give a lower target_near_m or a higher target_full_m",
-        ),
-        (
-            "robot_far_m = 1.0",
-            "o.toml:1: observe.robot_near_m: 1.25 is not below robot_far_m, 1; give a lower robot_near_m or a higher robot_far_m",
-        ),
-        (
-            "shared_weight = 2",
-            "o.toml:2: observe.shared_weight: 2.0 is out of range; it must be at least 0 and at most 1",
-        ),
-        (
-            "duration_s = 0",
-            "o.toml:2: observe.duration_s: 0.0 is out of range; it must be above 0 and at most 1000000 s",
-        ),
-    ] {
-        refused(lines, expected);
-    }
+    let texts = [
+        "n = 0",
+        "n = 10001",
+        "policy = 'parker'",
+        "range = 3",
+        "slowest_m_s = 0.3",
+        "range_m = 3.5",
+        "target_near_m = 0.8",
+        "robot_far_m = 1.0",
+        "shared_weight = 2",
+        "duration_s = 0",
+    ]
+    .map(|line| format!("[observe]\n{line}\n"));
+    let vocabulary = Registry::built_in().vocabulary();
+    let read = |text: &str| Scenario::parse("o.toml", text, &vocabulary);
+    insta::assert_snapshot!(refusals("o.toml", texts, read));
 }
 
 /// Robots without motion or with random motion have one task, all others both.

@@ -11,7 +11,7 @@ mod watch;
 use std::sync::Arc;
 
 use glam::Vec2;
-use proto::mission::SensorReading as AnySensed;
+use proto::mission::SensorReading as AnyReading;
 use proto::tick::Outcome;
 use proto::view::{Mark, MarkOutline, MarkRole, View};
 use scenario::ids::{RobotId, TaskId};
@@ -185,7 +185,7 @@ impl TypedMission for Observe {
             });
         }
         for robot in &mut view.robots {
-            if let AnySensed::Open(bytes) = &robot.readings.mission {
+            if let AnyReading::Open(bytes) = &robot.readings.mission {
                 // An invalid reading only affects the display.
                 let sensed: SensorReading = bytes.decode().unwrap_or_default();
                 let targets = sensed.targets.iter().flatten();

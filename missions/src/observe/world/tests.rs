@@ -122,12 +122,12 @@ fn the_nearest_in_range_are_found() {
 const LOOK: Option<Actuation> = Some(Actuation {
     speed_m_s: 0.0,
     turn_rad_s: 0.0,
-    deed: Action::Nothing,
+    action: Action::Nothing,
 });
 
 fn looks() -> Option<Actuation> {
-    let deed = Action::Open(Bytes::encode(&Look).unwrap());
-    LOOK.map(|look| Actuation { deed, ..look })
+    let action = Action::Open(Bytes::encode(&Look).unwrap());
+    LOOK.map(|look| Actuation { action, ..look })
 }
 
 /// Creates a world with two robots at one place and targets that do not move.
@@ -182,7 +182,7 @@ fn only_a_robot_that_looks_observes() {
     assert_eq!(step(&mut world, [None, None]), (0, found));
     assert_eq!(row(&world), [FigureValue::Count(0), FigureValue::Count(0)]);
     // The sensor reports the same targets, up to its capacity.
-    let AnySensed::Open(bytes) = world.readings(RobotId(0)).mission else {
+    let AnyReading::Open(bytes) = world.readings(RobotId(0)).mission else {
         panic!("nothing is sensed")
     };
     let sensed: SensorReading = bytes.decode().unwrap();

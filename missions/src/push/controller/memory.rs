@@ -18,7 +18,7 @@ const TURN_MS: u64 = 500;
 /// stroke count.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct BarKnowledge {
-    pub told: BarReport,
+    pub report: BarReport,
     /// The lead of the left end at the known pose, m.
     lead_m: f32,
     /// True if both ends are over the line.
@@ -32,7 +32,7 @@ pub(super) struct BarKnowledge {
 impl BarKnowledge {
     pub fn new(bar: u16, pose: Pose) -> Self {
         Self {
-            told: BarReport {
+            report: BarReport {
                 bar,
                 pose,
                 seen: SimTime::ZERO,
@@ -46,9 +46,9 @@ impl BarKnowledge {
     }
 
     pub fn set_pose(&mut self, pose: Pose, section: &PushSection) {
-        self.told.pose = pose;
+        self.report.pose = pose;
         self.lead_m = lead_m(&pose, section.length_m);
-        let goal_m = section.bars[usize::from(self.told.bar)].goal_x_m;
+        let goal_m = section.bars[usize::from(self.report.bar)].goal_x_m;
         self.has_arrived = pose.position.x - self.lead_m.abs() / 2.0 >= goal_m;
     }
 
@@ -56,12 +56,12 @@ impl BarKnowledge {
         end.sign() * self.lead_m
     }
 
-    pub fn merge(&mut self, told: &BarReport, section: &PushSection) {
-        if told.seen > self.told.seen {
-            self.told.seen = told.seen;
-            self.set_pose(told.pose, section);
+    pub fn merge(&mut self, report: &BarReport, section: &PushSection) {
+        if report.seen > self.report.seen {
+            self.report.seen = report.seen;
+            self.set_pose(report.pose, section);
         }
-        if let Some(stroke) = told.last {
+        if let Some(stroke) = report.last {
             self.add_stroke(stroke);
         }
     }
@@ -70,11 +70,11 @@ impl BarKnowledge {
     pub fn add_stroke(&mut self, stroke: Stroke) {
         let order = |stroke: &Stroke| (stroke.at, stroke.end);
         if self
-            .told
+            .report
             .last
             .is_none_or(|last| order(&last) < order(&stroke))
         {
-            self.told.last = Some(stroke);
+            self.report.last = Some(stroke);
             self.lead_then_m = self.lead_m;
         }
     }
@@ -83,7 +83,7 @@ impl BarKnowledge {
     /// must have had another one. This detects strokes without messages.
     pub fn add_reading(&mut self, pose: Pose, now: SimTime, section: &PushSection) {
         self.set_pose(pose, section);
-        self.told.seen = now;
+        self.report.seen = now;
         if (self.lead_m - self.still.0).abs() > STILL_M {
             self.still = (self.lead_m, now);
         }
@@ -98,7 +98,7 @@ impl BarKnowledge {
     /// other end; or it lags by half a stroke, and the bar is at rest.
     pub fn is_due(&self, end: BarEnd, now: SimTime, section: &PushSection) -> bool {
         let (lead_m, half_m) = (self.lead_of(end), section.stroke_m / 2.0);
-        let is_next = self.told.last.is_none_or(|last| last.end != end);
+        let is_next = self.report.last.is_none_or(|last| last.end != end);
         let lags = lead_m <= -half_m && now.since(self.still.1) >= STILL;
         !self.has_arrived && lead_m < half_m && (is_next || lags)
     }
@@ -113,5 +113,5 @@ pub(super) fn shared_knowledge(known: &[BarKnowledge], now: SimTime) -> SharedKn
     };
     let all = known.iter().cycle().skip(from);
     let selected = all.take(known.len().min(MAX_REPORTED_BARS));
-    selected.map(|bar| bar.told).collect()
+    selected.map(|bar| bar.report).collect()
 }

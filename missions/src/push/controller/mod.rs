@@ -53,7 +53,7 @@ pub struct Pusher {
 impl Pusher {
     fn place_of(&self, bar: u16) -> Option<usize> {
         self.known
-            .binary_search_by_key(&bar, |known| known.told.bar)
+            .binary_search_by_key(&bar, |known| known.report.bar)
             .ok()
     }
 
@@ -63,15 +63,15 @@ impl Pusher {
     }
 
     fn end_x(&self, place: usize, end: BarEnd) -> f32 {
-        bar::end(&self.known[place].told.pose, end, self.section.length_m).x
+        bar::end(&self.known[place].report.pose, end, self.section.length_m).x
     }
 
     /// Returns whether the content of a message is possible. A message may contain anything.
-    fn is_possible(&self, told: &BarReport) -> bool {
+    fn is_possible(&self, report: &BarReport) -> bool {
         let Pose {
             position,
             heading_rad,
-        } = told.pose;
+        } = report.pose;
         let is_in_room = position.cmpge(Vec2::ZERO).all() && position.cmple(self.room).all();
         is_in_room && heading_rad.abs() <= std::f32::consts::FRAC_PI_2
     }
@@ -106,13 +106,13 @@ impl Pusher {
         let section = Arc::clone(&self.section);
         for known in &mut self.known {
             let way_m = section
-                .outline(&known.told.pose)
+                .outline(&known.report.pose)
                 .distance_to_point(position);
             if way_m >= section.sight_m - CERTAIN_M || known.has_arrived {
                 continue;
             }
-            let start = &section.bars[usize::from(known.told.bar)];
-            let mut pose = known.told.pose;
+            let start = &section.bars[usize::from(known.report.bar)];
+            let mut pose = known.report.pose;
             pose.position.x += FARTHER_M;
             if pose.position.x > start.goal_x_m {
                 pose.position.x = start.x_m;
@@ -154,7 +154,7 @@ impl Pusher {
 
     fn stands_at(&self, task: TaskId) -> Option<Vec2> {
         let (place, end) = self.of_task(task)?;
-        let pose = &self.known[place].told.pose;
+        let pose = &self.known[place].report.pose;
         Some(self.way.place_in_room(pose, end, &self.section))
     }
 }
@@ -192,16 +192,20 @@ impl TypedController for Pusher {
 
     fn perceive(
         &mut self,
-        moment: &TypedStepInput<'_, Self>,
-        heard: &[ReceivedBroadcast<'_, Self>],
+        input: &TypedStepInput<'_, Self>,
+        received: &[ReceivedBroadcast<'_, Self>],
         perception: &mut Perception,
     ) {
-        self.now = moment.now;
-        for broadcast in heard {
-            let messages = broadcast.lore.iter().flatten().chain(&broadcast.bulletin);
+        self.now = input.now;
+        for broadcast in received {
+            let messages = broadcast
+                .shared_knowledge
+                .iter()
+                .flatten()
+                .chain(&broadcast.bulletin);
             messages.for_each(|message| self.receive(*message));
         }
-        let seen = match (&moment.reading.bar, &moment.readings.pose) {
+        let seen = match (&input.reading.bar, &input.readings.pose) {
             (Some(Some(seen)), Some(pose)) => self.see(seen, pose),
             (Some(None), Some(pose)) => {
                 self.miss(pose.position);
@@ -210,8 +214,8 @@ impl TypedController for Pusher {
             _ => None,
         };
         self.note_stroke(seen, perception);
-        let is_able = moment.position.is_some() && moment.reading.bar.is_some();
-        let applicable = moment.behaviors.iter().map(|behavior| {
+        let is_able = input.position.is_some() && input.reading.bar.is_some();
+        let applicable = input.behaviors.iter().map(|behavior| {
             let due = self.of_task(behavior.task);
             is_able && due.is_some_and(|(place, end)| self.is_due(behavior.task, place, end))
         });
@@ -219,36 +223,36 @@ impl TypedController for Pusher {
     }
 
     /// Returns the time of the last stroke at the other end, which starts the round of this end.
-    fn round(&self, moment: &TypedStepInput<'_, Self>, task: TaskId) -> SimTime {
+    fn round(&self, input: &TypedStepInput<'_, Self>, task: TaskId) -> SimTime {
         let last = self.of_task(task).and_then(|(place, end)| {
-            let last = self.known[place].told.last;
+            let last = self.known[place].report.last;
             last.filter(|last| last.end != end)
         });
-        last.map_or(SimTime::ZERO, |last| last.at).min(moment.now)
+        last.map_or(SimTime::ZERO, |last| last.at).min(input.now)
     }
 
     fn act(
         &mut self,
-        moment: &TypedStepInput<'_, Self>,
+        input: &TypedStepInput<'_, Self>,
         active: Option<BehaviorId>,
-        action: &mut StepOutput,
+        output: &mut StepOutput,
     ) -> Option<NoAction> {
         if let Some(place) = self.news.take() {
-            let news = &self.known[place].told;
-            action
+            let news = &self.known[place].report;
+            output
                 .bulletins
                 .push(bulletin(BulletinKind::First, None, news));
         }
-        let task = moment.task_of(active);
+        let task = input.task_of(active);
         if self.at.map(|(at, _)| at) != task {
             self.at = task.map(|task| (task, None));
             self.way.end();
         }
         let (task, begun) = self.at?;
-        let ((place, end), pose) = self.of_task(task).zip(moment.readings.pose)?;
-        let bar = self.known[place].told.pose;
-        let (position, touch) = (pose.position, moment.reading.touch);
-        action.actuation = if self
+        let ((place, end), pose) = self.of_task(task).zip(input.readings.pose)?;
+        let bar = self.known[place].report.pose;
+        let (position, touch) = (pose.position, input.reading.touch);
+        output.actuation = if self
             .way
             .is_in_place(&bar, end, &self.section, position, touch)
         {
@@ -257,13 +261,13 @@ impl TypedController for Pusher {
             }
             self.way.push(&pose)
         } else {
-            let (section, now) = (&self.section, moment.now);
-            self.way.go(&bar, end, section, &pose, moment.readings, now)
+            let (section, now) = (&self.section, input.now);
+            self.way.go(&bar, end, section, &pose, input.readings, now)
         };
         None
     }
 
-    fn lore(&self) -> SharedKnowledge {
+    fn shared_knowledge(&self) -> SharedKnowledge {
         shared_knowledge(&self.known, self.now)
     }
 

@@ -72,7 +72,7 @@ fn a_stroke_without_a_message_is_detected() {
     for step in 0..30 {
         bar.add_reading(leading(-0.18), SimTime(1_550 + 50 * step), &section());
     }
-    assert_eq!(bar.told.last.map(|last| last.end), Some(BarEnd::Right));
+    assert_eq!(bar.report.last.map(|last| last.end), Some(BarEnd::Right));
     assert!(due(&bar, SimTime(3_000))[0]);
 }
 
@@ -109,7 +109,7 @@ proptest! {
         for message in messages[turn..].iter().chain(&messages).chain(&messages[..turn]) {
             mixed.merge(&message_of(message), &section);
         }
-        prop_assert_eq!(mixed.told, in_order.told);
+        prop_assert_eq!(mixed.report, in_order.report);
     }
 }
 
@@ -121,9 +121,9 @@ fn heartbeats_contain_many_bars_in_turn() {
         .collect();
     let mut shared = std::collections::BTreeSet::new();
     for now in 0..40 {
-        let lore = shared_knowledge(&many, SimTime(500 * now));
-        assert!(lore.len() <= MAX_REPORTED_BARS);
-        shared.extend(lore.iter().map(|shared| shared.bar));
+        let knowledge = shared_knowledge(&many, SimTime(500 * now));
+        assert!(knowledge.len() <= MAX_REPORTED_BARS);
+        shared.extend(knowledge.iter().map(|shared| shared.bar));
     }
     assert_eq!(shared.len(), 30);
     let largest = BarReport {
@@ -132,8 +132,8 @@ fn heartbeats_contain_many_bars_in_turn() {
         seen: SimTime(u64::MAX),
         last: Some(stroke(BarEnd::Left, SimTime(u64::MAX))),
     };
-    let lore: SharedKnowledge = std::iter::repeat_n(largest, MAX_REPORTED_BARS).collect();
-    let bytes = proto::codec::encode(&lore).unwrap();
+    let knowledge: SharedKnowledge = std::iter::repeat_n(largest, MAX_REPORTED_BARS).collect();
+    let bytes = proto::codec::encode(&knowledge).unwrap();
     assert!(
         bytes.len() <= proto::mission::MAX_KNOWLEDGE_BYTES,
         "{}",
@@ -183,12 +183,12 @@ fn impossible_messages_are_ignored() {
         },
     ] {
         pusher.receive(bad);
-        assert_eq!(pusher.known[0].told.seen, SimTime::ZERO, "{bad:?}");
+        assert_eq!(pusher.known[0].report.seen, SimTime::ZERO, "{bad:?}");
     }
     // A time in the future is limited to now; otherwise it would count for ever.
     pusher.receive(BarReport {
         seen: SimTime(u64::MAX),
         ..good
     });
-    assert_eq!(pusher.known[0].told.seen, SimTime(1_000));
+    assert_eq!(pusher.known[0].report.seen, SimTime(1_000));
 }

@@ -48,7 +48,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         for obstacle in scenario
             .obstacles
             .iter()
-            .filter(|obstacle| obstacle.penetrability <= 0.1)
+            .filter(|obstacle| obstacle.is_solid())
         {
             let min = glam::Vec2::new(obstacle.x_m, obstacle.y_m);
             let max = min + glam::Vec2::new(obstacle.width_m, obstacle.height_m);

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use scenario::testkit::refusals;
 use scenario::{Catalog, Setup};
 
 use super::*;
@@ -14,60 +15,24 @@ fn read(text: &str) -> Result<Scenario, String> {
         .map_err(|error| error.to_string())
 }
 
-#[track_caller]
-fn refused(text: &str, expected: &str) {
-    assert_eq!(read(text).unwrap_err(), expected, "for {text}");
-}
-
 #[test]
 fn mistakes_give_messages_of_one_line() {
     let with = |from: &str, to: &str| ONE.replace(from, to);
     let key = |line: &str| with("[push]\n", &format!("[push]\n{line}\n"));
-    refused(
-        &with("y_m = 3", "y_m = 0.5"),
-        "s.toml:4: push.bars[0].y_m: a bar of 2.4 m does not fit there; it must be at least 1.3 m from the border",
-    );
-    refused(
-        &with("x_m = 2", "x_m = 0.4"),
-        "s.toml:3: push.bars[0].x_m: no robot of radius 0.2 m fits behind the bar; write at least 0.5",
-    );
-    refused(
-        &with("goal_x_m = 9", "goal_x_m = 1"),
-        "s.toml:5: push.bars[0].goal_x_m: 1 cannot be reached from 2; it must be above 2 and at most 11.1, because one end leads",
-    );
-    refused(
-        &key("length_m = 1"),
-        "s.toml:2: push.length_m: two robots of radius 0.2 m have no room behind a bar of 1 m; write at least 1.2",
-    );
-    refused(
-        &key("skew_m = 2"),
-        "s.toml:2: push.skew_m: a bar of 2.4 m would stand at more than 30 degrees; write at most 1.2",
-    );
-    refused(
-        &key("stroke_m = 0.7"),
-        "s.toml:2: push.stroke_m: a stroke of one robot alone would end at the skew of 0.8 m; write at most 0.418",
-    );
-    refused(
-        &format!("{ONE}[[push.bars]]\nx_m = 2.1\ny_m = 4\ngoal_x_m = 9\n"),
-        "s.toml:6: push.bars[1]: it overlaps bars[0]; move one of them",
-    );
-    refused(
-        &format!("{ONE}[[obstacles]]\nx_m = 1.5\ny_m = 3\nwidth_m = 1\nheight_m = 1\n"),
-        "s.toml:2: push.bars[0]: a bar overlaps an obstacle; move one of them",
-    );
-    refused(
-        &format!("{ONE}[[robots]]\nname = 'a'\ntasks = ['push(left)']\n"),
-        "s.toml:2: push.bars: no robot has push(right) among its tasks; assign the tasks to a robot",
-    );
-    assert!(read("[push]\n").unwrap_err().contains("bars"));
-    let device = read(&format!(
-        "{ONE}[[robots]]\nname = 'a'\ndevices = ['sonar']\n"
-    ))
-    .unwrap_err();
-    assert!(
-        device.contains("sonar") && device.lines().count() == 1,
-        "{device}"
-    );
+    let texts = [
+        with("y_m = 3", "y_m = 0.5"),
+        with("x_m = 2", "x_m = 0.4"),
+        with("goal_x_m = 9", "goal_x_m = 1"),
+        key("length_m = 1"),
+        key("skew_m = 2"),
+        key("stroke_m = 0.7"),
+        format!("{ONE}[[push.bars]]\nx_m = 2.1\ny_m = 4\ngoal_x_m = 9\n"),
+        format!("{ONE}[[obstacles]]\nx_m = 1.5\ny_m = 3\nwidth_m = 1\nheight_m = 1\n"),
+        format!("{ONE}[[robots]]\nname = 'a'\ntasks = ['push(left)']\n"),
+        "[push]\n".to_owned(),
+        format!("{ONE}[[robots]]\nname = 'a'\ndevices = ['sonar']\n"),
+    ];
+    insta::assert_snapshot!(refusals("s.toml", texts, read));
 }
 
 #[test]

@@ -13,7 +13,7 @@ use crate::push::bus::SensorReading;
 pub(super) struct Statistics {
     /// The least motion that counts as a stroke, m.
     least_m: f32,
-    makespan: Option<SimTime>,
+    last_arrival: Option<SimTime>,
     robots: Vec<RobotStatistics>,
 }
 
@@ -29,7 +29,7 @@ impl Statistics {
     pub fn new(robots: usize, stroke_m: f32) -> Self {
         Self {
             least_m: stroke_m / 4.0,
-            makespan: None,
+            last_arrival: None,
             robots: vec![RobotStatistics::default(); robots],
         }
     }
@@ -47,13 +47,15 @@ impl Statistics {
     }
 
     pub fn arrived(&mut self, now: SimTime) {
-        self.makespan = Some(now);
+        self.last_arrival = Some(now);
     }
 
-    pub fn write_figures(&self, figures: &mut TeamFigures) {
+    /// Writes the figures. Only a complete mission has a makespan.
+    pub fn write_figures(&self, is_complete: bool, figures: &mut TeamFigures) {
         let mission = &mut figures.mission;
         let workers = || self.robots.iter();
-        mission.add("makespan_ms", self.makespan.map(|last| last.0));
+        let makespan = self.last_arrival.filter(|_| is_complete);
+        mission.add("makespan_ms", makespan.map(|last| last.0));
         mission.add(
             "strokes",
             workers().flat_map(|worker| worker.strokes).sum::<u64>(),

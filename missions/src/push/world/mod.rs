@@ -251,6 +251,10 @@ impl PushWorld {
         sums.map(|sum| (1e5 * sum / count).round() / 1e5)
     }
 
+    fn is_complete(&self) -> bool {
+        self.bars.iter().all(|bar| bar.has_arrived)
+    }
+
     fn arrived(&self) -> u64 {
         self.bars.iter().filter(|bar| bar.has_arrived).count() as u64
     }
@@ -284,8 +288,8 @@ impl TypedMission for PushWorld {
         bars.map(|bar| section.outline(&bar.pose())).collect()
     }
 
-    fn act(&mut self, _: RobotId, deed: NoAction, _: &mut Floor, _: &mut StepEvents) {
-        match deed {}
+    fn act(&mut self, _: RobotId, action: NoAction, _: &mut Floor, _: &mut StepEvents) {
+        match action {}
     }
 
     fn handle_push(&mut self, push: &Push, floor: &mut Floor, happened: &mut StepEvents) -> f32 {
@@ -375,8 +379,7 @@ impl TypedMission for PushWorld {
     }
 
     fn end(&self, _: SimTime) -> Option<Outcome> {
-        let is_over = self.bars.iter().all(|bar| bar.has_arrived);
-        is_over.then_some(Outcome::Complete)
+        self.is_complete().then_some(Outcome::Complete)
     }
 
     /// An end is due unless it leads by half a stroke.
@@ -395,7 +398,7 @@ impl TypedMission for PushWorld {
 
     fn figures(&self, figures: &mut TeamFigures) {
         figures.mission.add("arrived", self.arrived());
-        self.log.write_figures(figures);
+        self.log.write_figures(self.is_complete(), figures);
     }
 
     fn add_to_view(&self, _: &Floor, view: &mut View) {

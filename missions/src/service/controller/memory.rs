@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use arrayvec::ArrayVec;
 use glam::Vec2;
+use robot_agent::body::FailedAttempts;
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
 use super::briefing::Briefing;
 use crate::service::bus::{MAX_SHARED, ObservedFact, PointFact, SharedKnowledge};
-use crate::service::data::KnowledgeSource;
+use crate::service::data::{KnowledgeSource, TaskGranularity};
 
 /// The number of recently changed points in each heartbeat. A board, if any, announces the rest.
 const MAX_RECENT: usize = 4;
@@ -24,6 +25,8 @@ pub(super) struct Memory {
     /// The robot's tasks in ascending order, with the number of known open points that it can serve.
     open: Vec<(TaskId, u32)>,
     skills: Vec<f32>,
+    /// The attempts of this robot that found no way to a point.
+    pub failed: FailedAttempts<u16>,
 }
 
 pub(super) fn is_open(fact: &PointFact) -> bool {
@@ -38,6 +41,7 @@ impl Memory {
             news: ArrayVec::new(),
             open: tasks.map(|task| (task, 0)).collect(),
             skills,
+            failed: FailedAttempts::default(),
         }
     }
 
@@ -53,9 +57,17 @@ impl Memory {
         self.points.range(point..).map(|(_, known)| &known.fact)
     }
 
-    /// Returns for each own task, in order, whether it has a point that the robot can serve.
-    pub fn applicable(&self) -> impl Iterator<Item = bool> {
-        self.open.iter().map(|(_, open)| *open > 0)
+    /// Returns for each own task, in order, whether it has a point that the robot can serve and that is not suspended.
+    pub fn applicable(&self, briefing: &Briefing, now: SimTime) -> impl Iterator<Item = bool> {
+        self.open.iter().map(move |(task, open)| {
+            let is_of_task = |point: &u16| match briefing.tasks {
+                TaskGranularity::Points => *point == task.0,
+                TaskGranularity::Kinds => self.fact(*point).is_some_and(|fact| {
+                    u16::from(fact.kind) == task.0 && is_open(fact) && self.skill(fact) > 0.0
+                }),
+            };
+            *open as usize > self.failed.suspended(now).filter(is_of_task).count()
+        })
     }
 
     pub fn merge(&mut self, briefing: &Briefing, mut new: ObservedFact) {
@@ -136,11 +148,14 @@ impl Memory {
         content
     }
 
-    /// Returns the nearest open point of a kind that the robot can serve.
-    pub fn nearest(&self, kind: usize, to: Vec2) -> Option<&PointFact> {
+    /// Returns the nearest open point of a kind that the robot can serve and that is not suspended.
+    pub fn nearest(&self, kind: usize, to: Vec2, now: SimTime) -> Option<&PointFact> {
         let facts = self.facts_from(0);
         let of_kind = facts.filter(|fact| {
-            usize::from(fact.kind) == kind && is_open(fact) && self.skill(fact) > 0.0
+            usize::from(fact.kind) == kind
+                && is_open(fact)
+                && self.skill(fact) > 0.0
+                && !self.failed.is_suspended(fact.point, now)
         });
         of_kind.min_by(|a, b| {
             let distance = |fact: &PointFact| fact.at.distance_squared(to);

@@ -35,6 +35,10 @@ use wander::Wander;
 const LOOKED_FOR: usize = 8;
 /// The margin inside the sight range within which an open point is surely visible, m.
 const CERTAIN_M: f32 = 0.3;
+/// The distance from a point within which a teammate at work there may be in the way, m.
+const QUEUE_M: f32 = 1.0;
+/// The time for which a robot waits for a teammate that may be in its way, while the work left does not change.
+const QUEUE_TIME: SimTime = SimTime(60_000);
 /// The distance below which an idle robot moves aside, m. It is larger than the distance that robots keep when they
 /// drive around something.
 const ROOM_M: f32 = 0.15;
@@ -49,8 +53,8 @@ struct Team(Arc<Briefing>);
 
 impl SharedMission for Team {
     fn create_controller(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
-        let mind = ServiceMind::new(robot, setup, &self.0);
-        Box::new(ControllerAdapter::new(mind, robot, setup))
+        let controller = ServiceMind::new(robot, setup, &self.0);
+        Box::new(ControllerAdapter::new(controller, robot, setup))
     }
 
     /// Estimates the cost of each task from the robot's start: the straight way and all work, for a kind its cheapest
@@ -100,6 +104,8 @@ struct ServiceMind {
     /// The point on which the robot worked in the previous step, according to its own action.
     working: Option<u16>,
     target: Option<u16>,
+    /// The point to which the way was blocked, with the work left, s, and the time since when both are the same.
+    blocked: Option<(u16, f32, SimTime)>,
     /// The number of the point from which the absence check continues.
     looked_for: u16,
     now: SimTime,
@@ -116,6 +122,7 @@ impl ServiceMind {
             progress: None,
             working: None,
             target: None,
+            blocked: None,
             looked_for: 0,
             now: SimTime::ZERO,
             briefing: Arc::clone(briefing),
@@ -130,24 +137,24 @@ impl ServiceMind {
     }
 
     /// Records the points that the robot reads on the board or sees.
-    fn look(&mut self, moment: &TypedStepInput<'_, Self>) {
-        let Some(points) = &moment.reading.points else {
+    fn look(&mut self, input: &TypedStepInput<'_, Self>) {
+        let Some(points) = &input.reading.points else {
             return;
         };
         if self.briefing.known == KnowledgeSource::All {
-            points.iter().for_each(|fact| self.learn(*fact, moment.now));
+            points.iter().for_each(|fact| self.learn(*fact, input.now));
             return;
         }
-        let Some(pose) = moment.readings.pose else {
+        let Some(pose) = input.readings.pose else {
             return;
         };
         let ahead = Vec2::new(libm::cosf(pose.heading_rad), libm::sinf(pose.heading_rad));
         for fact in points {
             let at = pose.position + ahead.rotate(fact.at);
             let at = at.clamp(Vec2::ZERO, self.briefing.room);
-            self.learn(PointFact { at, ..*fact }, moment.now);
+            self.learn(PointFact { at, ..*fact }, input.now);
         }
-        self.miss(points, pose.position, moment.now);
+        self.miss(points, pose.position, input.now);
     }
 
     /// Marks known points as over that should be visible but are not.
@@ -176,8 +183,11 @@ impl ServiceMind {
 
     /// Updates the progress of the current work. A quarter of a point is progress; if tasks are kinds, a whole point
     /// is.
-    fn note_work(&mut self, moment: &TypedStepInput<'_, Self>, perception: &mut Perception) {
-        let effect = moment.reading.effect;
+    fn note_work(&mut self, input: &TypedStepInput<'_, Self>, perception: &mut Perception) {
+        let effect = input.reading.effect;
+        if let Some(point) = effect {
+            self.memory.failed.succeed(point);
+        }
         if let (Some(progress), None) = (&self.progress, effect)
             && self.working == Some(progress.point)
             && progress.next_step_completes()
@@ -189,7 +199,7 @@ impl ServiceMind {
                     left_s: 0.0,
                     ..fact
                 },
-                moment.now,
+                input.now,
             );
         }
         let Some(fact) = effect.and_then(|point| self.memory.fact(point)).copied() else {
@@ -229,13 +239,28 @@ impl ServiceMind {
                 let chosen = self.target.and_then(|target| self.memory.fact(target));
                 let chosen = chosen
                     .filter(open)
-                    .filter(|fact| u16::from(fact.kind) == task.0);
+                    .filter(|fact| u16::from(fact.kind) == task.0)
+                    .filter(|fact| !self.memory.failed.is_suspended(fact.point, self.now));
                 let fact = chosen
-                    .or_else(|| self.memory.nearest(task.index(), position))
+                    .or_else(|| self.memory.nearest(task.index(), position, self.now))
                     .copied();
                 self.target = fact.map(|fact| fact.point);
                 fact
             }
+        }
+    }
+
+    /// Records that the way to a point is blocked. The attempt has failed, unless a teammate at the point may be in the way.
+    fn note_blocked(&mut self, fact: &PointFact, position: Vec2, now: SimTime) {
+        let is_same = |known: &(u16, f32, SimTime)| (known.0, known.1) == (fact.point, fact.left_s);
+        let known = self.blocked.filter(is_same);
+        let blocked = known.unwrap_or((fact.point, fact.left_s, now));
+        let may_queue = position.distance(fact.at) <= self.briefing.reach_m + QUEUE_M;
+        if may_queue && now.since(blocked.2) < QUEUE_TIME {
+            self.blocked = Some(blocked);
+        } else {
+            self.blocked = None;
+            self.memory.failed.fail(fact.point, now);
         }
     }
 
@@ -266,7 +291,7 @@ impl ServiceMind {
     fn point_of(&self, task: TaskId, from: Vec2) -> Option<&PointFact> {
         match self.briefing.tasks {
             TaskGranularity::Points => self.memory.fact(task.0),
-            TaskGranularity::Kinds => self.memory.nearest(task.index(), from),
+            TaskGranularity::Kinds => self.memory.nearest(task.index(), from, self.now),
         }
     }
 }
@@ -283,64 +308,68 @@ impl TypedController for ServiceMind {
 
     fn perceive(
         &mut self,
-        moment: &TypedStepInput<'_, Self>,
+        input: &TypedStepInput<'_, Self>,
         received: &[ReceivedBroadcast<'_, Self>],
         perception: &mut Perception,
     ) {
-        self.now = moment.now;
-        self.look(moment);
+        self.now = input.now;
+        self.look(input);
         for known in received
             .iter()
-            .flat_map(|message| message.lore.iter().flatten())
+            .flat_map(|message| message.shared_knowledge.iter().flatten())
         {
             // An observation cannot be in the future.
-            self.learn(known.fact, known.sensed.min(moment.now));
+            self.learn(known.fact, known.sensed.min(input.now));
         }
-        self.note_work(moment, perception);
-        let can_go = moment.position.is_some();
-        let applicable = self.memory.applicable().map(|is_open| is_open && can_go);
+        self.note_work(input, perception);
+        let can_go = input.position.is_some();
+        let applicable = self.memory.applicable(&self.briefing, self.now);
+        let applicable = applicable.map(|is_open| is_open && can_go);
         perception.applicable.extend(applicable);
     }
 
-    fn round(&self, moment: &TypedStepInput<'_, Self>, task: TaskId) -> SimTime {
-        let from = moment.position;
+    fn round(&self, input: &TypedStepInput<'_, Self>, task: TaskId) -> SimTime {
+        let from = input.position;
         let fact = from.and_then(|from| self.point_of(task, from));
         fact.map_or(SimTime::ZERO, |fact| self.came_back(fact))
-            .min(moment.now)
+            .min(input.now)
     }
 
     /// Drives toward the point until its work has an effect, because the robot only estimates whether it is within
     /// reach.
     fn act(
         &mut self,
-        moment: &TypedStepInput<'_, Self>,
+        input: &TypedStepInput<'_, Self>,
         active: Option<BehaviorId>,
-        action: &mut StepOutput,
+        output: &mut StepOutput,
     ) -> Option<Action> {
-        let target = moment.task_of(active).zip(moment.position);
+        let target = input.task_of(active).zip(input.position);
         let target = target.and_then(|(task, position)| self.target(task, position));
-        let mut deed = Action {
+        let mut action = Action {
             work: None,
-            read: moment.reading.told,
+            read: input.reading.board_line,
         };
-        if let (Some(fact), Some(position)) = (target, moment.position) {
+        if let (Some(fact), Some(position)) = (target, input.position) {
             self.wander.end();
             let near_m = self.briefing.reach_m;
             if position.distance(fact.at) <= near_m + CERTAIN_M {
-                deed.work = Some(fact.point);
+                action.work = Some(fact.point);
             }
-            if moment.reading.effect != Some(fact.point) {
-                let (readings, now) = (moment.readings, moment.now);
-                action.actuation = self.driver.drive_to(fact.at, near_m / 2.0, readings, now);
+            if input.reading.effect != Some(fact.point) {
+                let (readings, now) = (input.readings, input.now);
+                output.actuation = self.driver.drive_to(fact.at, near_m / 2.0, readings, now);
+                if self.driver.is_blocked() {
+                    self.note_blocked(&fact, position, now);
+                }
             }
-        } else if let Some(position) = moment.position {
-            action.actuation = self.idle(position, moment.readings, moment.now);
+        } else if let Some(position) = input.position {
+            output.actuation = self.idle(position, input.readings, input.now);
         }
-        self.working = deed.work;
-        (deed != Action::default()).then_some(deed)
+        self.working = action.work;
+        (action != Action::default()).then_some(action)
     }
 
-    fn lore(&self) -> SharedKnowledge {
+    fn shared_knowledge(&self) -> SharedKnowledge {
         self.memory.shared_knowledge(&self.briefing, self.now)
     }
 

@@ -85,7 +85,7 @@ proptest! {
             memory.merge(&briefing, *late);
         }
         prop_assert_eq!(memory.fact(4), Some(&newest.fact));
-        let applicable: Vec<bool> = memory.applicable().collect();
+        let applicable: Vec<bool> = memory.applicable(&briefing, SimTime::ZERO).collect();
         let expected: Vec<bool> = (0..40).map(|task| task == 4 && newest.fact.left_s > 0.0).collect();
         prop_assert_eq!(applicable, expected);
     }
@@ -155,7 +155,7 @@ fn the_nearest_open_point_that_the_robot_can_serve_is_selected() {
     memory.merge(&briefing, known(fact(3, 0, 5.0), 1.0));
     let nearest = |memory: &Memory, kind, x| {
         memory
-            .nearest(kind, Vec2::new(x, 3.0))
+            .nearest(kind, Vec2::new(x, 3.0), SimTime::ZERO)
             .map(|fact| fact.point)
     };
     assert_eq!(nearest(&memory, 0, 5.0), Some(4));
@@ -164,11 +164,35 @@ fn the_nearest_open_point_that_the_robot_can_serve_is_selected() {
         None,
         "the robot has no skill for dust"
     );
-    assert_eq!(memory.applicable().collect::<Vec<_>>(), [true, false]);
+    assert_eq!(
+        memory
+            .applicable(&briefing, SimTime::ZERO)
+            .collect::<Vec<_>>(),
+        [true, false]
+    );
     memory.merge(&briefing, known(fact(4, 0, 0.0), 2.0));
     assert_eq!(nearest(&memory, 0, 5.0), Some(2), "p4 is done");
     memory.merge(&briefing, known(fact(4, 1, 5.0), 3.0));
     assert_eq!(nearest(&memory, 0, 5.0), Some(4), "p4 has come back");
+    // Points to which the robot found no way are left out. The task stays applicable while another point is open.
+    let applicable = |memory: &Memory| memory.applicable(&briefing, SimTime::ZERO).next();
+    memory.failed.fail(4, SimTime::ZERO);
+    assert_eq!(nearest(&memory, 0, 5.0), Some(2));
+    memory.failed.fail(2, SimTime::ZERO);
+    assert_eq!(
+        (nearest(&memory, 0, 5.0), applicable(&memory)),
+        (Some(8), Some(true))
+    );
+    memory.failed.fail(8, SimTime::ZERO);
+    assert_eq!(
+        (nearest(&memory, 0, 5.0), applicable(&memory)),
+        (None, Some(false))
+    );
+    memory.failed.succeed(8);
+    assert_eq!(
+        (nearest(&memory, 0, 5.0), applicable(&memory)),
+        (Some(8), Some(true))
+    );
 }
 
 /// 8 s in steps of 0.5 s: every fourth step completes a quarter.

@@ -2,8 +2,11 @@
 
 use std::f64::consts::PI;
 
+use glam::Vec2;
 use scenario::{Catalog, KeyPath, Problem, Scenario, name_remedy};
+use world_server::world::Places;
 
+use super::points::free_place;
 use super::{Interval, MAX_POINTS, ServiceSection};
 
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
@@ -48,6 +51,43 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         return Ok(());
     }
     covered(scenario)
+}
+
+/// Checks that robots can work on the stated points, and that there is room for drawn ones.
+pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
+    let section = ServiceSection::of(scenario);
+    let places = Places::of(scenario);
+    for (index, point) in section.points.iter().enumerate() {
+        let (x_m, y_m, reach_m) = (point.x_m, point.y_m, section.reach_m);
+        if places.can_be_worked_on(Vec2::new(x_m, y_m), reach_m) {
+            continue;
+        }
+        let mut obstacles = scenario.obstacles.iter();
+        let over = obstacles.position(|each| each.is_solid() && each.contains(x_m, y_m));
+        let (what, remedy) = match over {
+            Some(obstacle) => (
+                format!("p{index} at ({x_m}, {y_m}) lies in the solid obstacles[{obstacle}]"),
+                "move one of them",
+            ),
+            None => (
+                format!(
+                    "no robot has room within reach_m, {reach_m} m, of p{index} at ({x_m}, {y_m})"
+                ),
+                "move the point away from walls and obstacles, or increase reach_m",
+            ),
+        };
+        let at = KeyPath::new(["service", "points"]).index(index);
+        return Err(Problem::at(at, what, remedy));
+    }
+    if section.random.is_empty() || free_place(scenario, &places).is_some() {
+        return Ok(());
+    }
+    let what = "the obstacles leave no place for a drawn point";
+    Err(Problem::at(
+        KeyPath::new(["service", "random"]),
+        what,
+        "take obstacles away",
+    ))
 }
 
 fn in_order(between: &Interval, at: KeyPath) -> Result<(), Problem> {

@@ -9,6 +9,7 @@ mod random;
 mod section;
 #[cfg(test)]
 mod tests;
+mod warnings;
 
 pub use faults::POINT;
 pub use points::{PointSpec, points};
@@ -16,7 +17,8 @@ pub use section::{
     Interval, Kind, KnowledgeSource, Point, RandomPoints, ServiceSection, TaskGranularity,
 };
 
-use scenario::fault::FaultSpec;
+use glam::Vec2;
+use scenario::fault::{FaultSpec, Order, OrderError};
 use scenario::ids::TaskId;
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
@@ -90,8 +92,9 @@ impl MissionData for Service {
                     Column::left("open"),
                     Column::count("started"),
                     Column::done("done", "done"),
-                    Column::count("expired"),
+                    Column::expired("expired"),
                     Column::real("work_left_s"),
+                    Column::count("pending"),
                 ]
             },
             ..MissionVocabulary::NONE
@@ -190,6 +193,14 @@ impl MissionData for Service {
         faults::ALL
     }
 
+    fn fault_names(&self, scenario: &Scenario, _key: &str) -> Vec<String> {
+        self.skills(scenario)
+    }
+
+    fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), OrderError> {
+        faults::check(scenario, order)
+    }
+
     /// Returns the promises of a run. It ends unless a task is uncovered or points keep coming back.
     fn expected_properties(&self, scenario: &Scenario) -> ExpectedProperties {
         let section = ServiceSection::of(scenario);
@@ -203,6 +214,22 @@ impl MissionData for Service {
     fn recurrence_s(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> Option<f64> {
         let section = ServiceSection::of(scenario);
         section.kinds.get(behavior.kind as usize)?.period_s
+    }
+
+    /// Returns the squares of the stated points, each with room for a robot.
+    fn free_areas(&self, scenario: &Scenario) -> Vec<[Vec2; 2]> {
+        let points = ServiceSection::of(scenario).points.iter();
+        let places = points.map(|point| Vec2::new(point.x_m, point.y_m));
+        let radius_m = scenario.body.radius_m;
+        places.map(|at| [at - radius_m, at + radius_m]).collect()
+    }
+
+    fn warnings(&self, scenario: &Scenario) -> Vec<Problem> {
+        warnings::warnings(scenario)
+    }
+
+    fn check_places(&self, scenario: &Scenario) -> Result<(), Problem> {
+        check::check_places(scenario)
     }
 
     fn check(&self, scenario: &Scenario) -> Result<(), Problem> {

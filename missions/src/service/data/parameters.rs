@@ -8,10 +8,12 @@ use super::{MAX_KINDS, MAX_POINTS};
 
 /// The longest time that a key accepts, s.
 const LONGEST_S: f64 = 1e6;
+/// The shortest duration, s. The run measures times in whole milliseconds.
+const SHORTEST_S: f64 = 0.001;
 
 pub(super) fn all() -> Vec<ParameterSpec> {
     let most = MAX_POINTS as i64;
-    let time = Above(0.0, LONGEST_S);
+    let time = Within(SHORTEST_S, LONGEST_S);
     let later = Within(0.0, LONGEST_S);
     vec![
         ParameterSpec::new(

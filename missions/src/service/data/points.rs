@@ -6,11 +6,15 @@ use rand_chacha::ChaCha8Rng;
 use scenario::Scenario;
 use scenario::rng::{Purpose, stream};
 use scenario::time::SimTime;
+use world_server::world::Places;
 
 use super::{Interval, Kind, ServiceSection};
 
 /// The distance beyond its radius that a robot at a drawn point keeps from the walls, m.
 const MARGIN_M: f32 = 0.05;
+
+/// The number of draws of a place. It suffices unless obstacles fill nearly the entire room.
+const MAX_TRIES: usize = 100_000;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointSpec {
@@ -54,8 +58,13 @@ impl Interval {
     }
 }
 
-/// Returns all initial points of a run, by number. A drawn place may lie inside an obstacle: the world then moves the
-/// point to the nearest free place.
+/// Returns a place for a drawn point; `None` if obstacles leave none.
+pub(super) fn free_place(scenario: &Scenario, places: &Places) -> Option<Vec2> {
+    let size = Vec2::new(scenario.room.width_m, scenario.room.height_m);
+    places.any([Vec2::ZERO, size], |place| places.can_stand(place))
+}
+
+/// Returns all initial points of a run, by number. A place at which no robot can stand is drawn again.
 #[must_use]
 pub fn points(scenario: &Scenario, seed: u64) -> Vec<PointSpec> {
     let section = ServiceSection::of(scenario);
@@ -71,13 +80,21 @@ pub fn points(scenario: &Scenario, seed: u64) -> Vec<PointSpec> {
             ..drawn
         });
     }
+    let places = Places::of(scenario);
     let size = Vec2::new(scenario.room.width_m, scenario.room.height_m);
     let margin = (scenario.body.radius_m + MARGIN_M).min(size.min_element() / 2.0);
     for batch in &section.random {
         let mut at_s = batch.at_s;
         for kind in kinds.by_ref().take(batch.n.into()) {
-            let share = Vec2::new(rng.random(), rng.random());
-            let at = margin + share * (size - 2.0 * margin);
+            let mut draws = (0..MAX_TRIES).map(|_| {
+                let share = Vec2::new(rng.random(), rng.random());
+                margin + share * (size - 2.0 * margin)
+            });
+            let at = draws.find(|at| places.can_stand(*at));
+            // The check of the scenario guarantees that a free place exists.
+            let at = at
+                .or_else(|| free_place(scenario, &places))
+                .unwrap_or(size / 2.0);
             if batch.rate_hz > 0.0 {
                 // The random number is below 1, so the logarithm is finite.
                 at_s -= libm::log(1.0 - rng.random::<f64>()) / batch.rate_hz;

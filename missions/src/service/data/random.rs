@@ -28,11 +28,14 @@ pub(super) fn draw_section(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
     };
     let kinds: Vec<Kind> = (1..=count).map(|number| dice.kind(number)).collect();
     let periodic = kinds.iter().any(|kind| kind.period_s.is_some());
-    let (width_m, height_m) = (scenario.room.width_m, scenario.room.height_m);
+    // A robot must be able to stand at each point.
+    let radius_m = f64::from(scenario.body.radius_m);
+    let along = |size_m: f32| radius_m..f64::from(size_m) - radius_m;
+    let (along_x, along_y) = (along(scenario.room.width_m), along(scenario.room.height_m));
     let points = (0..dice.0.random_range(0..6)).map(|_| Point {
         kind: dice.name_of(&kinds),
-        x_m: dice.between(0.0..width_m.into()) as f32,
-        y_m: dice.between(0.0..height_m.into()) as f32,
+        x_m: dice.between(along_x.clone()) as f32,
+        y_m: dice.between(along_y.clone()) as f32,
         arrival_s: dice.maybe(0.0..LAST_S).unwrap_or(0.0),
         work_s: dice.maybe(1.0..20.0),
     });

@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 
 use proptest::prelude::*;
+use scenario::testkit::refusals;
 use scenario::time::SimTime;
-use scenario::{Catalog, Scenario, Setup};
+use scenario::{Catalog, Scenario, ScenarioError, Setup};
 
 use super::*;
 use crate::Registry;
@@ -15,53 +16,77 @@ const TWO_KINDS: &str = "[service]\n\
     [[service.kinds]]\nname = 'garbage'\nwork_s = { min = 6, max = 10 }\n\
     [[service.kinds]]\nname = 'dust'\nwork_s = { min = 20, max = 30 }\n";
 
-fn parse(text: &str) -> Scenario {
-    match Scenario::parse("s.toml", text, &Registry::built_in().vocabulary()) {
-        Ok(scenario) => scenario,
-        Err(error) => panic!("{error}"),
-    }
+fn read(text: &str) -> Result<Scenario, ScenarioError> {
+    Scenario::parse("s.toml", text, &Registry::built_in().vocabulary())
 }
 
-#[track_caller]
-fn refused(text: &str, expected: &str) {
-    match Scenario::parse("s.toml", text, &Registry::built_in().vocabulary()) {
-        Ok(_) => panic!("accepted: {text}"),
-        Err(error) => assert_eq!(error.to_string(), expected, "for {text}"),
-    }
+fn parse(text: &str) -> Scenario {
+    read(text).unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[test]
 fn mistakes_give_one_line_of_error() {
-    refused(
-        TWO_KINDS,
-        "s.toml:1: service: there are no points; give points, random or spare",
-    );
     let with = |more: &str| format!("{TWO_KINDS}{more}");
-    refused(
-        &with("[[service.points]]\nkind = 'dusk'\nx_m = 1\ny_m = 1\n"),
-        "s.toml:9: service.points[0].kind: there is no kind 'dusk'; did you mean 'dust'? (there are garbage, dust)",
+    let texts = [
+        TWO_KINDS.to_owned(),
+        with("[[service.points]]\nkind = 'dusk'\nx_m = 1\ny_m = 1\n"),
+        with("[[service.random]]\nn = 3\nkind = 'floor'\n"),
+        with("[[service.random]]\nn = 9999\n[[service.random]]\nn = 9999\n"),
+        with("[[service.points]]\nkind = 'dust'\nx_m = 100\ny_m = 1\n"),
+        TWO_KINDS.replace("min = 6, max = 10", "min = 12, max = 10"),
+        // Two robots of radius 0.2 m fit on opposite sides of a point within 0.3 m. Neighbors are 0.3·2·sin(60°) = 0.52 m
+        // apart for three robots, and 0.35 m for five.
+        with("workers = 5\n[[service.random]]\nn = 3\n"),
+    ];
+    insta::assert_snapshot!(refusals("s.toml", texts, read));
+}
+
+/// A block covers the room from (3, 3) to (5, 5).
+const BLOCK: &str = "[[obstacles]]\nx_m = 3\ny_m = 3\nwidth_m = 2\nheight_m = 2\n";
+
+#[test]
+fn a_stated_point_that_no_robot_can_work_on_is_refused() {
+    let at = |x_m: f32, y_m: f32| {
+        let point = format!("[[service.points]]\nkind = 'dust'\nx_m = {x_m}\ny_m = {y_m}\n");
+        let answer = read(&format!("{TWO_KINDS}{point}{BLOCK}"));
+        answer
+            .map_err(|error| error.to_string())
+            .map(|scenario| points(&scenario, 1)[0].at)
+    };
+    let inside = "s.toml:8: service.points[0]: p0 at (4, 4) lies in the solid obstacles[0]; move one of them";
+    assert_eq!(at(4.0, 4.0), Err(inside.to_owned()));
+    let corner = "s.toml:8: service.points[0]: no robot has room within reach_m, 0.3 m, of p0 at (0, 0); move the point away from walls and obstacles, or increase reach_m";
+    assert_eq!(at(0.0, 0.0), Err(corner.to_owned()));
+    // A place at a wall or at the block is kept as it is stated.
+    for (x_m, y_m) in [(0.0, 4.0), (5.0, 4.0), (8.0, 4.0)] {
+        assert_eq!(at(x_m, y_m), Ok(glam::Vec2::new(x_m, y_m)));
+    }
+}
+
+#[test]
+fn a_drawn_point_in_an_obstacle_is_drawn_again() {
+    let drawn = "[[service.random]]\nn = 200\n";
+    let free = parse(&format!("{TWO_KINDS}{drawn}"));
+    let blocked = parse(&format!("{TWO_KINDS}{drawn}{BLOCK}"));
+    let is_clear = |at: glam::Vec2| {
+        let outside = (at - at.clamp(glam::Vec2::splat(3.0), glam::Vec2::splat(5.0))).length();
+        outside >= blocked.body.radius_m - 1e-4
+    };
+    let (before, after) = (points(&free, 7), points(&blocked, 7));
+    let first = before.iter().position(|point| !is_clear(point.at)).unwrap();
+    assert_eq!(
+        before[..first],
+        after[..first],
+        "points before the first redraw"
     );
-    refused(
-        &with("[[service.random]]\nn = 3\nkind = 'floor'\n"),
-        "s.toml:10: service.random[0].kind: there is no kind 'floor'; there are garbage, dust",
-    );
-    refused(
-        &with("[[service.random]]\nn = 9999\n[[service.random]]\nn = 9999\n"),
-        "s.toml:1: service: more than 10000 points in all; give fewer points, random and spare",
-    );
-    refused(
-        &with("[[service.points]]\nkind = 'dust'\nx_m = 100\ny_m = 1\n"),
-        "s.toml:10: service.points[0].x_m: 100 is out of range; it must be at least 0 and at most 12 m",
-    );
-    refused(
-        &TWO_KINDS.replace("min = 6, max = 10", "min = 12, max = 10"),
-        "s.toml:4: service.kinds[0].work_s: min 12 is above max 10; write the lower one as min",
-    );
-    // Two robots of radius 0.2 m fit on opposite sides of a point within 0.3 m. Neighbors are 0.3·2·sin(60°) = 0.52 m
-    // apart for three robots, and 0.35 m for five.
-    refused(
-        &with("workers = 5\n[[service.random]]\nn = 3\n"),
-        "s.toml:8: service.kinds[1].workers: 5 robots of radius 0.2 m have no room within reach_m, 0.3 m, of a point; give at most 4, or a longer reach_m",
+    assert!(after.iter().all(|point| is_clear(point.at)));
+    let full = "[[obstacles]]\nx_m = 0.5\ny_m = 0.3\nwidth_m = 11.2\nheight_m = 8.4\n";
+    let robot = "[[robots]]\nname = 'a'\nstart = { x_m = 0.25, y_m = 4 }\n";
+    let narrow = read(&format!("{TWO_KINDS}{drawn}{robot}{full}"));
+    let left = points(&narrow.unwrap(), 1);
+    assert!(
+        left.iter().all(|point| point.at.x <= 0.3),
+        "only the left lane is free"
     );
 }
 
@@ -73,14 +98,8 @@ fn every_task_is_covered() {
     let team = "[[robots]]\nname = 'gold'\nskills = { garbage = 1 }\n\
         [[robots]]\nname = 'blue'\nskills = { garbage = 0.5, dust = 0 }\n";
     let text = format!("{TWO_KINDS}{points}{team}");
-    refused(
-        &text,
-        "s.toml:8: service.points: no robot has serve(p1) among its tasks and the skill dust; assign them to a robot, or set uncovered = true",
-    );
-    refused(
-        &text.replace("dust = 0 ", "dusk = 1 "),
-        "s.toml:21: robots[1].skills.dusk: there is no skill 'dusk'; did you mean 'dust'? (there are garbage, dust)",
-    );
+    let skill = text.replace("dust = 0 ", "dusk = 1 ");
+    insta::assert_snapshot!(refusals("s.toml", [&text, &skill], read));
     let meant = text.replace("[service]\n", "[service]\nuncovered = true\n");
     let scenario = parse(&meant);
     assert!(
@@ -92,6 +111,127 @@ fn every_task_is_covered() {
             .expected_properties(&parse(&text.replace("dust = 0 ", "dust = 0.1 ")))
             .ends
     );
+}
+
+#[test]
+fn work_that_cannot_be_done_in_time_gives_a_warning() {
+    let warned = |kind: &str, more: &str| -> Vec<String> {
+        let text =
+            format!("limit_s = 120\n[service]\n[[service.kinds]]\nname = 't'\n{kind}\n{more}");
+        let warnings = SERVICE.warnings(&parse(&text));
+        warnings
+            .iter()
+            .map(|warning| warning.to_string().split("; ").next().unwrap().to_owned())
+            .collect()
+    };
+    let work = "work_s = { min = 3, max = 5 }";
+    let random = "[[service.random]]\nn = 4\n";
+    let point = |arrival_s: f64| {
+        format!("[[service.points]]\nkind = 't'\nx_m = 3\ny_m = 3\narrival_s = {arrival_s}\n")
+    };
+    assert_eq!(warned(work, random), [""; 0]);
+    assert_eq!(warned(work, &point(117.0)), [""; 0]);
+    let with = |more: &str| format!("{work}\n{more}");
+    for (kind, more, expected) in [
+        (
+            work,
+            &*point(4000.0),
+            "service.points[0].arrival_s: p0 arrives at 4000 s, not before limit_s, 120 s",
+        ),
+        (
+            work,
+            &*point(120.0),
+            "service.points[0].arrival_s: p0 arrives at 120 s, not before limit_s, 120 s",
+        ),
+        (
+            work,
+            &*point(119.99),
+            "service.points[0].arrival_s: p0 arrives at 119.99 s and cannot be done before 122.99 s, after limit_s, 120 s",
+        ),
+        (
+            work,
+            "[[service.random]]\nn = 4\nat_s = 200\n",
+            "service.random[0].at_s: the points arrive from 200 s on, not before limit_s, 120 s",
+        ),
+        (
+            work,
+            "[[service.random]]\nn = 40\nrate_hz = 0.1\n",
+            "service.random[0].rate_hz: the last point arrives at about 400 s, not before limit_s, 120 s",
+        ),
+        (
+            "work_s = { min = 1e6, max = 1e6 }",
+            random,
+            "service.kinds[0].work_s: a point takes at least 1000000.0 s, more than limit_s, 120 s",
+        ),
+        (
+            &*with("deadline_s = { min = 1, max = 2 }"),
+            random,
+            "service.kinds[0].deadline_s: a point expires after at most 2 s, but takes at least 3.0 s",
+        ),
+        (
+            &*with("period_s = 1"),
+            random,
+            "service.kinds[0].period_s: a point comes back after 1 s, but takes at least 3.0 s",
+        ),
+        (
+            &*with("period_s = 10\ndeadline_s = { min = 30, max = 30 }"),
+            random,
+            "service.kinds[0].deadline_s: a deadline of at least 30 s has no effect: a point expires when it comes back, after period_s, 10 s",
+        ),
+        (
+            work,
+            &*format!(
+                "{random}[[robots]]\nname = 'a'\n[[robots]]\nname = 'b'\nskills = {{ t = 1e-30 }}\n"
+            ),
+            "robots[1].skills.t: 'b' takes at least 3e30 s for a point, more than limit_s, 120 s",
+        ),
+    ] {
+        assert_eq!(warned(kind, more), [expected], "{kind}\n{more}");
+    }
+}
+
+#[test]
+fn orders_for_points_without_a_task_are_refused() {
+    use scenario::fault::{Fault, MissionFault, Order};
+    let order = |kind: &str, every_s: Option<f64>| Order {
+        every_s,
+        ..Order::now(Fault::Mission(
+            MissionFault::new(POINT, &[("x_m", 1.0), ("y_m", 1.0)]).with_name("kind", kind),
+        ))
+    };
+    let check = |spare: usize, kind: &str, every_s: Option<f64>| {
+        let text = TWO_KINDS.replace(
+            "[service]",
+            &format!("limit_s = 100\n[service]\nspare = {spare}"),
+        );
+        let scenario = parse(&format!("{text}[[service.random]]\nn = 1\n"));
+        let checked = order(kind, every_s).check(&scenario, &Catalog::new(&scenario));
+        checked.map_err(|error| error.to_string())
+    };
+    assert_eq!(check(1, "dust", None), Ok(()));
+    assert_eq!(check(3, "dust", Some(50.0)), Ok(()));
+    for (spare, kind, every_s, refusal) in [
+        (
+            1,
+            "dusk",
+            None,
+            "fault.point.kind: there is no kind 'dusk'; did you mean 'dust'? (there are garbage, dust)",
+        ),
+        (
+            0,
+            "dust",
+            None,
+            "fault.point: no task is reserved for another point; set service.spare to the number of points that faults add",
+        ),
+        (
+            2,
+            "dust",
+            Some(50.0),
+            "every_s: 3 points until limit_s are more than service.spare, 2; order them less often, or increase service.spare",
+        ),
+    ] {
+        assert_eq!(check(spare, kind, every_s), Err(refusal.to_owned()));
+    }
 }
 
 #[test]

@@ -13,7 +13,7 @@ use crate::service::bus::SensorReading;
 #[derive(Clone, Debug)]
 pub(super) struct Log {
     step_s: f64,
-    makespan: Option<SimTime>,
+    last_done: Option<SimTime>,
     /// The time from arrival to completion of each point that is done, ms.
     responses_ms: Vec<u64>,
     /// The total time from arrival to the first work on a point, ms, and the number of these points.
@@ -33,7 +33,7 @@ impl Log {
     pub fn new(robots: usize, step_s: f64) -> Self {
         Self {
             step_s,
-            makespan: None,
+            last_done: None,
             responses_ms: Vec::new(),
             waits_ms: (0, 0),
             robots: vec![Worker::default(); robots],
@@ -62,7 +62,7 @@ impl Log {
         event.detail = detail;
         if change == Change::Done {
             self.responses_ms.push(response.0);
-            self.makespan = Some(now);
+            self.last_done = Some(now);
         }
         if let Some(robot) = robot {
             self.robots[robot.index()].done += 1;
@@ -88,7 +88,8 @@ impl Log {
         self.robots[robot.index()].way_m += f64::from(speed_m_s) * self.step_s;
     }
 
-    pub fn write_figures(&self, figures: &mut TeamFigures) {
+    /// Writes the figures. Only a complete mission has a makespan.
+    pub fn write_figures(&self, is_complete: bool, figures: &mut TeamFigures) {
         let mission = &mut figures.mission;
         let mut responses = self.responses_ms.clone();
         responses.sort_unstable();
@@ -99,7 +100,8 @@ impl Log {
             .checked_sub(1)
             .map(|_| responses[(count * 95).div_ceil(100) - 1]);
         let (waited_ms, waits) = self.waits_ms;
-        mission.add("makespan_ms", self.makespan.map(|last| last.0));
+        let makespan = self.last_done.filter(|_| is_complete);
+        mission.add("makespan_ms", makespan.map(|last| last.0));
         mission.add(
             "wait.mean_ms",
             (waits > 0).then_some(waited_ms as f64 / waits as f64),

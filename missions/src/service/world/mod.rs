@@ -66,12 +66,6 @@ struct Robot {
     works: Option<u16>,
 }
 
-/// Returns the nearest place to a point at which a robot can stand.
-fn free_place(at: Vec2, floor: &Floor) -> Option<Vec2> {
-    let radius_m = floor.body().radius_m;
-    floor.nearest_place(at, |place| floor.fits(place, radius_m))
-}
-
 impl Constants {
     fn new(setup: &Setup) -> Self {
         let (scenario, catalog) = (&setup.scenario, &setup.catalog);
@@ -206,10 +200,7 @@ impl TypedMission for Service {
 
     fn new(setup: &Setup, floor: &Floor) -> Self {
         let constants = Arc::new(Constants::new(setup));
-        let mut specs = data::points(&setup.scenario, setup.seed);
-        for spec in &mut specs {
-            spec.at = free_place(spec.at, floor).unwrap_or(spec.at);
-        }
+        let specs = data::points(&setup.scenario, setup.seed);
         let points = Points::new(&constants.section, specs, floor.size());
         Self {
             robots: vec![Robot::default(); floor.robot_count()],
@@ -227,13 +218,19 @@ impl TypedMission for Service {
         }
     }
 
-    fn act(&mut self, robot: RobotId, deed: Action, floor: &mut Floor, happened: &mut StepEvents) {
+    fn act(
+        &mut self,
+        robot: RobotId,
+        action: Action,
+        floor: &mut Floor,
+        happened: &mut StepEvents,
+    ) {
         let reader = &mut self.robots[robot.index()];
-        if let Some(read) = deed.read.filter(|read| *read > reader.read) {
+        if let Some(read) = action.read.filter(|read| *read > reader.read) {
             reader.read = read.min(self.board.latest());
             floor.invalidate_readings(robot);
         }
-        if let Some(point) = deed.work {
+        if let Some(point) = action.work {
             self.work(robot, point, floor, happened);
         }
     }
@@ -271,7 +268,7 @@ impl TypedMission for Service {
 
     fn sense(&self, robot: RobotId, floor: &Floor) -> (SensorReading, Validity) {
         let state = &self.robots[robot.index()];
-        let (points, told) = match self.constants.section.known {
+        let (points, board_line) = match self.constants.section.known {
             KnowledgeSource::All => {
                 let reader = &self.constants.readers[robot.index()];
                 let news = self.board.new_facts(reader, &self.points, state.read);
@@ -281,7 +278,7 @@ impl TypedMission for Service {
         };
         let sensed = SensorReading {
             points: Some(points),
-            told,
+            board_line,
             effect: state.worked,
         };
         (sensed, Validity::UntilChange)
@@ -293,7 +290,7 @@ impl TypedMission for Service {
         floor.invalidate_readings(robot);
     }
 
-    /// Adds a point now, at the nearest place at which a robot can stand.
+    /// Adds a point now.
     fn change(
         &mut self,
         fault: &MissionFault,
@@ -302,23 +299,25 @@ impl TypedMission for Service {
         // The order was checked before: only values with a default may be missing.
         let number = |key| fault.get(key).unwrap_or(0.0);
         let section = &self.constants.section;
-        let kind = number("kind") as usize;
+        let kind = fault
+            .get_name("kind")
+            .map_or(Some(0), |name| section.kind_named(name));
         let refused = |why: String| Some(Err(ChangeError::Mission(why)));
-        if kind >= section.kinds.len() {
-            return refused(format!("there are {} kinds of work", section.kinds.len()));
-        }
+        let Some(kind) = kind else {
+            return refused("there is no such kind of work".to_owned());
+        };
         if self.points.len() >= section.max_points() {
             return refused(match section.tasks {
                 TaskGranularity::Points => {
-                    "no task is left for it: service.spare is how many there are".to_owned()
+                    format!("all {} tasks of service.spare are in use", section.spare)
                 }
                 TaskGranularity::Kinds => format!("there are {} points", self.points.len()),
             });
         }
-        let near = Vec2::new(number("x_m") as f32, number("y_m") as f32);
-        let Some(at) = free_place(near, floor) else {
-            return refused("no place is left where a robot could stand".to_owned());
-        };
+        let at = Vec2::new(number("x_m") as f32, number("y_m") as f32);
+        if !floor.can_be_worked_on(at, section.reach_m) {
+            return refused(format!("no robot can work at ({}, {})", at.x, at.y));
+        }
         // The streams of robots are unused here, so the point's number selects one.
         let mut rng: ChaCha8Rng = robot_stream(
             self.constants.seed,
@@ -335,7 +334,7 @@ impl TypedMission for Service {
         match device {
             "points" => {
                 to.points.clone_from(&from.points);
-                to.told = from.told;
+                to.board_line = from.board_line;
             }
             "effect" => to.effect = from.effect,
             _ => {}
@@ -362,7 +361,7 @@ impl TypedMission for Service {
     }
 
     fn end(&self, _: SimTime) -> Option<Outcome> {
-        self.points.is_over().then_some(Outcome::Complete)
+        self.points.outcome()
     }
 
     fn has_work(&self, task: TaskId, _: RobotId, _: &Floor) -> bool {
@@ -378,7 +377,8 @@ impl TypedMission for Service {
 
     fn figures(&self, figures: &mut TeamFigures) {
         self.points.write_figures(figures);
-        self.log.write_figures(figures);
+        let is_complete = self.points.outcome() == Some(Outcome::Complete);
+        self.log.write_figures(is_complete, figures);
     }
 
     fn add_to_view(&self, floor: &Floor, view: &mut View) {

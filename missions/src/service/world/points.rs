@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use arrayvec::ArrayVec;
 use glam::Vec2;
+use proto::tick::Outcome;
 use proto::view::{Mark, MarkRole, View};
 use scenario::time::SimTime;
 use serde::{Serialize, Serializer};
@@ -43,9 +44,12 @@ struct Point {
     left_s: f64,
 }
 
-/// The number of points per phase, and the work left of open points.
+/// The number of points per phase, and the work left of open points. Each point is pending, open, done or expired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Counts {
+    /// Points that have yet to arrive.
+    pending: u64,
+    /// Points that have arrived and are neither done nor expired.
     open: u64,
     /// Open points on which some work is done.
     started: u64,
@@ -108,7 +112,10 @@ impl Point {
         (4.0 * self.left_s / self.spec.work_s).ceil() as u64
     }
 
-    fn count_in(&self, counts: &mut Counts, add: impl Fn(&mut u64, u64)) {
+    fn count_in(&self, until: SimTime, counts: &mut Counts, add: impl Fn(&mut u64, u64)) {
+        if self.phase == Phase::Waiting && self.arrives < until {
+            add(&mut counts.pending, 1);
+        }
         if self.phase == Phase::Open {
             add(&mut counts.open, 1);
             add(
@@ -162,6 +169,7 @@ impl Points {
         let number = self.points.len() as u16;
         let point = Point::new(spec);
         self.hash ^= point.hash(number);
+        point.count_in(self.until, &mut self.counts, |sum, by| *sum += by);
         self.scheduled_changes
             .extend(point.next(self.until).map(|next| (next, number)));
         self.points.push(point);
@@ -233,9 +241,9 @@ impl Points {
         let was = point.phase;
         let had = point.next(self.until);
         self.hash ^= point.hash(number);
-        point.count_in(&mut self.counts, |sum, by| *sum -= by);
+        point.count_in(self.until, &mut self.counts, |sum, by| *sum -= by);
         edit(point);
-        point.count_in(&mut self.counts, |sum, by| *sum += by);
+        point.count_in(self.until, &mut self.counts, |sum, by| *sum += by);
         self.hash ^= point.hash(number);
         let is = point.phase;
         if (was == Phase::Open) != (is == Phase::Open) {
@@ -333,23 +341,32 @@ impl Points {
         nearest.into_iter().map(|(_, point)| point).collect()
     }
 
-    /// Checks whether no point is open now or later.
-    pub fn is_over(&self) -> bool {
-        self.counts.open == 0 && self.scheduled_changes.is_empty()
+    /// Returns the end of the mission once no point is open now or later. The mission is complete if none expired.
+    pub fn outcome(&self) -> Option<Outcome> {
+        let is_over = self.counts.open == 0 && self.scheduled_changes.is_empty();
+        is_over.then_some(match self.counts.expired {
+            0 => Outcome::Complete,
+            _ => Outcome::Expired,
+        })
+    }
+
+    /// Returns the number of points that are neither done nor expired, whether they have arrived or not.
+    fn unfinished(&self) -> u64 {
+        self.counts.open + self.counts.pending
     }
 
     pub fn write_row(&self, row: &mut Vec<FigureValue>) {
         let counts = &self.counts;
-        row.extend(
-            [counts.open, counts.started, counts.done, counts.expired].map(FigureValue::from),
-        );
+        let open = self.unfinished();
+        row.extend([open, counts.started, counts.done, counts.expired].map(FigureValue::from));
         row.push((counts.left_ms as f64 / 1000.0).into());
+        row.push(counts.pending.into());
     }
 
     pub fn write_figures(&self, figures: &mut TeamFigures) {
         figures.mission.add("done", self.counts.done);
         figures.mission.add("expired", self.counts.expired);
-        figures.mission.add("open", self.counts.open);
+        figures.mission.add("open", self.unfinished());
     }
 
     /// Adds a mark for each point that has arrived by `now`.
@@ -378,7 +395,7 @@ impl Points {
         };
         let mut hash = 0;
         for (point, number) in self.points.iter().zip(0..) {
-            point.count_in(&mut counts, |sum, by| *sum += by);
+            point.count_in(self.until, &mut counts, |sum, by| *sum += by);
             hash ^= point.hash(number);
             if !(0.0..=point.spec.work_s).contains(&point.left_s) {
                 return Err(format!(

@@ -1,13 +1,14 @@
 //! The phases of points, with robots that execute given actions.
 
 use proptest::prelude::*;
-use proto::mission::{Action as AnyDeed, Bytes, SensorReading as AnySensed};
+use proto::mission::{Action as AnyAction, Bytes, SensorReading as AnyReading};
 use proto::readings::Actuation;
+use proto::tick::Outcome;
 use scenario::fault::{Fault, MissionFault};
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
-use world_server::mission::FigureValue;
+use world_server::mission::{FigureValue, MissionFigures, TeamFigures};
 use world_server::world::{Impairment, World};
 
 use super::super::bus::{Action, SensorReading};
@@ -59,7 +60,7 @@ fn works(point: u16) -> Option<Actuation> {
 
 fn does(action: Action) -> Option<Actuation> {
     Some(Actuation {
-        deed: AnyDeed::Open(Bytes::encode(&action).unwrap()),
+        action: AnyAction::Open(Bytes::encode(&action).unwrap()),
         ..Actuation::default()
     })
 }
@@ -98,9 +99,15 @@ fn row(world: &World) -> Vec<FigureValue> {
     row
 }
 
+fn figures(world: &World) -> MissionFigures {
+    let mut figures = TeamFigures::new(2);
+    world.mission().figures(&mut figures);
+    figures.mission
+}
+
 fn sensed(world: &World, robot: RobotId) -> SensorReading {
     match world.readings(robot).mission {
-        AnySensed::Open(bytes) => bytes.decode().unwrap(),
+        AnyReading::Open(bytes) => bytes.decode().unwrap(),
         other => panic!("{other:?}"),
     }
 }
@@ -130,7 +137,8 @@ fn work_takes_its_time_by_skill() {
             FigureValue::Count(0),
             FigureValue::Count(2),
             FigureValue::Count(0),
-            FigureValue::Real(0.0)
+            FigureValue::Real(0.0),
+            FigureValue::Count(0)
         ]
     );
 }
@@ -299,8 +307,49 @@ fn points_expire() {
             "5 expired - p1",
         ]
     );
-    assert!(world.mission().end(world.now()).is_some());
+    assert_eq!(world.mission().end(world.now()), Some(Outcome::Expired));
     assert_eq!(row(&world)[3], FigureValue::Count(2));
+}
+
+/// A run in which one of two points expires is not complete and has no makespan.
+#[test]
+fn a_mission_with_expired_work_is_not_complete() {
+    let deadline = "deadline_s = { min = 3, max = 3 }";
+    let section = kind("garbage", 2.0, deadline) + &point("garbage", 0.0) + &point("garbage", 0.0);
+    let mut world = world(&section);
+    let events = until(&mut world, 4.0, [works(0), None]);
+    assert_eq!(
+        events[2..],
+        ["0 begun gold p0", "1.5 done gold p0", "3 expired - p1"]
+    );
+    assert_eq!(world.mission().end(world.now()), Some(Outcome::Expired));
+    let figures = figures(&world);
+    let counts = ["done", "expired", "open"].map(|name| figures.get(name).count());
+    assert_eq!(counts, [1, 1, 0]);
+    assert_eq!(figures.get("makespan_ms"), FigureValue::None);
+}
+
+/// Points that have yet to arrive are open, so that the total does not change during a run. Points that would arrive
+/// after `duration_s` do not exist.
+#[test]
+fn points_that_have_yet_to_arrive_count_as_open() {
+    let section = "duration_s = 50\n".to_owned()
+        + &kind("garbage", 2.0, "")
+        + &point("garbage", 0.0)
+        + &point("garbage", 40.0)
+        + &point("garbage", 50.0);
+    let mut world = world(&section);
+    assert_eq!([row(&world)[0], row(&world)[5]], [FigureValue::Count(2); 2]);
+    until(&mut world, 4.0, [works(0), None]);
+    assert_eq!(
+        [row(&world)[0], row(&world)[2], row(&world)[5]],
+        [FigureValue::Count(1); 3]
+    );
+    let figures = figures(&world);
+    let counts = ["done", "expired", "open"].map(|name| figures.get(name).count());
+    assert_eq!(counts, [1, 0, 1]);
+    assert_eq!(figures.get("makespan_ms"), FigureValue::None);
+    assert_eq!(world.mission().end(world.now()), None);
 }
 
 /// A point with a period comes back, done or not, until `duration_s`. Points that are open then can still be done.
@@ -341,7 +390,7 @@ fn the_board_is_read_in_parts_and_repeated() {
     };
     let first = sensed(&world, GOLD);
     assert_eq!(numbers(&first), [0, 1, 2, 3, 4, 5, 6]);
-    assert_eq!(first.told, Some(7));
+    assert_eq!(first.board_line, Some(7));
     // The step does not count, so nothing is acknowledged.
     step(&mut world, [None, None]);
     assert_eq!(sensed(&world, GOLD), first);
@@ -351,12 +400,15 @@ fn the_board_is_read_in_parts_and_repeated() {
             read: line,
         })
     };
-    step(&mut world, [reads(first.told), None]);
+    step(&mut world, [reads(first.board_line), None]);
     let rest = sensed(&world, GOLD);
-    assert_eq!((numbers(&rest), rest.told), (vec![7, 8, 9], Some(10)));
-    step(&mut world, [reads(rest.told), None]);
+    assert_eq!((numbers(&rest), rest.board_line), (vec![7, 8, 9], Some(10)));
+    step(&mut world, [reads(rest.board_line), None]);
     assert_eq!(
-        (numbers(&sensed(&world, GOLD)), sensed(&world, GOLD).told),
+        (
+            numbers(&sensed(&world, GOLD)),
+            sensed(&world, GOLD).board_line
+        ),
         (vec![], None)
     );
     // Blue has read nothing, nor has a new incarnation of gold. A robot cannot acknowledge lines that do not exist yet.
@@ -364,7 +416,7 @@ fn the_board_is_read_in_parts_and_repeated() {
     world.release_load(GOLD);
     assert_eq!(sensed(&world, GOLD), first);
     step(&mut world, [reads(Some(u32::MAX)), works(3)]);
-    assert_eq!(sensed(&world, GOLD).told, None);
+    assert_eq!(sensed(&world, GOLD).board_line, None);
     // A done point moves to the end of the board.
     until(&mut world, 10.0, [None, works(3)]);
     let news = sensed(&world, GOLD);
@@ -400,21 +452,29 @@ fn a_fault_adds_a_point_while_there_are_tasks_for_it() {
     let mut world =
         world(&("spare = 1\n".to_owned() + &kind("garbage", 4.0, "") + &point("garbage", 0.0)));
     step(&mut world, [None, None]);
-    let burst = |kind: f64| {
-        let at = [("x_m", 3.0), ("y_m", 3.0), ("kind", kind)];
-        Fault::Mission(MissionFault::new(POINT, &at))
+    let burst = |x_m: f64, kind: &str| {
+        let fault = MissionFault::new(POINT, &[("x_m", x_m), ("y_m", 3.0)]);
+        Fault::Mission(fault.with_name("kind", kind))
     };
-    let refused = world.change(&burst(1.0)).unwrap().unwrap_err().to_string();
-    assert_eq!(refused, "there are 1 kinds of work");
-    assert_eq!(world.change(&burst(0.0)).unwrap().unwrap(), "p1 3 3");
+    for (x_m, kind, expected) in [
+        (3.0, "dust", "there is no such kind of work"),
+        (-1.0, "garbage", "no robot can work at (-1, 3)"),
+    ] {
+        let refused = world.change(&burst(x_m, kind)).unwrap().unwrap_err();
+        assert_eq!(refused.to_string(), expected);
+    }
+    assert_eq!(
+        world.change(&burst(3.0, "garbage")).unwrap().unwrap(),
+        "p1 3 3"
+    );
     assert_eq!(
         step(&mut world, [None, works(1)]),
         ["0.5 arrived - p1", "0.5 begun blue p1"]
     );
-    let refused = world.change(&burst(0.0)).unwrap().unwrap_err().to_string();
+    let refused = world.change(&burst(3.0, "garbage")).unwrap().unwrap_err();
     assert_eq!(
-        refused,
-        "no task is left for it: service.spare is how many there are"
+        refused.to_string(),
+        "all 1 tasks of service.spare are in use"
     );
     world.mission().check_invariants(&world).unwrap();
 }
@@ -465,7 +525,7 @@ fn the_largest_reading_fits() {
     };
     let largest = SensorReading {
         points: Some([fact; super::super::bus::MAX_SENSED].into()),
-        told: Some(u32::MAX),
+        board_line: Some(u32::MAX),
         effect: Some(u16::MAX),
     };
     Bytes::<{ proto::mission::MAX_READING_BYTES }>::encode(&largest).unwrap();
@@ -496,11 +556,12 @@ proptest! {
         }
         let count = |kind: &str| events.iter().filter(|event| event.contains(kind)).count() as u64;
         let row = row(&world);
-        let [FigureValue::Count(open), _, FigureValue::Count(done), FigureValue::Count(expired), _] = row[..] else {
+        let [FigureValue::Count(open), _, FigureValue::Count(done), FigureValue::Count(expired), _, FigureValue::Count(pending)] = row[..]
+        else {
             panic!("{row:?}");
         };
         prop_assert_eq!(done, count(" done "));
         prop_assert_eq!(expired, count(" expired "));
-        prop_assert_eq!(count(" arrived "), open + done + expired);
+        prop_assert_eq!(count(" arrived ") + pending, open + done + expired);
     }
 }

@@ -24,21 +24,21 @@ use robot_agent::mission::StepOutput;
 const ROOM_M: f32 = 0.2;
 
 impl WasteController {
-    /// Executes the active behavior set on the perceived readings and writes the commands to `action`.
+    /// Executes the active behavior set on the perceived readings and writes the commands to `output`.
     #[inline]
     pub(super) fn act(
         &mut self,
         now: SimTime,
         active: Option<BehaviorId>,
         readings: &Readings,
-        action: &mut StepOutput,
+        output: &mut StepOutput,
     ) {
         if self.holding && active != self.load_of {
-            return self.put_down(now, readings, action);
+            return self.put_down(now, readings, output);
         }
         let Some(set) = active else {
             self.work = None;
-            return self.make_room(now, readings, action);
+            return self.make_room(now, readings, output);
         };
         let mut own_behaviors = self.briefing.own_behaviors.iter();
         let Some(&OwnBehavior { task, kind, .. }) =
@@ -54,30 +54,30 @@ impl WasteController {
         match kind {
             BehaviorKind::FindLocationsMethodical => {
                 let search = self.methodical.step(readings);
-                self.search(now, set, task, search, readings, action);
+                self.search(now, set, task, search, readings, output);
             }
             BehaviorKind::FindLocationsWander => {
                 let step = SimTime::from_secs_f64(f64::from(self.briefing.chassis.step_s));
                 let search = self
                     .wander
                     .step(readings, &self.extremes, step, self.status);
-                self.search(now, set, task, search, readings, action);
+                self.search(now, set, task, search, readings, output);
             }
             BehaviorKind::MoveSpill(spill) => {
-                self.move_spill(now, (set, task), spill, readings, action);
+                self.move_spill(now, (set, task), spill, readings, output);
             }
-            BehaviorKind::ReportProgress => self.report_progress(now, task, readings, action),
+            BehaviorKind::ReportProgress => self.report_progress(now, task, readings, output),
         }
     }
 
     /// Puts down a load whose behavior set hibernates, and records the place.
-    fn put_down(&mut self, now: SimTime, readings: &Readings, action: &mut StepOutput) {
-        action.actuation.deed = Gripper::Drop.into();
+    fn put_down(&mut self, now: SimTime, readings: &Readings, output: &mut StepOutput) {
+        output.actuation.action = Gripper::Drop.into();
         self.work = None;
         let Some(pose) = readings.pose else { return };
         let ahead = self.facing.ahead(pose.heading_rad);
         let at = pose.position + ahead * self.briefing.chassis.radius_m;
-        action.notes.push(Note {
+        output.notes.push(Note {
             kind: notes::PUT_DOWN,
             detail: format!("at {:.2} {:.2}", at.x, at.y),
         });
@@ -87,7 +87,7 @@ impl WasteController {
     }
 
     /// Moves an idle robot away from a near working teammate: the robot may block the teammate's way.
-    fn make_room(&mut self, now: SimTime, readings: &Readings, action: &mut StepOutput) {
+    fn make_room(&mut self, now: SimTime, readings: &Readings, output: &mut StepOutput) {
         let Some(position) = self.position else {
             return;
         };
@@ -100,7 +100,7 @@ impl WasteController {
         if distance > 0.0 {
             let goal = Goal::Direction(away / distance);
             let drive = drive(&mut self.navigator, &self.briefing, goal, [], readings, now);
-            self.apply_drive(drive, action);
+            self.apply_drive(drive, output);
         }
     }
 
@@ -111,11 +111,11 @@ impl WasteController {
         task: TaskId,
         search: SearchStep,
         readings: &Readings,
-        action: &mut StepOutput,
+        output: &mut StepOutput,
     ) {
         let progress = match search {
             SearchStep::Go { goal, progress } => {
-                self.go(now, goal, readings, action);
+                self.go(now, goal, readings, output);
                 progress
             }
             SearchStep::Finished { progress } => {
@@ -123,7 +123,7 @@ impl WasteController {
                 if let Some(border) = self.extremes.border() {
                     self.extremes = Extremes::default();
                     let locations = self.memory.find(border, now);
-                    action.notes.push(Note {
+                    output.notes.push(Note {
                         kind: notes::POSITION_UPDATE,
                         detail: format!("{} to {}", border.min, border.max),
                     });
@@ -133,7 +133,7 @@ impl WasteController {
                         progress: self.search_progress + u32::from(progress),
                     };
                     let update = ItemsBulletin::PositionUpdate(locations);
-                    action.bulletins.push(update.into_bulletin(Some(about)));
+                    output.bulletins.push(update.into_bulletin(Some(about)));
                 }
                 progress
             }
@@ -149,7 +149,7 @@ impl WasteController {
         (set, task): (BehaviorId, TaskId),
         spill: u16,
         readings: &Readings,
-        action: &mut StepOutput,
+        output: &mut StepOutput,
     ) {
         let places = places(&self.briefing, &self.memory, &self.realms);
         let (Some(sight), Some(places)) = (&self.sight, places) else {
@@ -169,9 +169,9 @@ impl WasteController {
             .work
             .get_or_insert_with(|| SpillWork::new(spill, &self.briefing, &places));
         match work.step(&self.briefing, &view, &mut self.memory) {
-            SpillStep::Go(goal) => self.go(now, goal, readings, action),
+            SpillStep::Go(goal) => self.go(now, goal, readings, output),
             SpillStep::Grip(gripper) => {
-                action.actuation.deed = gripper.into();
+                output.actuation.action = gripper.into();
                 match gripper {
                     Gripper::Pick => self.load_of = Some(set),
                     _ => self.pending = Some(Pending::Delivery(task)),
@@ -179,13 +179,13 @@ impl WasteController {
             }
             SpillStep::Empty => {
                 self.memory.observe_spill(spill, true, now);
-                action.notes.push(Note {
+                output.notes.push(Note {
                     kind: notes::SPILL_EMPTY,
                     detail: self.briefing.catalog.task_name(task).to_owned(),
                 });
             }
             SpillStep::OutOfReach => self.memory.set_aside(spill, now),
-            SpillStep::Wrong => self.withdraw(now, action),
+            SpillStep::Wrong => self.withdraw(now, output),
         }
     }
 
@@ -194,7 +194,7 @@ impl WasteController {
         now: SimTime,
         task: TaskId,
         readings: &Readings,
-        action: &mut StepOutput,
+        output: &mut StepOutput,
     ) {
         let (Some(places), Some(pose)) = (
             places(&self.briefing, &self.memory, &self.realms),
@@ -209,7 +209,7 @@ impl WasteController {
             self.briefing.chassis.radius_m,
         ) {
             ReportStep::Go(goal) => {
-                self.go(now, goal, readings, action);
+                self.go(now, goal, readings, output);
                 if self.status == Status::Blocked {
                     self.ways_to_site.close(now);
                 }
@@ -220,29 +220,29 @@ impl WasteController {
                     report: true,
                     ..ItemsAction::default()
                 };
-                action.actuation.deed = report.into();
+                output.actuation.action = report.into();
                 self.pending = Some(Pending::Report(task));
             }
-            ReportStep::Wrong => self.withdraw(now, action),
+            ReportStep::Wrong => self.withdraw(now, output),
         }
     }
 
-    fn withdraw(&mut self, now: SimTime, action: &mut StepOutput) {
+    fn withdraw(&mut self, now: SimTime, output: &mut StepOutput) {
         let Some(withdrawal) = self.memory.withdraw() else {
             return;
         };
         if withdrawal.finder == self.briefing.robot {
             self.stands_back_since = Some(now);
         }
-        action.notes.push(Note {
+        output.notes.push(Note {
             kind: notes::LOCATIONS_WITHDRAWN,
             detail: format!("of {} at {}", withdrawal.finder, withdrawal.seen),
         });
         let message = ItemsBulletin::Withdrawal(withdrawal);
-        action.bulletins.push(message.into_bulletin(None));
+        output.bulletins.push(message.into_bulletin(None));
     }
 
-    fn go(&mut self, now: SimTime, goal: Goal, readings: &Readings, action: &mut StepOutput) {
+    fn go(&mut self, now: SimTime, goal: Goal, readings: &Readings, output: &mut StepOutput) {
         let right_of_way = self.teammates.right_of_way(self.briefing.robot, now);
         let drive = drive(
             &mut self.navigator,
@@ -252,15 +252,15 @@ impl WasteController {
             readings,
             now,
         );
-        self.apply_drive(drive, action);
+        self.apply_drive(drive, output);
     }
 
-    fn apply_drive(&mut self, drive: Option<Drive>, action: &mut StepOutput) {
+    fn apply_drive(&mut self, drive: Option<Drive>, output: &mut StepOutput) {
         let Some(drive) = drive else { return };
         self.status = drive.status;
-        action.actuation = drive.actuation;
+        output.actuation = drive.actuation;
         if let Some(side) = drive.detour {
-            action.notes.push(Note {
+            output.notes.push(Note {
                 kind: NoteKind::Detour,
                 detail: format!("obstacle to the {}", side.as_str()),
             });

@@ -155,37 +155,32 @@ impl WasteController {
 impl AgentMission for WasteController {
     fn perceive(
         &mut self,
-        moment: &ControllerInput<'_>,
+        input: &ControllerInput<'_>,
         received: &[Arc<Broadcast>],
         perception: &mut Perception,
     ) {
-        self.perceive(moment.now, moment.readings, received, perception);
+        self.perceive(input.now, input.readings, received, perception);
     }
 
-    fn choices(
-        &self,
-        moment: &ControllerInput<'_>,
-        applicable: &[bool],
-        choices: &mut Vec<Choice>,
-    ) {
-        self.write_choices(moment.now, moment.readings, applicable, choices);
+    fn choices(&self, input: &ControllerInput<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
+        self.write_choices(input.now, input.readings, applicable, choices);
     }
 
     fn act(
         &mut self,
-        moment: &ControllerInput<'_>,
+        input: &ControllerInput<'_>,
         active: Option<BehaviorId>,
-        action: &mut StepOutput,
+        output: &mut StepOutput,
     ) {
-        self.act(moment.now, active, moment.readings, action);
+        self.act(input.now, active, input.readings, output);
     }
 
-    fn lore(&self, lore: &mut SharedKnowledge) {
+    fn shared_knowledge(&self, knowledge: &mut SharedKnowledge) {
         let known = self.memory.knowledge();
-        match lore {
+        match knowledge {
             SharedKnowledge::Items(old) => old.clone_from(known),
             SharedKnowledge::Nothing | SharedKnowledge::Open(_) => {
-                *lore = SharedKnowledge::Items(known.clone())
+                *knowledge = SharedKnowledge::Items(known.clone())
             }
         }
     }

@@ -103,7 +103,7 @@ impl WasteController {
                         self.stands_back_since = None;
                     }
                 }
-                if let SharedKnowledge::Items(knowledge) = &heartbeat.lore
+                if let SharedKnowledge::Items(knowledge) = &heartbeat.shared_knowledge
                     && self.merge(knowledge, now)
                 {
                     self.adopted_locations(broadcast.sender, notes);

@@ -171,7 +171,7 @@ mod tests {
             progress: 0,
             position: Some(HERE),
             carrying: false,
-            lore: SharedKnowledge::default(),
+            shared_knowledge: SharedKnowledge::default(),
         }
     }
 

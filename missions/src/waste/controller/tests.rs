@@ -174,7 +174,7 @@ fn heartbeat(position: Vec2, carrying: bool, task: TaskId, sent: SimTime) -> Bro
         progress: 0,
         position: Some(position),
         carrying,
-        lore: SharedKnowledge::default(),
+        shared_knowledge: SharedKnowledge::default(),
     });
     broadcast(MATE, sent, body)
 }
@@ -255,13 +255,13 @@ fn a_report_on_the_site_is_progress() {
     let mut robot = informed();
     let off_site = at(Vec2::new(3.0, 4.5));
     let (_, action) = robot.step(Some("report-progress"), &off_site);
-    assert!(!action.actuation.deed.items().report);
+    assert!(!action.actuation.action.items().report);
     let on_site = with(at(Vec2::new(0.4, 4.5)), |sensed| {
         sensed.at_site = Some(true)
     });
     robot.now = SimTime(200_000);
     let (_, action) = robot.step(Some("report-progress"), &on_site);
-    assert!(action.actuation.deed.items().report);
+    assert!(action.actuation.action.items().report);
     let perception = robot.perceive(&on_site, &[]);
     assert_eq!(perception.progressed, [REPORT]);
     assert_eq!(
@@ -296,7 +296,7 @@ fn waste_in_reach_is_picked_up_and_carried_toward_the_deposit() {
         .1
         .actuation;
     assert_eq!(
-        (far.deed.items().gripper, far.speed_m_s),
+        (far.action.items().gripper, far.speed_m_s),
         (Gripper::Keep, 0.5)
     );
     let near = robot
@@ -304,7 +304,7 @@ fn waste_in_reach_is_picked_up_and_carried_toward_the_deposit() {
         .1
         .actuation;
     assert_eq!(
-        (near.deed.items().gripper, near.speed_m_s),
+        (near.action.items().gripper, near.speed_m_s),
         (Gripper::Pick, 0.0)
     );
     let carry = robot
@@ -324,7 +324,7 @@ fn a_delivery_is_progress_after_the_gripper_reads_empty() {
         sensed.zone = Some(Zone::Target)
     });
     let (_, action) = robot.step(Some("move-spill(top)"), &inside);
-    assert_eq!(action.actuation.deed.items().gripper, Gripper::Drop);
+    assert_eq!(action.actuation.action.items().gripper, Gripper::Drop);
     // The gripper did not open.
     assert!(
         robot
@@ -355,7 +355,7 @@ fn a_load_is_not_dropped_with_the_back_to_the_deposit() {
     outward.mission.items_mut().zone = Some(Zone::Target);
     outward.pose.as_mut().unwrap().heading_rad = PI;
     let (_, action) = robot.step(Some("move-spill(top)"), &outward);
-    assert_eq!(action.actuation.deed.items().gripper, Gripper::Keep);
+    assert_eq!(action.actuation.action.items().gripper, Gripper::Keep);
     assert!(action.actuation.turn_rad_s != 0.0);
 }
 
@@ -365,7 +365,7 @@ fn a_failed_grip_is_not_repeated_forever() {
     let refused = at_waste(0.3);
     let grips = (0..20).filter(|_| {
         let (_, action) = robot.step(Some("move-spill(top)"), &refused);
-        action.actuation.deed.items().gripper == Gripper::Pick
+        action.actuation.action.items().gripper == Gripper::Pick
     });
     assert_eq!(grips.count(), 1);
 }
@@ -378,7 +378,7 @@ fn a_hibernating_set_puts_down_its_load_and_notes_the_place() {
         let place = Vec2::new(6.0, 5.0);
         robot.step(Some("move-spill(top)"), &holding(place));
         let (_, action) = robot.step(active, &holding(place));
-        assert_eq!(action.actuation.deed.items().gripper, Gripper::Drop);
+        assert_eq!(action.actuation.action.items().gripper, Gripper::Drop);
         assert!(action.notes.iter().any(|note| note.kind == notes::PUT_DOWN));
         let loose = &robot.mission.memory.knowledge().loose;
         assert_eq!(loose.len(), 1);
@@ -559,7 +559,7 @@ fn waste_in_the_deposit_belongs_to_no_task() {
     robot.perceive(&readings, &[]);
     assert!(robot.mission.memory.knowledge().loose.is_empty());
     let action = robot.act(Some("move-spill(top)"), &readings);
-    assert_eq!(action.actuation.deed.items().gripper, Gripper::Keep);
+    assert_eq!(action.actuation.action.items().gripper, Gripper::Keep);
 }
 
 #[test]

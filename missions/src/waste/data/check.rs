@@ -1,8 +1,12 @@
 //! Checks of `[waste]`.
 
-use super::WasteSection;
+use glam::Vec2;
 use scenario::limits::{FRACTION, LENGTH, TIME, check_names, closed};
-use scenario::{KeyPath, Problem, Scenario};
+use scenario::{KeyPath, Obstacle, Problem, Scenario};
+use world_server::world::Places;
+
+use super::{Spot, WasteSection};
+use crate::waste::world::report_site;
 
 /// The maximum number of spills of a scenario, and of deposits.
 pub const MAX_SPILLS: usize = 10_000;
@@ -65,6 +69,56 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     closed(0.0, 1e9, "s").check(site.key("color_s"), waste.report_site.color_s)?;
     TIME.check(at.key("report_period_s"), waste.report_period_s)?;
     lasting(waste, at.key("duration_s"))
+}
+
+/// Checks that obstacles leave room in each spill and deposit for an item that a robot can grip, and in the report
+/// site for a robot.
+pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
+    if !scenario.obstacles.iter().any(Obstacle::is_solid) {
+        return Ok(());
+    }
+    let waste = WasteSection::of(scenario);
+    let places = Places::of(scenario);
+    let full = |at: KeyPath, what: String| Err(Problem::at(at, what, "move it or the obstacles"));
+    let takes_an_item = |spot: Spot, radius_m: f32| {
+        let center = spot.in_room(&scenario.room);
+        let fits = |place: Vec2| {
+            place.distance(center) <= radius_m && places.can_be_gripped(place, waste.item_radius_m)
+        };
+        places
+            .any([center - radius_m, center + radius_m], fits)
+            .is_some()
+    };
+    let at = KeyPath::new(["waste"]);
+    for (index, spill) in waste.spills.iter().enumerate() {
+        if !takes_an_item(spill.spot(), waste.spill_radius_m) {
+            let at = at.key("spills").index(index);
+            let what = format!(
+                "obstacles leave no room in spill '{}' for an item",
+                spill.name
+            );
+            return full(at, what);
+        }
+    }
+    for (index, spot) in waste.deposits().enumerate() {
+        if !takes_an_item(spot, waste.deposit.radius_m) {
+            let at = match index {
+                0 => at.key("deposit"),
+                _ => at.key("further_deposits").index(index - 1),
+            };
+            return full(
+                at,
+                "obstacles leave no room in the deposit for an item".to_owned(),
+            );
+        }
+    }
+    match places.any(report_site(scenario), |place| places.can_stand(place)) {
+        Some(_) => Ok(()),
+        None => {
+            let what = "obstacles leave no room in the report site for a robot";
+            full(at.key("report_site"), what.to_owned())
+        }
+    }
 }
 
 /// Checks `duration_s`, which only foraging allows.

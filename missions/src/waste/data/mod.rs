@@ -261,6 +261,10 @@ impl MissionData for WasteData {
         promises::kept_free(scenario)
     }
 
+    fn check_places(&self, scenario: &Scenario) -> Result<(), Problem> {
+        check::check_places(scenario)
+    }
+
     fn check(&self, scenario: &Scenario) -> Result<(), Problem> {
         check::check(scenario)
     }

@@ -4,10 +4,12 @@ use glam::Vec2;
 use scenario::Scenario;
 use scenario::mission::expected_properties::{Disc, ExpectedProperties};
 
-use super::WasteSection;
+use super::{Spill, WasteSection};
 
-/// Half the side of the square around the deposit's center that random obstacles keep free, m.
-const DEPOSIT_FREE_M: f32 = 0.5;
+/// Half the side of the square that random obstacles keep free around the center of each spill and deposit, m.
+const CENTER_FREE_M: f32 = 0.5;
+/// The minimum of the same length in robot radii: a robot fits at the center, or beside it in a corner of the room.
+const CENTER_FREE_RADII: f32 = 2.5;
 /// The width of the free strip at the report site, m.
 const SITE_FREE_M: f32 = 1.2;
 
@@ -46,19 +48,22 @@ pub(super) fn is_in_view_of_work(scenario: &Scenario, place: Vec2) -> bool {
     })
 }
 
-/// Returns the rectangles that obstacles must not cover: the center of the deposit and the robots' starts.
+/// Returns the rectangles that random obstacles keep free: the centers of the spills and deposits, and the report site,
+/// where the robots start. They are large enough for [`check_places`](super::check::check_places).
 pub(super) fn kept_free(scenario: &Scenario) -> Vec<[Vec2; 2]> {
     let (room, waste) = (scenario.room, WasteSection::of(scenario));
-    let deposit = Vec2::new(
-        waste.deposit.x_fraction * room.width_m,
-        waste.deposit.y_fraction * room.height_m,
-    );
-    let (middle_m, half_m) = (room.height_m / 2.0, waste.report_site.height_m / 2.0);
-    vec![
-        [deposit - DEPOSIT_FREE_M, deposit + DEPOSIT_FREE_M],
-        [
-            Vec2::new(0.0, middle_m - half_m),
-            Vec2::new(SITE_FREE_M, middle_m + half_m),
-        ],
-    ]
+    let free_m = CENTER_FREE_M.max(CENTER_FREE_RADII * scenario.body.radius_m);
+    let spills = waste.spills.iter().map(Spill::spot);
+    let centers = waste.deposits().chain(spills);
+    let squares = centers.map(|spot| {
+        let center = spot.in_room(&room);
+        [center - free_m, center + free_m]
+    });
+    let middle_m = room.height_m / 2.0;
+    let half_m = free_m.max(waste.report_site.height_m / 2.0);
+    let site = [
+        Vec2::new(0.0, middle_m - half_m),
+        Vec2::new(free_m.max(SITE_FREE_M), middle_m + half_m),
+    ];
+    squares.chain([site]).collect()
 }

@@ -214,8 +214,8 @@ impl WasteFloor {
         let spills = discs
             .enumerate()
             .map(|(spill, (center, radius_m))| (spill, center, radius_m));
-        let far = |center: Vec2| center.distance_squared(at);
-        spills.min_by(|a, b| far(a.1).total_cmp(&far(b.1)))
+        let squared_distance = |center: Vec2| center.distance_squared(at);
+        spills.min_by(|a, b| squared_distance(a.1).total_cmp(&squared_distance(b.1)))
     }
 
     /// Returns the number of items per kind of place.
@@ -338,7 +338,7 @@ impl WasteFloor {
 
 /// Returns the lower left and upper right corner of the report site, m. The site lies at the left wall, centered in y,
 /// and is cut off at the border.
-pub(super) fn report_site(scenario: &Scenario) -> [Vec2; 2] {
+pub(in crate::waste) fn report_site(scenario: &Scenario) -> [Vec2; 2] {
     let (room, site) = (scenario.room, WasteSection::of(scenario).report_site);
     let (center_y, half_height) = (room.height_m / 2.0, site.height_m.min(room.height_m) / 2.0);
     [

@@ -37,6 +37,7 @@ pub use item_faults::PlaceError;
 pub use items::Item;
 
 use items::WasteFloor;
+pub(super) use items::report_site;
 use log::Reports;
 
 const PICKED: &str = "picked";
@@ -48,7 +49,7 @@ const REPORTED: &str = "reported";
 
 pub const WASTE: MissionWorld = MissionWorld {
     data: data::WASTE,
-    start_area: items::report_site,
+    start_area: report_site,
     starts: |_| Vec::new(),
     bars: |_| Vec::new(),
     new: |setup, floor| Box::new(Waste::new(setup, floor)),
@@ -98,11 +99,17 @@ fn kinds(catalog: &Catalog) -> Vec<BehaviorKind> {
 }
 
 impl WorldMission for Waste {
-    fn act(&mut self, robot: RobotId, deed: &Action, floor: &mut Floor, happened: &mut StepEvents) {
+    fn act(
+        &mut self,
+        robot: RobotId,
+        action: &Action,
+        floor: &mut Floor,
+        happened: &mut StepEvents,
+    ) {
         let ItemsAction {
             gripper,
             report: report_progress,
-        } = deed.items();
+        } = action.items();
         self.apply_gripper(robot, gripper, floor, happened);
         if report_progress && self.floor.is_report_site(floor.pose(robot).position) {
             self.reports.add(floor.now());
@@ -161,12 +168,12 @@ impl WorldMission for Waste {
         }
     }
 
-    fn remove_disabled(&self, actuator: &str, deed: &mut Action) {
+    fn remove_disabled(&self, actuator: &str, action: &mut Action) {
         if actuator == "gripper" {
             let gripper = Gripper::Keep;
-            *deed = ItemsAction {
+            *action = ItemsAction {
                 gripper,
-                ..deed.items()
+                ..action.items()
             }
             .into();
         }

@@ -19,7 +19,7 @@ pub(super) struct History {
     /// The records by task of the robot, then by rank; every step reads all of them.
     records: Vec<(RobotId, Record)>,
     /// The end of each task's records.
-    ends: SmallVec<[u16; USUAL_BEHAVIORS]>,
+    ends: SmallVec<[u32; USUAL_BEHAVIORS]>,
 }
 
 /// The messages received from one teammate about one task.
@@ -105,7 +105,7 @@ impl History {
             Some(before) => self.ends[before],
             None => 0,
         };
-        usize::from(begin)..usize::from(self.ends[own_task])
+        begin as usize..self.ends[own_task] as usize
     }
 
     fn record(&mut self, own_task: usize, teammate: RobotId) -> &mut Record {

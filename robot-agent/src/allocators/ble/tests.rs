@@ -1,4 +1,4 @@
-//! The properties of BLE (docs/ALLOCATORS.md §4), and those of all allocators.
+//! The properties of BLE (docs/allocators/ble.md), and those of all allocators.
 
 use std::collections::BTreeMap;
 
@@ -29,8 +29,8 @@ fn opportunist() -> Config {
 
 #[test]
 fn ble_keeps_the_properties_of_all_allocators() {
-    testkit::allocator::<Ble>(&Config::default());
-    testkit::allocator::<Ble>(&opportunist());
+    testkit::check_allocator::<Ble>(&Config::default());
+    testkit::check_allocator::<Ble>(&opportunist());
 }
 
 /// Computes the central greedy assignment directly: takes the best of all pairs, removes both, repeats.

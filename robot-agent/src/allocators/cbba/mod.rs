@@ -1,4 +1,4 @@
-//! CBAA and CBBA: consensus-based auctions (Choi, Brunet, How, IEEE T-RO 25(4):912–926, 2009; docs/ALLOCATORS.md §6).
+//! CBAA and CBBA: consensus-based auctions (Choi, Brunet, How, IEEE T-RO 25(4):912–926, 2009; docs/allocators/cbba.md).
 //! Each robot builds a bundle of tasks greedily and broadcasts its list of winning bids. A fixed table of rules
 //! corrects the lists until all agree. CBAA uses bundles of one task. ACBBA sends only changes (Johnson, Ponda, Choi,
 //! How, AIAA 2010).

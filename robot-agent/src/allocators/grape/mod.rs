@@ -1,5 +1,5 @@
 //! GRAPE: a hedonic game in which selfish robots choose coalitions until no robot gains by a move (Jang, Shin,
-//! Tsourdos, IEEE T-RO 34(6), 2018; docs/ALLOCATORS.md §8).
+//! Tsourdos, IEEE T-RO 34(6), 2018; docs/allocators/grape.md).
 //!
 //! A task is worth u/p to each member of a coalition of p robots, with utility u, and nothing above `max_robots`. No
 //! task is worth 0.

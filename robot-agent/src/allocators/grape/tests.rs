@@ -1,4 +1,4 @@
-//! The properties of GRAPE (docs/ALLOCATORS.md §8).
+//! The properties of GRAPE (docs/allocators/grape.md).
 
 use proto::allocation::AllocationMessage;
 use proto::allocation::grape::{CoalitionMember, CoalitionPartition as Message, MEMBERS_MAX};
@@ -19,8 +19,8 @@ const TAU: SimTime = SimTime(5000);
 
 #[test]
 fn grape_keeps_the_properties_of_all_allocators() {
-    testkit::allocator::<Grape>(&Config::default());
-    testkit::allocator::<Grape>(&Config { refresh_s: 0.1 });
+    testkit::check_allocator::<Grape>(&Config::default());
+    testkit::check_allocator::<Grape>(&Config { refresh_s: 0.1 });
 }
 
 fn random_team(seed: u64, refresh_s: f64) -> Team<Grape> {

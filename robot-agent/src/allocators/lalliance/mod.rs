@@ -1,5 +1,5 @@
 //! L-ALLIANCE: ALLIANCE with φ, ψ, δ_slow and δ_fast computed from measured task times (Parker, ORNL report 1995;
-//! Advanced Robotics 11(4), 1997; docs/ALLOCATORS.md §3).
+//! Advanced Robotics 11(4), 1997; docs/allocators/l-alliance.md).
 //!
 //! ALLIANCE's engine computes motivations, states and heartbeats, with θ, the switches, ρ and τ of `[alliance]`. In
 //! each step this module measures task times and sets the engine's parameters.

@@ -109,9 +109,9 @@ impl Monitor {
     pub fn receive<'a>(
         &mut self,
         now: SimTime,
-        heard: impl IntoIterator<Item = &'a Arc<Broadcast>>,
+        received: impl IntoIterator<Item = &'a Arc<Broadcast>>,
     ) {
-        for broadcast in heard {
+        for broadcast in received {
             self.receive_broadcast(now, broadcast);
         }
         for place in self.teammates.places() {

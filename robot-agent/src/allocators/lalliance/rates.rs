@@ -1,5 +1,5 @@
-//! The parameters of ALLIANCE computed from measured times: strategies, orderings and categories (docs/ALLOCATORS.md
-//! §3).
+//! The parameters of ALLIANCE computed from measured times: strategies, orderings and categories
+//! (docs/allocators/l-alliance.md).
 
 use scenario::ids::RobotId;
 

@@ -1,4 +1,4 @@
-//! The properties of MURDOCH (docs/ALLOCATORS.md §5), and those of all allocators.
+//! The properties of MURDOCH (docs/allocators/murdoch.md), and those of all allocators.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -76,7 +76,7 @@ fn change(situation: &mut Situation, chance: &mut ChaCha8Rng) {
 
 #[test]
 fn murdoch_keeps_the_properties_of_all_allocators() {
-    testkit::allocator::<Murdoch>(&Config::default());
+    testkit::check_allocator::<Murdoch>(&Config::default());
     let quick = Config {
         auction_s: 0.1,
         renew_hz: 5.0,
@@ -86,7 +86,7 @@ fn murdoch_keeps_the_properties_of_all_allocators() {
         ban_s: 2.0,
         ..watchful()
     };
-    testkit::allocator::<Murdoch>(&quick);
+    testkit::check_allocator::<Murdoch>(&quick);
 }
 
 /// A complete auction: the auctioneer waits for a lease, takes bids and awards to the best. The winner starts one step

@@ -1,4 +1,4 @@
-//! The properties of the oracle (docs/ALLOCATORS.md §7).
+//! The properties of the oracle (docs/allocators/oracle.md).
 
 use proptest::prelude::*;
 use proto::tick::TaskOffer;
@@ -12,7 +12,7 @@ use crate::testkit;
 
 #[test]
 fn the_oracle_keeps_the_properties_of_all_allocators() {
-    testkit::allocator::<Oracle>(&NoParameters {});
+    testkit::check_allocator::<Oracle>(&NoParameters {});
 }
 
 /// The value of a plan: the sum of its priority ranks, then the sum of its utilities.

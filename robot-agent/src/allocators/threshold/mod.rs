@@ -1,4 +1,4 @@
-//! Response thresholds (Theraulaz, Bonabeau, Deneubourg 1998; docs/ALLOCATORS.md §8). The probability that a robot
+//! Response thresholds (Theraulaz, Bonabeau, Deneubourg 1998; docs/allocators/threshold.md). The probability that a robot
 //! takes a task rises with the task's stimulus and falls with the robot's threshold. The threshold falls while the
 //! robot performs the task and rises otherwise, so that robots specialize.
 

@@ -1,4 +1,4 @@
-//! The properties of response thresholds (docs/ALLOCATORS.md §8).
+//! The properties of response thresholds (docs/allocators/threshold.md).
 
 use proptest::prelude::*;
 use proto::telemetry::Reason;
@@ -12,8 +12,8 @@ use crate::testkit;
 
 #[test]
 fn thresholds_keep_the_properties_of_all_allocators() {
-    testkit::allocator::<Threshold>(&Config::default());
-    testkit::allocator::<Threshold>(&ready());
+    testkit::check_allocator::<Threshold>(&Config::default());
+    testkit::check_allocator::<Threshold>(&ready());
 }
 
 /// Returns parameters with which a robot takes a due task within a few steps.

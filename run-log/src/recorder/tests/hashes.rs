@@ -120,7 +120,7 @@ fn every_part_counts_in_its_section() {
 
     let commands = ["blue commands"];
     assert_eq!(
-        changed(|tick| tick.blue().1.actuation.deed = Action::Open(Bytes::default())),
+        changed(|tick| tick.blue().1.actuation.action = Action::Open(Bytes::default())),
         commands
     );
 
@@ -134,12 +134,12 @@ fn every_part_counts_in_its_section() {
         changed(|tick| tick.blue().1.receptions[0].delivery = Delivery::Lost),
         messages
     );
-    let said = |change: fn(&mut BroadcastSummary)| {
+    let summary = |change: fn(&mut BroadcastSummary)| {
         changed(move |tick| change(tick.blue().1.receptions[0].said.as_mut().unwrap()))
     };
-    assert_eq!(said(|said| said.seq ^= 1), messages);
-    assert_eq!(said(|said| said.state = None), messages);
-    assert_eq!(said(|said| said.progress = Some(5)), messages);
+    assert_eq!(summary(|summary| summary.seq ^= 1), messages);
+    assert_eq!(summary(|summary| summary.state = None), messages);
+    assert_eq!(summary(|summary| summary.progress = Some(5)), messages);
 
     let motivations = ["blue motivations"];
     assert_eq!(

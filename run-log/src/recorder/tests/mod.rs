@@ -1,11 +1,13 @@
 //! A small hand-made run and helpers for the tests.
 
+mod allocation_messages;
 mod background;
 mod contents;
 mod figures;
 mod hashes;
 mod messages;
 mod repeated;
+mod round_trips;
 mod torn;
 
 use crate::{
@@ -38,8 +40,9 @@ struct OwnedTick {
     now: SimTime,
     inputs: Vec<Input>,
     robots: Vec<(BodyRecord, Option<(Readings, Report)>)>,
-    foreign: Vec<bool>,
-    said: Vec<Broadcast>,
+    external: Vec<bool>,
+    broadcasts: Vec<Broadcast>,
+    allocation_messages: Vec<Broadcast>,
     events: Vec<Event>,
     mission: Vec<FigureValue>,
     targets: Vec<Target>,
@@ -66,8 +69,9 @@ impl OwnedTick {
             inputs: &self.inputs,
             bodies: &bodies,
             answers: answers.all(),
-            foreign: &self.foreign,
-            said: &self.said,
+            external: &self.external,
+            broadcasts: &self.broadcasts,
+            allocation_messages: &self.allocation_messages,
             events: &self.events,
             mission: &self.mission,
             targets: &self.targets,
@@ -162,8 +166,9 @@ fn sample() -> Vec<OwnedTick> {
             ),
             (body(0.3, 3.5), None),
         ],
-        foreign: Vec::new(),
-        said: Vec::new(),
+        external: Vec::new(),
+        broadcasts: Vec::new(),
+        allocation_messages: Vec::new(),
         events: Vec::new(),
         mission: row([23, 1, 0, 0], None),
         targets: Vec::new(),
@@ -226,7 +231,7 @@ fn sample() -> Vec<OwnedTick> {
         kind: NoteKind::Detour,
         detail: "left, \"0.4 m\"".to_owned(),
     }];
-    let heard = Reception {
+    let received = Reception {
         at: SimTime(50),
         sender: GOLD,
         incarnation: 1,
@@ -243,11 +248,11 @@ fn sample() -> Vec<OwnedTick> {
         }),
     };
     blue.receptions = vec![
-        heard,
+        received,
         Reception {
             delivery: Delivery::Lost,
             said: None,
-            ..heard
+            ..received
         },
     ];
     second.events = vec![

@@ -59,7 +59,7 @@ fn any_body() -> impl Strategy<Value = BodyRecord> {
 
 /// A reception with a final delivery. The team has three robots, so rank 3 is unknown.
 fn any_reception() -> impl Strategy<Value = Reception> {
-    let said = (
+    let summary = (
         mostly(0, vec![1]),
         mostly(BroadcastKind::Heartbeat, vec![BroadcastKind::FirstBulletin]),
         mostly(None, vec![Some(TaskState::Idle)]),
@@ -68,31 +68,32 @@ fn any_reception() -> impl Strategy<Value = Reception> {
         mostly(None, vec![Some(TaskId(0))]),
         mostly(None, vec![Some(2)]),
     );
-    let said = said.prop_map(
-        |(seq, kind, state, since, set, task, progress)| BroadcastSummary {
-            seq,
-            kind,
-            state,
-            since,
-            set,
-            task,
-            progress,
-        },
-    );
+    let summary =
+        summary.prop_map(
+            |(seq, kind, state, since, set, task, progress)| BroadcastSummary {
+                seq,
+                kind,
+                state,
+                since,
+                set,
+                task,
+                progress,
+            },
+        );
     (
         mostly(0, vec![1, 3]),
         mostly(1, vec![2]),
         mostly(SimTime(0), vec![SimTime(50)]),
         mostly(Delivery::Heard, vec![Delivery::Lost, Delivery::Duplicate]),
-        prop_oneof![8 => said.prop_map(Some), 1 => Just(None)],
+        prop_oneof![8 => summary.prop_map(Some), 1 => Just(None)],
     )
-        .prop_map(|(sender, incarnation, sent, delivery, said)| Reception {
+        .prop_map(|(sender, incarnation, sent, delivery, summary)| Reception {
             at: SimTime::default(),
             sender: RobotId(sender),
             incarnation,
             sent,
             delivery,
-            said,
+            said: summary,
         })
 }
 

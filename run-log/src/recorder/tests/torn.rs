@@ -49,7 +49,7 @@ fn all_rows(log: &RunLog) -> Rows {
         log.rows().unwrap(),
         log.rows().unwrap(),
         log.inputs().unwrap(),
-        log.foreign().unwrap(),
+        log.external_answers().unwrap(),
     )
 }
 
@@ -58,7 +58,7 @@ fn all_rows(log: &RunLog) -> Rows {
 pub fn run_of(ticks: usize) -> Vec<OwnedTick> {
     let mut kinds = sample();
     for kind in &mut kinds {
-        kind.foreign = vec![false, true];
+        kind.external = vec![false, true];
     }
     let broadcast = |index, byte| Broadcast {
         sender: GOLD,
@@ -73,7 +73,7 @@ pub fn run_of(ticks: usize) -> Vec<OwnedTick> {
             payload: Payload::Open(vec![byte; 30]),
         }),
     };
-    kinds[1].said = vec![broadcast(1, 1), broadcast(0, 0), broadcast(1, 2)];
+    kinds[1].broadcasts = vec![broadcast(1, 1), broadcast(0, 0), broadcast(1, 2)];
     let (_, gold) = kinds[1].robots[1].1.as_mut().unwrap();
     gold.broadcasts = 2;
     gold.allocation = vec![telemetry::AllocationRow {
@@ -290,13 +290,13 @@ fn answers_of_an_external_controller_are_logged_at_any_level_with_their_broadcas
     let ticks = run_of(3);
     for level in [LogLevel::Full, LogLevel::Summary, LogLevel::Off] {
         let (run, memory) = log(level, &ticks);
-        let answers = RunLog::from_tables(Path::new(""), run, memory.tables).foreign();
+        let answers = RunLog::from_tables(Path::new(""), run, memory.tables).external_answers();
         let answers = answers.unwrap();
         let (tick_1, _) = (&ticks[2], assert_eq!(answers.len(), 3));
         let (_, report) = tick_1.robots[1].1.as_ref().unwrap();
         assert_eq!(&answers[2].report, report);
         let broadcasts: Vec<_> = answers[2].broadcasts.iter().flatten().collect();
-        assert_eq!(broadcasts, [&tick_1.said[1], &tick_1.said[0]]);
+        assert_eq!(broadcasts, [&tick_1.broadcasts[1], &tick_1.broadcasts[0]]);
     }
 }
 
@@ -329,10 +329,12 @@ fn an_error_names_the_file_that_is_not_a_run() {
     let error = RunLog::open(path.path(), &scenario::testkit::vocabulary())
         .unwrap_err()
         .to_string();
-    assert!(
-        error.starts_with(&format!("cannot read {}: ", run_json.display())),
-        "{error}"
-    );
+    let name = path.path().display();
+    let expected = format!("{name} is not the folder of a run: it has no run.json");
+    assert_eq!(error, expected);
+    let error = RunLog::open(&path.path().join("no"), &scenario::testkit::vocabulary());
+    let expected = format!("{name}/no is not the folder of a run: there is no such folder");
+    assert_eq!(error.unwrap_err().to_string(), expected);
     std::fs::write(&run_json, "{\"version\"").unwrap();
     let error = RunLog::open(path.path(), &scenario::testkit::vocabulary())
         .unwrap_err()

@@ -373,3 +373,32 @@ fn in_order_stepping_delivers_to_later_robots_in_the_same_tick() {
     assert_eq!(causes(GREEN, 9), 1);
     assert_eq!(causes(GREEN, 10), 0);
 }
+
+#[test]
+fn a_periodic_fault_needs_bounded_memory_and_its_latest_duplicates_are_attributed() {
+    const PERIODS: Tick = 2000;
+    let fault = [Fault::Duplicate(chance("gold", "blue", 0.5))];
+    let mut links = Links::new(&default_setup(1));
+    for period in 0..PERIODS {
+        begin(&mut links, 10 * period, &fault);
+        begin(&mut links, 10 * period + 5, &[]);
+    }
+    let ranges: usize = links
+        .healed
+        .iter()
+        .map(|healed| healed.in_force.len())
+        .sum();
+    assert_eq!((links.healed.len(), ranges), (1, MAX_RANGES));
+    // A message is listed in the tick after its own.
+    let last = 10 * (PERIODS - 1);
+    assert_eq!(causes(&links, GOLD, last, Delivery::Duplicate), [0]);
+    assert_eq!(
+        causes(&links, GOLD, last - 10 * 200, Delivery::Duplicate),
+        [0]
+    );
+    assert_eq!(
+        causes(&links, GOLD, last + 5, Delivery::Duplicate),
+        NONE,
+        "between two periods"
+    );
+}

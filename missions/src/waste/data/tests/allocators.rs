@@ -4,6 +4,7 @@ use crate::waste::data::default_scenario;
 use serde_json::json;
 
 use scenario::ids::RobotId;
+use scenario::testkit::refusals;
 use scenario::{
     AllocatorSpec, ParameterDefault, ParameterRange, ParameterSpec, Scenario, Setup, SetupFile,
     Vocabulary,
@@ -84,58 +85,22 @@ fn json_omits_allocators_if_none_are_stated() {
 
 #[test]
 fn mistakes_have_file_line_and_remedy() {
-    for (text, line) in [
-        (
-            "allocator = 'nearst'",
-            "s.toml:1: allocator: there is no allocator 'nearst'; did you mean 'nearest'? (there are alliance, nearest, market)",
-        ),
-        (
-            "[[robots]]\nname = 'a'\nallocator = 'x'",
-            "s.toml:3: robots[0].allocator: there is no allocator 'x'; there are alliance, nearest, market",
-        ),
-        (
-            "[allocators.greedy]",
-            "s.toml:1: allocators.greedy: there is no allocator 'greedy'; there are alliance, nearest, market",
-        ),
-        (
-            "[allocators.nearest]\nbid = 1",
-            "s.toml:2: allocators.nearest.bid: nearest has no such parameter; did you mean 'bids'? (there are patience_s, bids, greedy, tie)",
-        ),
-        (
-            "[allocators.market]\nbids = 1",
-            "s.toml:2: allocators.market.bids: the key is a parameter of nearest, not of market; there is only 'rounds'",
-        ),
-        (
-            "[allocators.alliance]\npreset = 'team'",
-            "s.toml:2: allocators.alliance.preset: alliance has no such parameter; its parameters belong in [alliance]",
-        ),
-        (
-            "[allocators.nearest]\npatience_s = 0",
-            "s.toml:2: allocators.nearest.patience_s: 0 is out of range; it must be above 0 and at most 10 s",
-        ),
-        (
-            "[allocators.nearest]\npatience_s = nan",
-            "s.toml:2: allocators.nearest.patience_s: nan does not fit; write a number",
-        ),
-        (
-            "[allocators.nearest]\nbids = 1.5",
-            "s.toml:2: allocators.nearest.bids: 1.5 does not fit; write a whole number from 1 to 9",
-        ),
-        (
-            "[allocators.nearest]\ngreedy = 'yes'",
-            "s.toml:2: allocators.nearest.greedy: the string 'yes' does not fit; write true or false",
-        ),
-        (
-            "[allocators.nearest]\ntie = 'lo'",
-            "s.toml:2: allocators.nearest.tie: there is no choice 'lo'; did you mean 'low'? (there are low, high)",
-        ),
-        (
-            "[allocators.nearest]\ntie = 3",
-            "s.toml:2: allocators.nearest.tie: 3 does not fit; write one of low, high",
-        ),
-    ] {
-        assert_eq!(read(text).unwrap_err(), line, "for {text:?}");
-    }
+    let texts = [
+        "allocator = 'nearst'",
+        "[[robots]]\nname = 'a'\nallocator = 'x'",
+        "[allocators.greedy]",
+        "[allocators.nearest]\nbid = 1",
+        "[allocators.market]\nbids = 1",
+        "[allocators.alliance]\npreset = 'team'",
+        "[allocators.nearest]\npatience_s = 0",
+        "[allocators.nearest]\npatience_s = nan",
+        "[allocators.nearest]\nbids = 1.5",
+        "[allocators.nearest]\ngreedy = 'yes'",
+        "[allocators.nearest]\ntie = 'lo'",
+        "[allocators.nearest]\ntie = 3",
+    ];
+    let answers = refusals("s.toml", texts, read);
+    insta::assert_snapshot!(answers);
 }
 
 #[test]

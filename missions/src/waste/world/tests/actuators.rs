@@ -36,19 +36,19 @@ fn apply_faults(faults: &[Fault], robot: RobotId, commanded: Actuation) -> (Actu
 fn a_failed_gripper_keeps_and_the_drive_goes_on() {
     let commanded = Actuation {
         speed_m_s: 0.3,
-        deed: Gripper::Pick.into(),
+        action: Gripper::Pick.into(),
         ..Actuation::default()
     };
     let faults = [actuator(ActuatorMode::Gripper)];
     let (done, hits) = apply_faults(&faults, BLUE, commanded);
     assert_eq!(
-        (done.speed_m_s, done.deed.items().gripper),
+        (done.speed_m_s, done.action.items().gripper),
         (0.3, Gripper::Keep)
     );
     assert_eq!(hits, [0]);
     assert_eq!(apply_faults(&faults, GOLD, commanded), (commanded, vec![]));
     let keeps = Actuation {
-        deed: Gripper::Keep.into(),
+        action: Gripper::Keep.into(),
         ..commanded
     };
     assert_eq!(apply_faults(&faults, BLUE, keeps), (keeps, vec![]));
@@ -57,7 +57,7 @@ fn a_failed_gripper_keeps_and_the_drive_goes_on() {
 #[test]
 fn a_robot_without_power_or_that_babbles_executes_no_command() {
     let commanded = Actuation {
-        deed: ItemsAction {
+        action: ItemsAction {
             report: true,
             ..ItemsAction::default()
         }

@@ -335,7 +335,7 @@ fn tasks_are_due_according_to_the_ground_truth() {
     }
     assert_eq!(due(&world), ["report-progress"]);
     let report = Actuation {
-        deed: ItemsAction {
+        action: ItemsAction {
             report: true,
             ..ItemsAction::default()
         }
@@ -372,7 +372,7 @@ fn the_gripper_acts_before_the_body_moves() {
     let mut world = one_item(&[(3.61, 6.0, 180.0)]);
     let command = Actuation {
         speed_m_s: 0.5,
-        deed: Gripper::Pick.into(),
+        action: Gripper::Pick.into(),
         ..Actuation::default()
     };
     assert_eq!(summary(&world.step(&[Some(command)])), ["picked 0 item-0"]);
@@ -489,7 +489,7 @@ fn items_that_begin_in_the_deposit_are_delivered() {
 #[test]
 fn a_report_counts_only_on_the_site_and_colors_it_for_a_while() {
     let report = Some(Actuation {
-        deed: ItemsAction {
+        action: ItemsAction {
             report: true,
             ..ItemsAction::default()
         }

@@ -206,6 +206,32 @@ fn idle_and_overtaken_messages_do_not_count() {
     assert!(!record.within(ms(5000), ms(1000)));
 }
 
+/// A team of 300 robots with 300 tasks has more records than 16 bits can count.
+#[test]
+fn many_tasks_of_many_teammates_are_kept_apart() {
+    const MANY: u16 = 300;
+    let switches = Preset::Team.switches();
+    let mut history = History::new(usize::from(MANY));
+    for task in 0..MANY {
+        for robot in 0..MANY {
+            let mut message = heartbeat(RobotId(robot), 1, ms(0), Executing, ms(0), 0);
+            if let BroadcastContent::Heartbeat(heartbeat) = &mut message.body {
+                heartbeat.task = Some(TaskId(task));
+            }
+            let own_task = |task: TaskId| Some(task.index());
+            assert!(history.receive(ms(0), &message, &switches, own_task));
+        }
+    }
+    for task in [0_u16, 217, 218, 219, 299] {
+        let about: Vec<u16> = history
+            .records_of(usize::from(task))
+            .iter()
+            .map(|(robot, _)| robot.0)
+            .collect();
+        assert_eq!(about, (0..MANY).collect::<Vec<_>>(), "task {task}");
+    }
+}
+
 #[test]
 fn memory_does_not_grow_with_the_mission() {
     let mut engine = engine(BLUE, &setup(Preset::Team, 3, 50));

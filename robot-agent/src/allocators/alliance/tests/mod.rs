@@ -151,7 +151,7 @@ fn broadcast(sender: RobotId, seq: u64, sent: SimTime, announcement: &Announceme
             progress: announcement.progress,
             position: None,
             carrying: false,
-            lore: SharedKnowledge::default(),
+            shared_knowledge: SharedKnowledge::default(),
         }),
     }
 }
@@ -181,7 +181,7 @@ impl Solo {
             &mut self.engine,
             &StepInput {
                 now: self.now,
-                received: received,
+                received,
                 applicable: &applicable,
                 progressed: &[],
             },

@@ -104,14 +104,14 @@ fn random_team<A: Open>(seed: u64, refresh_s: f64) -> (Team<A>, usize) {
 
 #[test]
 fn bidders_keep_the_properties_of_all_allocators() {
-    testkit::allocator::<Cbba>(&CbbaConfig::default());
-    testkit::allocator::<Cbba>(&CbbaConfig {
+    testkit::check_allocator::<Cbba>(&CbbaConfig::default());
+    testkit::check_allocator::<Cbba>(&CbbaConfig {
         bundle: 4,
         refresh_s: 0.1,
     });
-    testkit::allocator::<Cbaa>(&CbaaConfig::default());
-    testkit::allocator::<Acbba>(&AcbbaConfig::default());
-    testkit::allocator::<Acbba>(&AcbbaConfig {
+    testkit::check_allocator::<Cbaa>(&CbaaConfig::default());
+    testkit::check_allocator::<Acbba>(&AcbbaConfig::default());
+    testkit::check_allocator::<Acbba>(&AcbbaConfig {
         bundle: 4,
         repeat_s: 0.1,
     });

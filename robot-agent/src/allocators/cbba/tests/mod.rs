@@ -1,4 +1,4 @@
-//! The properties of CBAA and CBBA (docs/ALLOCATORS.md §6), tested in teams of several allocators.
+//! The properties of CBAA and CBBA (docs/allocators/cbba.md), tested in teams of several allocators.
 
 mod laws;
 mod life;

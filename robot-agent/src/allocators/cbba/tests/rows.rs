@@ -1,4 +1,4 @@
-//! All rows of CBBA's table in all cases, compared with an independent transcription (docs/ALLOCATORS.md §6).
+//! All rows of CBBA's table in all cases, compared with an independent transcription (docs/allocators/cbba.md).
 
 use proto::allocation::consensus::WinningBid;
 use scenario::ids::RobotId;

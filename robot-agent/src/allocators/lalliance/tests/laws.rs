@@ -1,4 +1,4 @@
-//! The properties L1 to L6 of docs/ALLOCATORS.md §3.
+//! The properties L1 to L6 of docs/ALLOCATORS.md, "The laws".
 
 use proptest::prelude::*;
 use proptest::strategy::Strategy as _;

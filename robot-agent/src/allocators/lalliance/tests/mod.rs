@@ -1,4 +1,4 @@
-//! Tests of L-ALLIANCE: its measurements, and the properties of docs/ALLOCATORS.md §3.
+//! Tests of L-ALLIANCE: its measurements, and the properties of docs/ALLOCATORS.md, "The laws".
 
 mod laws;
 mod learning;
@@ -79,7 +79,7 @@ fn heartbeat(
             progress,
             position: Some(Vec2::ONE),
             carrying: false,
-            lore: SharedKnowledge::default(),
+            shared_knowledge: SharedKnowledge::default(),
         }),
     })
 }
@@ -121,7 +121,7 @@ impl Solo {
             applicable,
             choices: &[],
             progressed: &progressed,
-            received: received,
+            received,
             route: &NoRoute,
             ground_truth: &[],
             draws: RandomDraws::new(7, RobotId(0), self.now.0 / STEP.0),
@@ -161,7 +161,7 @@ fn l_alliance_keeps_the_properties_of_all_allocators() {
             ..Config::default()
         };
         let switches = preset.switches();
-        crate::testkit::running_allocators(|me| {
+        crate::testkit::check_running_allocator(|me| {
             Box::new(Learner::new(&me, &config, THRESHOLD, switches))
         });
     }

@@ -55,7 +55,7 @@ fn a_robot_without_energy_does_nothing_and_logs_it_once() {
     let command = Actuation {
         speed_m_s: 0.05,
         turn_rad_s: 1.0,
-        deed: ItemsAction {
+        action: ItemsAction {
             gripper: Gripper::Pick,
             report: true,
         }
@@ -74,7 +74,7 @@ fn a_robot_without_energy_does_nothing_and_logs_it_once() {
     assert_eq!(world.energy_j(BLUE), Some(0.0));
     let before = world.pose(BLUE);
     let events = world.step(&[Some(Actuation {
-        deed: Gripper::Drop.into(),
+        action: Gripper::Drop.into(),
         ..command
     })]);
     assert_eq!((events, world.pose(BLUE)), (Vec::new(), before));

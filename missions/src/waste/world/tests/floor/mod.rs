@@ -80,7 +80,7 @@ pub(crate) fn drive(speed_m_s: f32, turn_deg_s: f32) -> Option<Actuation> {
 
 pub(crate) fn gripper(gripper: Gripper) -> Option<Actuation> {
     Some(Actuation {
-        deed: gripper.into(),
+        action: gripper.into(),
         ..Actuation::default()
     })
 }

@@ -72,7 +72,7 @@ pub(super) fn actuations(commands: &[RandomActuation]) -> Vec<Option<Actuation>>
         command.map(|(speed_m_s, turn_deg_s, grip)| Actuation {
             speed_m_s,
             turn_rad_s: turn_deg_s.to_radians(),
-            deed: ItemsAction {
+            action: ItemsAction {
                 gripper: [Gripper::Keep, Gripper::Pick, Gripper::Drop][usize::from(grip).min(2)],
                 report: grip == 5,
             }

@@ -142,3 +142,22 @@ fn absent_robots_have_a_start_and_occupy_none() {
     scenario.obstacles = vec![rectangle(0.2, 5.4, 0.2, 0.2, 0.0)];
     assert_eq!(start_poses(&scenario), Err(StartError::Taken(GOLD)));
 }
+
+/// A start area may lie anywhere in the room. The robots stand around its middle.
+#[test]
+fn robots_stand_in_the_middle_of_a_start_area_away_from_the_walls() {
+    let area = [Vec2::new(6.0, 1.0), Vec2::new(8.0, 2.6)];
+    let places = |count| {
+        let scenario = team(count, 12.0, 9.0);
+        let poses = world_server::world::start_poses(&scenario, area, &[], &[]).unwrap();
+        poses.iter().map(|pose| pose.position).collect::<Vec<_>>()
+    };
+    let two = places(2);
+    assert_at(two[0], 7.0, 2.2);
+    assert_at(two[1], 7.0, 1.4);
+    // Six robots do not fit into one column.
+    let six = places(6);
+    assert_at(six[0], 7.0, 1.8);
+    assert_at(six[1], 7.0, 1.3);
+    assert_at(six[2], 7.0, 2.3);
+}

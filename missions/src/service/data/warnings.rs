@@ -1,0 +1,168 @@
+//! Valid values of `[service]` that contradict each other or the time limit.
+
+use scenario::{KeyPath, Problem, Robot, Scenario};
+
+use super::{Kind, ServiceSection};
+
+/// Returns a problem for each point or kind whose work cannot be done in the run.
+pub(super) fn warnings(scenario: &Scenario) -> Vec<Problem> {
+    let section = ServiceSection::of(scenario);
+    let at = KeyPath::new(["service"]);
+    let mut found = Vec::new();
+    for (index, kind) in section.kinds.iter().enumerate() {
+        let at = at.key("kinds").index(index);
+        let least_s = kind.work_s.min / strength(scenario, kind);
+        // A kind without an able robot has its own check.
+        if least_s.is_finite() {
+            found.extend(of_kind(scenario, kind, least_s, &at));
+        }
+    }
+    for (index, point) in section.points.iter().enumerate() {
+        let Some(kind) = section.kind_named(&point.kind) else {
+            continue;
+        };
+        let kind = &section.kinds[kind];
+        let work_s = point.work_s.unwrap_or(kind.work_s.min);
+        let done_s = point.arrival_s + work_s / strength(scenario, kind);
+        let at = at.key("points").index(index).key("arrival_s");
+        let arrives = format!("p{index} arrives at {} s", point.arrival_s);
+        if let Some(late) = too_late(scenario, point.arrival_s) {
+            found.push(Problem::at(at, format!("{arrives}, {late}"), EARLIER));
+        } else if done_s.is_finite() && done_s > scenario.limit_s {
+            let limit_s = scenario.limit_s;
+            let what = format!(
+                "{arrives} and cannot be done before {done_s:.2} s, after limit_s, {limit_s} s"
+            );
+            found.push(Problem::at(at, what, EARLIER));
+        }
+    }
+    for (index, batch) in section.random.iter().enumerate() {
+        let at = at.key("random").index(index);
+        let last_s = match batch.rate_hz {
+            0.0 => batch.at_s,
+            rate_hz => batch.at_s + f64::from(batch.n) / rate_hz,
+        };
+        if let Some(late) = too_late(scenario, batch.at_s) {
+            let what = format!("the points arrive from {} s on, {late}", batch.at_s);
+            found.push(Problem::at(at.key("at_s"), what, EARLIER));
+        } else if let Some(late) = too_late(scenario, last_s) {
+            let what = format!("the last point arrives at about {last_s:.0} s, {late}");
+            let remedy = "increase it, or give fewer points";
+            found.push(Problem::at(at.key("rate_hz"), what, remedy));
+        }
+    }
+    found
+}
+
+const EARLIER: &str = "let it arrive earlier, or allow more time";
+
+/// Returns in words why a point that arrives at this time cannot be done; `None` if it is early enough.
+fn too_late(scenario: &Scenario, arrival_s: f64) -> Option<String> {
+    let ends = [
+        (
+            "service.duration_s",
+            ServiceSection::of(scenario).duration_s,
+        ),
+        ("limit_s", Some(scenario.limit_s)),
+    ];
+    let mut ends = ends.into_iter();
+    ends.find_map(|(key, end_s)| {
+        let end_s = end_s.filter(|end_s| arrival_s >= *end_s)?;
+        Some(format!("not before {key}, {end_s} s"))
+    })
+}
+
+/// Returns the skills of the best robots together that may work at a point of this kind at once.
+fn strength(scenario: &Scenario, kind: &Kind) -> f64 {
+    let mut skills: Vec<f64> = scenario
+        .robots
+        .iter()
+        .map(|robot| skill(robot, kind))
+        .collect();
+    skills.sort_by(|a, b| b.total_cmp(a));
+    // Each robot has to do its own attempt if unfinished work is lost.
+    let workers = if kind.kept { kind.workers as usize } else { 1 };
+    skills.iter().take(workers).sum()
+}
+
+fn skill(robot: &Robot, kind: &Kind) -> f64 {
+    robot.skill(&kind.name).unwrap_or(1.0)
+}
+
+/// Formats a time, s. A long one has the form of a power of ten.
+fn in_words(span_s: f64) -> String {
+    if span_s < 1e7 {
+        format!("{span_s:.1} s")
+    } else {
+        format!("{span_s:.0e} s")
+    }
+}
+
+/// Returns the contradictions of a kind whose points take at least `least_s`.
+fn of_kind(scenario: &Scenario, kind: &Kind, least_s: f64, at: &KeyPath) -> Vec<Problem> {
+    let limit_s = scenario.limit_s;
+    let least = in_words(least_s);
+    let mut found = Vec::new();
+    if least_s > limit_s {
+        let what = format!("a point takes at least {least}, more than limit_s, {limit_s} s");
+        found.push(Problem::at(
+            at.key("work_s"),
+            what,
+            "reduce the work, or allow more time",
+        ));
+        return found;
+    }
+    let mut add = |key: &str, what: String| {
+        found.push(Problem::at(
+            at.key(key),
+            what,
+            "reduce the work, or give it more time",
+        ));
+    };
+    if let Some(deadline_s) = &kind.deadline_s
+        && deadline_s.max < least_s
+    {
+        let after_s = deadline_s.max;
+        add(
+            "deadline_s",
+            format!("a point expires after at most {after_s} s, but takes at least {least}"),
+        );
+    }
+    if let Some(period_s) = kind.period_s
+        && period_s < least_s
+    {
+        add(
+            "period_s",
+            format!("a point comes back after {period_s} s, but takes at least {least}"),
+        );
+    }
+    if let (Some(deadline_s), Some(period_s)) = (&kind.deadline_s, kind.period_s)
+        && deadline_s.min > period_s
+    {
+        let (min_s, key) = (deadline_s.min, at.key("deadline_s"));
+        let what = format!(
+            "a deadline of at least {min_s} s has no effect: a point expires when it comes back, after period_s, {period_s} s"
+        );
+        found.push(Problem::at(
+            key,
+            what,
+            "omit it, or write less than period_s",
+        ));
+    }
+    for (rank, robot) in scenario.robots.iter().enumerate() {
+        let alone_s = kind.work_s.min / skill(robot, kind);
+        if alone_s.is_finite() && kind.workers <= 1 && alone_s > limit_s {
+            let at = KeyPath::new(["robots"])
+                .index(rank)
+                .key("skills")
+                .key(&kind.name);
+            let what = format!(
+                "'{}' takes at least {} for a point, more than limit_s, {limit_s} s",
+                robot.name,
+                in_words(alone_s)
+            );
+            found.push(Problem::at(at, what, "increase the skill, or write 0"));
+        }
+    }
+    found
+}

@@ -1,0 +1,20 @@
+//! The hash of one section of a tick.
+
+use proto::codec;
+use serde::Serialize;
+use xxhash_rust::xxh3::xxh3_64;
+
+#[derive(Clone, Default)]
+pub(super) struct SectionHash {
+    /// A reusable buffer that begins with the encoding of the current section.
+    room: Vec<u8>,
+}
+
+impl SectionHash {
+    pub fn of(&mut self, content: &impl Serialize) -> u64 {
+        let length = codec::encode_into(content, &mut self.room)
+            // Sections are plain data of known length and are written to memory, which cannot fail.
+            .expect("a section can be encoded");
+        xxh3_64(&self.room[..length])
+    }
+}
