@@ -9,15 +9,16 @@ use std::process::ExitCode;
 use clap::Args;
 use csv::StringRecord;
 use run_log::{
-    Input, InputLine, LogLevel, ReadError, RunFile, RunLog, Section, Table, TickRow, WORLD_ROBOT,
+    Input, InputLine, LogLevel, ReadError, RunFile, RunLog, RunOutcome, Section, Table, TickRow,
+    WORLD_ROBOT,
 };
 use scenario::ids::Tick;
 use scenario::time::SimTime;
 use serde::Serialize;
 use serde_json::Value;
-use terminal::stderr_line;
+use terminal::{in_one_line, stderr_line};
 
-/// Name the first difference between two runs.
+/// Find the first difference between two runs
 #[derive(Args, Clone, Debug)]
 pub struct DiffCommand {
     /// Folder of a run
@@ -60,7 +61,7 @@ pub enum Comparison {
 }
 
 /// The first difference between two runs.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Difference {
     /// The cause in words, such as another seed; `None` if setup and inputs are equal.
     pub cause: Option<String>,
@@ -77,6 +78,20 @@ pub struct Difference {
     pub a: String,
     /// The value in the second run.
     pub b: String,
+}
+
+impl Difference {
+    /// Creates a difference that belongs to no tick.
+    fn at_end(section: &str, field: Option<String>, a: String, b: String) -> Self {
+        Self {
+            robot: WORLD_ROBOT.to_owned(),
+            section: section.to_owned(),
+            field,
+            a,
+            b,
+            ..Self::default()
+        }
+    }
 }
 
 impl Comparison {
@@ -102,24 +117,76 @@ impl fmt::Display for Comparison {
         match self {
             Self::Identical { ticks, hash } => write!(f, "identical: {ticks} ticks, hash {hash}"),
             Self::Differs(first) => {
+                // The texts of a log from elsewhere can contain line feeds.
+                let [robot, section, a, b] = [&first.robot, &first.section, &first.a, &first.b]
+                    .map(|text| in_one_line(text));
                 if let Some(cause) = &first.cause {
-                    writeln!(f, "{cause}")?;
+                    writeln!(f, "{}", in_one_line(cause))?;
                 }
                 f.write_str("differs")?;
                 if let (Some(tick), Some(t_ms)) = (first.tick, first.t_ms) {
                     write!(f, " first in tick {tick} ({t_ms})")?;
                 }
-                write!(f, ": {} {}", first.robot, first.section)?;
+                write!(f, ": {robot} {section}")?;
                 if let Some(field) = &first.field {
-                    write!(f, ", {field}")?;
+                    write!(f, ", {}", in_one_line(field))?;
                 }
-                write!(f, ": '{}' and '{}'", first.a, first.b)
+                write!(f, ": '{a}' and '{b}'")
             }
         }
     }
 }
 
-/// Compares two runs tick by tick, as far as their logs allow.
+/// Compares a log with the log of its replay: every tick, every byte of every table, and every value of run.json except
+/// the facts in [`NOT_REPRODUCED`].
+///
+/// # Errors
+/// Returns an error when a table cannot be read.
+pub fn compare_files(logged: &RunLog, again: &RunLog) -> Result<Comparison, ReadError> {
+    let comparison = compare(logged, again)?;
+    if let Comparison::Differs(_) = comparison {
+        return Ok(comparison);
+    }
+    let is_over = logged.run.outcome != RunOutcome::Running;
+    let excess = logged
+        .excess
+        .iter()
+        .find(|table| is_over || !logged.run.log.keeps(**table));
+    if let Some(table) = excess {
+        let found = if logged.run.log.keeps(*table) {
+            "rows without a seal in ticks.csv".to_owned()
+        } else {
+            format!(
+                "a file that the log level '{}' excludes",
+                logged.run.log.as_str()
+            )
+        };
+        let difference = Difference::at_end(table.file_name(), None, found, "none".to_owned());
+        return Ok(Comparison::Differs(difference));
+    }
+    let (mut a, mut b) = (logged.run_json(), again.run_json());
+    for facts in NOT_REPRODUCED {
+        for run in [&mut a, &mut b] {
+            if let Value::Object(run) = run {
+                run.remove(facts);
+            }
+        }
+    }
+    let mut found = Vec::new();
+    values_that_differ("", &a, &b, &mut found);
+    Ok(match found.into_iter().next() {
+        None => comparison,
+        Some(ValueDifference { path, a, b }) => Comparison::Differs(Difference {
+            cause: setup_difference(logged, again),
+            ..Difference::at_end("run.json", Some(path), a, b)
+        }),
+    })
+}
+
+/// The keys of run.json that a replay does not reproduce: the programs that took part.
+const NOT_REPRODUCED: [&str; 3] = ["build", "agent_builds", "minds"];
+
+/// Compares two runs tick by tick and table by table, as far as their logs allow.
 ///
 /// # Errors
 /// Returns an error when a table cannot be read.
@@ -140,13 +207,7 @@ pub fn compare(a: &RunLog, b: &RunLog) -> Result<Comparison, ReadError> {
     let ends = |field: &str, a: String, b: String| {
         Ok(Comparison::Differs(Difference {
             cause: given.clone(),
-            tick: None,
-            t_ms: None,
-            robot: WORLD_ROBOT.to_owned(),
-            section: "end".to_owned(),
-            field: Some(field.to_owned()),
-            a,
-            b,
+            ..Difference::at_end("end", Some(field.to_owned()), a, b)
         }))
     };
     if rows_a.len() != rows_b.len() {
@@ -167,6 +228,14 @@ pub fn compare(a: &RunLog, b: &RunLog) -> Result<Comparison, ReadError> {
             return ends("outcome", outcome(a), outcome(b));
         }
     }
+    if a.run.log == b.run.log
+        && let Some(found) = table_difference(a, b)?
+    {
+        return Ok(Comparison::Differs(Difference {
+            cause: given,
+            ..found
+        }));
+    }
     let ticks = if rows_a.is_empty() {
         a.run.result.ticks
     } else {
@@ -178,8 +247,89 @@ pub fn compare(a: &RunLog, b: &RunLog) -> Result<Comparison, ReadError> {
     })
 }
 
-/// Returns the hash rows of a log: one per section in a full log, otherwise one per tick for the run so far. Table
-/// hashes are left out because they follow from the others.
+/// Returns the first line that differs in the tables, with ticks.csv and its seals last.
+fn table_difference(a: &RunLog, b: &RunLog) -> Result<Option<Difference>, ReadError> {
+    for table in Table::ALL {
+        let (bytes_a, bytes_b) = (a.table(table), b.table(table));
+        if bytes_a == bytes_b {
+            continue;
+        }
+        if table == Table::External {
+            // Another version of the compression gives other bytes for the same answers.
+            let answers =
+                |log: &RunLog| Ok::<_, ReadError>(format!("{:?}", log.external_answers()?));
+            if answers(a)? != answers(b)? {
+                let [a, b] = [bytes_a, bytes_b].map(|bytes| format!("{} bytes", bytes.len()));
+                return Ok(Some(Difference::at_end(table.file_name(), None, a, b)));
+            }
+        } else if let Some(found) = line_difference(table, bytes_a, bytes_b) {
+            let tick = found.t_ms.map(|t_ms| t_ms.0 / a.run.setup.scenario.step_ms);
+            return Ok(Some(Difference { tick, ..found }));
+        }
+    }
+    Ok(None)
+}
+
+fn line_difference(table: Table, a: &[u8], b: &[u8]) -> Option<Difference> {
+    // The seal of foreign.bin depends on the compression.
+    let external = format!(",{},", Table::External.file_name());
+    let lines = |bytes: &[u8]| -> Vec<String> {
+        let lines = String::from_utf8_lossy(bytes);
+        let lines = lines.lines().map(ToOwned::to_owned);
+        let counts = |line: &String| table != Table::Ticks || !line.contains(&external);
+        lines.filter(counts).collect()
+    };
+    let (lines_a, lines_b) = (lines(a), lines(b));
+    let number = (0..lines_a.len().max(lines_b.len()))
+        .find(|number| lines_a.get(*number) != lines_b.get(*number))?;
+    let cells = |line: Option<&String>| -> Vec<String> {
+        let Some(line) = line else { return Vec::new() };
+        if table == Table::Inputs {
+            return vec![line.clone()];
+        }
+        let mut reader = csv::ReaderBuilder::new();
+        let reader = reader.has_headers(false).from_reader(line.as_bytes());
+        let row = reader.into_records().next().and_then(Result::ok);
+        row.map_or_else(
+            || vec![line.clone()],
+            |row| row.iter().map(ToOwned::to_owned).collect(),
+        )
+    };
+    let columns = cells(lines_a.first().filter(|_| table != Table::Inputs));
+    let (row_a, row_b) = (cells(lines_a.get(number)), cells(lines_b.get(number)));
+    let cell = |row: &[String], column: usize| row.get(column).cloned();
+    let column = (0..row_a.len().max(row_b.len()))
+        .find(|column| cell(&row_a, *column) != cell(&row_b, *column))
+        .unwrap_or_default();
+    let row = if row_a.is_empty() { &row_b } else { &row_a };
+    let of = |name: &str| {
+        let column = columns.iter().position(|column| column == name)?;
+        row.get(column)
+    };
+    let robot = of("robot").or(of("receiver")).or(of("sender"));
+    let name = columns.get(column).map_or("", String::as_str);
+    let shown = |row: &[String]| cell(row, column).unwrap_or_else(|| "no row".to_owned());
+    Some(Difference {
+        t_ms: of("t_ms").and_then(|t_ms| t_ms.parse().ok()).map(SimTime),
+        robot: robot
+            .filter(|robot| !robot.is_empty())
+            .map_or(WORLD_ROBOT, String::as_str)
+            .to_owned(),
+        ..Difference::at_end(
+            table.file_name(),
+            Some(
+                format!("{name} in line {}", number + 1)
+                    .trim_start()
+                    .to_owned(),
+            ),
+            shown(&row_a),
+            shown(&row_b),
+        )
+    })
+}
+
+/// Returns the hash rows of a log: one per section in a full log, otherwise one per tick for the run so far. The seals
+/// of tables are left out: they name no cause. [`table_difference`] compares them last.
 fn ticks(log: &RunLog) -> Result<Vec<TickRow>, ReadError> {
     if log.run.log == LogLevel::Off {
         return Ok(Vec::new());
@@ -209,7 +359,8 @@ fn setup_difference(a: &RunLog, b: &RunLog) -> Option<String> {
     if found.is_empty() {
         values_that_differ("alliance", &one["alliance"], &other["alliance"], &mut found);
     }
-    if let Some(first) = found.first() {
+    if let Some(ValueDifference { path, a, b }) = found.first() {
+        let first = format!("{path}: {a} in A, {b} in B");
         let more = match found.len() {
             1 => String::new(),
             2 => " (and 1 more value)".to_owned(),
@@ -221,8 +372,15 @@ fn setup_difference(a: &RunLog, b: &RunLog) -> Option<String> {
     (one != other).then(|| format!("version: {one} in A, {other} in B"))
 }
 
-/// Appends one line for each value that differs, with its path.
-fn values_that_differ(path: &str, a: &Value, b: &Value, found: &mut Vec<String>) {
+/// Two values at the same place, in words.
+struct ValueDifference {
+    path: String,
+    a: String,
+    b: String,
+}
+
+/// Appends each pair of values that differ, with its path.
+fn values_that_differ(path: &str, a: &Value, b: &Value, found: &mut Vec<ValueDifference>) {
     let below = |key: &dyn fmt::Display| {
         let dot = if path.is_empty() { "" } else { "." };
         format!("{path}{dot}{key}")
@@ -248,11 +406,11 @@ fn values_that_differ(path: &str, a: &Value, b: &Value, found: &mut Vec<String>)
                 Value::Object(_) => "set".to_owned(),
                 plain => plain.to_string(),
             };
-            found.push(format!(
-                "{path}: {} in A, {} in B",
-                describe(a),
-                describe(b)
-            ));
+            found.push(ValueDifference {
+                path: path.to_owned(),
+                a: describe(a),
+                b: describe(b),
+            });
         }
     }
 }
@@ -416,6 +574,147 @@ mod tests {
 
     use super::*;
     use in_process::Team;
+
+    /// Returns the log of a short run in memory.
+    fn memory() -> MemoryLog {
+        let scenario = Scenario {
+            limit_s: 60.0,
+            ..default_scenario()
+        };
+        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+        let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
+        team.run().unwrap().1.into_sink()
+    }
+
+    fn open(memory: &MemoryLog) -> RunLog {
+        RunLog::from_memory(memory, &Registry::built_in().vocabulary()).unwrap()
+    }
+
+    fn lines(memory: &MemoryLog, table: Table) -> Vec<String> {
+        let text = str::from_utf8(&memory.tables[&table]).unwrap();
+        text.lines().map(ToOwned::to_owned).collect()
+    }
+
+    fn set_lines(memory: &mut MemoryLog, table: Table, lines: &[String]) {
+        memory
+            .tables
+            .insert(table, (lines.join("\n") + "\n").into_bytes());
+    }
+
+    /// Makes the seals of a table anew.
+    fn reseal(memory: &mut MemoryLog, table: Table) {
+        let rows = lines(memory, table);
+        let time = |row: &str| row.split(',').next().unwrap().parse::<u64>();
+        let mut sealed = lines(memory, Table::Ticks);
+        for row in &mut sealed {
+            let Some((place, _)) = row.rsplit_once(',') else {
+                continue;
+            };
+            if place.ends_with(table.file_name()) {
+                let now = time(row).unwrap();
+                let whole = rows
+                    .iter()
+                    .filter(|row| time(row).map_or(true, |at| at <= now));
+                let whole: String = whole.map(|row| format!("{row}\n")).collect();
+                let hash = xxhash_rust::xxh3::xxh3_64(whole.as_bytes());
+                *row = format!("{place},{hash:016x}");
+            }
+        }
+        set_lines(memory, Table::Ticks, &sealed);
+    }
+
+    #[test]
+    fn a_changed_row_differs_with_remade_and_with_removed_seals() {
+        let memory = memory();
+        let again = open(&memory);
+        let identical = compare_files(&open(&memory), &again).unwrap();
+        assert!(
+            matches!(identical, Comparison::Identical { .. }),
+            "{identical}"
+        );
+        for table in [
+            Table::Poses,
+            Table::Events,
+            Table::Mission,
+            Table::Motivations,
+        ] {
+            let mut untouched = memory.clone();
+            reseal(&mut untouched, table);
+            assert!(untouched == memory, "{table:?}: the test makes other seals");
+
+            let mut altered = memory.clone();
+            let mut rows = lines(&altered, table);
+            let row = rows.len() / 2;
+            let (start, _) = rows[row].rsplit_once(',').unwrap();
+            rows[row] = format!("{start},7");
+            set_lines(&mut altered, table, &rows);
+            reseal(&mut altered, table);
+            let log = open(&altered);
+            assert_eq!((log.torn, &*log.excess), (None, &[][..]), "{table:?}");
+            let text = compare_files(&log, &again).unwrap().to_string();
+            let place = format!(" {}, ", table.file_name());
+            assert!(
+                text.starts_with("differs first in tick") && text.contains(&place),
+                "{text}"
+            );
+            assert!(
+                text.contains(&format!(" in line {}: '7' and ", row + 1)),
+                "{text}"
+            );
+
+            let mut sealed = lines(&altered, Table::Ticks);
+            sealed.retain(|row| !row.contains(table.file_name()));
+            set_lines(&mut altered, Table::Ticks, &sealed);
+            let log = open(&altered);
+            assert_eq!(log.excess, [table]);
+            let text = compare_files(&log, &again).unwrap().to_string();
+            assert!(
+                text.starts_with("differs") && text.contains(table.file_name()),
+                "{text}"
+            );
+        }
+        let mut longer = memory.clone();
+        longer
+            .tables
+            .get_mut(&Table::Inputs)
+            .unwrap()
+            .extend(b"{}\n");
+        assert_eq!(
+            compare_files(&open(&longer), &again).unwrap().to_string(),
+            "differs: world inputs.jsonl: 'rows without a seal in ticks.csv' and 'none'"
+        );
+    }
+
+    #[test]
+    fn every_value_of_run_json_is_compared() {
+        let memory = memory();
+        let again = open(&memory);
+        let text = &memory.documents[&run_log::Document::Run];
+        let run: Value = serde_json::from_str(text).unwrap();
+        let values = [
+            ("/version", "9.9.9".into()),
+            ("/unscripted", true.into()),
+            ("/outcome", "complete".into()),
+            ("/hash", "0000000000000000".into()),
+            ("/result/items/delivered", 24.into()),
+            ("/result/robots/gold/messages_sent", 0.into()),
+            ("/result/sim_time_ms", 0.into()),
+            ("/added", 1.into()),
+            ("/result/added", 1.into()),
+        ];
+        for (pointer, value) in values {
+            let mut altered = run.clone();
+            let (parent, key) = pointer.rsplit_once('/').unwrap();
+            altered.pointer_mut(parent).unwrap()[key] = value;
+            let mut memory = memory.clone();
+            memory
+                .documents
+                .insert(run_log::Document::Run, altered.to_string());
+            let text = compare_files(&open(&memory), &again).unwrap().to_string();
+            let (_, line) = text.split_once("differs: ").unwrap_or_default();
+            assert!(line.contains(key), "{pointer}: {text}");
+        }
+    }
 
     /// Runs the scenario for a short time, optionally with an operator's order.
     fn run(seed: u64, change: impl FnOnce(&mut Scenario), order: Option<InputLine>) -> RunLog {

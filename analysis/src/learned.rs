@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use run_log::{LogLevel, RunLog};
+use run_log::{LogLevel, MemoryLog, RunLog};
 use scenario::Profile;
 
 use crate::new_file::NewFile;
@@ -40,8 +40,8 @@ pub fn write_profile(path: &Path, logged: &RunLog) -> anyhow::Result<()> {
 /// # Errors
 /// Returns an error when the run cannot be replayed or the replay differs.
 pub fn learned_profile(logged: &RunLog) -> anyhow::Result<Profile> {
-    let (team, outcome) =
-        team_at_end(logged, LogLevel::Off, |_| {}).context("reading the learned values")?;
+    let (team, outcome) = team_at_end(logged, LogLevel::Off, MemoryLog::default(), |_| {})
+        .context("reading the learned values")?;
     let profile = team.learned();
     let (again, _) = team.end(outcome)?;
     if again.hash != logged.run.hash {

@@ -7,7 +7,8 @@
 //!   missions for sweeps. [`invariants`]: conditions that every run must satisfy.
 //! - [`tune`]: parameter search for allocators.
 //! - [`strategies`]: L-ALLIANCE's strategies against the optimum.
-//! - [`check`]: the effective parameters of a scenario, before a run. [`table`]: tables in a terminal.
+//! - [`check`]: the effective parameters of a scenario, before a run. [`table`]: tables in a terminal. [`progress`]: the
+//!   display of long work.
 //!
 //! [`run_log`] reads the logs. Each module contains the `alliance` subcommand that belongs to it.
 
@@ -22,6 +23,7 @@ mod new_file;
 mod optional;
 mod page_head;
 mod palette;
+pub mod progress;
 pub mod random_mission;
 pub mod replay;
 pub mod replay_views;
@@ -32,3 +34,6 @@ pub mod table;
 pub mod tune;
 #[cfg(test)]
 mod visit;
+
+/// The link to the newest run: the folder that commands use by default.
+pub const LATEST: &str = "runs/latest";

@@ -6,23 +6,28 @@ use std::process::ExitCode;
 
 use anyhow::{Context, bail};
 use clap::Args;
+use proto::program_build;
 use proto::tick::Outcome;
-use run_log::{LogLevel, MemoryLog, RunLog, RunOutcome};
+use run_log::recorder::Sink;
+use run_log::{LogLevel, MemoryLog, RunFile, RunLog, RunOutcome};
 use terminal::stderr_line;
 use world_server::simulation::Simulation;
 
-use crate::diff::{Comparison, Difference, compare};
+use crate::LATEST;
+use crate::diff::{Comparison, Difference, compare, compare_files};
+use crate::progress::Progress;
 use in_process::{AnswerError, AnswerSource, LoggedAnswers, Team, TickError};
 
-/// Run a logged run again and compare every tick.
+/// Replay a logged run and compare every tick
 #[derive(Args, Clone, Debug)]
 pub struct ReplayCommand {
     /// Folder of the run
+    #[arg(value_name = "RUN", default_value = LATEST)]
     folder: PathBuf,
     /// Write the log of the replay into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Also run this external controller again and compare its answers with the log
+    /// Run this external controller again, and compare its answers; repeatable
     #[arg(long = "mind", value_name = "NAME=COMMAND")]
     controllers: Vec<String>,
     /// Print the result as JSON on stdout
@@ -43,8 +48,8 @@ impl ReplayCommand {
     /// Replays the run. Returns exit status 0 if the replay is identical, 1 if it differs, and 2 if the folder contains
     /// no replayable run.
     #[must_use]
-    pub fn run(&self, ask_minds: RunControllers) -> ExitCode {
-        match self.replay(ask_minds) {
+    pub fn run(&self, run_controllers: RunControllers) -> ExitCode {
+        match self.replay(run_controllers) {
             Ok(comparison) => comparison.show(self.json),
             Err(error) => {
                 if let Some(TickError::Foreign(AnswerError::Other(why))) = error.downcast_ref()
@@ -58,7 +63,7 @@ impl ReplayCommand {
         }
     }
 
-    fn replay(&self, ask_minds: RunControllers) -> anyhow::Result<Comparison> {
+    fn replay(&self, run_controllers: RunControllers) -> anyhow::Result<Comparison> {
         if let Some(out) = &self.out
             && out.join("run.json").exists()
         {
@@ -75,9 +80,10 @@ impl ReplayCommand {
                 logged.run.version
             );
         }
-        let foreign: Option<Box<dyn AnswerSource>> = match LoggedAnswers::of(&logged)? {
+        tell_other_builds(&logged.run);
+        let answer_source: Option<Box<dyn AnswerSource>> = match LoggedAnswers::of(&logged)? {
             Some(kept) if !self.controllers.is_empty() => {
-                Some(ask_minds(&logged, &self.controllers, kept)?)
+                Some(run_controllers(&logged, &self.controllers, kept)?)
             }
             Some(kept) => Some(Box::new(kept)),
             None if !self.controllers.is_empty() => {
@@ -85,13 +91,51 @@ impl ReplayCommand {
             }
             None => None,
         };
-        let (team, outcome) = team_to_end(&logged, logged.run.log, foreign, |_| {})?;
+        let memory = MemoryLog::default();
+        let (mut team, outcome) =
+            team_to_end(&logged, logged.run.log, answer_source, memory, |_| {})?;
+        let in_progress = match logged.run.outcome {
+            RunOutcome::Running => Some(log_in_progress(&mut team)?),
+            RunOutcome::Ended(_) => None,
+        };
         let (memory, again) = log_of(team, outcome)?;
         if let Some(out) = &self.out {
             write(&memory, out)?;
         }
-        Ok(compare(&logged, &again)?)
+        if let Some(in_progress) = in_progress {
+            let comparison = compare_files(&logged, &in_progress)?;
+            if matches!(comparison, Comparison::Identical { .. }) {
+                return Ok(comparison);
+            }
+            // The world can be killed after the last rows and before the last run.json.
+            return Ok(match compare(&logged, &again)? {
+                Comparison::Differs(_) => comparison,
+                identical => identical,
+            });
+        }
+        Ok(compare_files(&logged, &again)?)
     }
+}
+
+/// Names the builds that took part in a run and are not the build of this program.
+fn tell_other_builds(run: &RunFile) {
+    let this = program_build::get();
+    if program_build::is_other(&run.build) {
+        stderr_line!(
+            "the run was recorded by build {}; this is build {this}",
+            run.build
+        );
+    }
+    for (robot, build) in &run.agent_builds {
+        if program_build::is_other(build) {
+            stderr_line!("the agent of {robot} was of build {build}; this is build {this}");
+        }
+    }
+}
+
+fn log_in_progress(team: &mut Team<MemoryLog>) -> anyhow::Result<RunLog> {
+    let memory = team.unfinished()?;
+    RunLog::from_memory(memory, &Registry::current().vocabulary()).context("the log of the replay")
 }
 
 /// Replays a logged run up to its last complete tick and logs it at `level`. `see` is called before the first tick and
@@ -104,7 +148,7 @@ pub fn replay(
     level: LogLevel,
     see: impl FnMut(&mut Simulation),
 ) -> anyhow::Result<(MemoryLog, RunLog)> {
-    let (team, outcome) = team_at_end(logged, level, see)?;
+    let (team, outcome) = team_at_end(logged, level, MemoryLog::default(), see)?;
     log_of(team, outcome)
 }
 
@@ -116,22 +160,24 @@ fn log_of(team: Team<MemoryLog>, outcome: Outcome) -> anyhow::Result<(MemoryLog,
     Ok((memory, again))
 }
 
-/// Returns the team of a replayed run at its end, and the outcome; see [`replay()`].
-pub(crate) fn team_at_end(
+/// Returns the team of a replayed run at its end, and the outcome. The log goes to `sink`; see [`replay()`].
+pub(crate) fn team_at_end<S: Sink>(
     logged: &RunLog,
     level: LogLevel,
+    sink: S,
     see: impl FnMut(&mut Simulation),
-) -> anyhow::Result<(Team<MemoryLog>, Outcome)> {
+) -> anyhow::Result<(Team<S>, Outcome)> {
     let kept = LoggedAnswers::of(logged)?.map(|kept| Box::new(kept) as Box<dyn AnswerSource>);
-    team_to_end(logged, level, kept, see)
+    team_to_end(logged, level, kept, sink, see)
 }
 
-fn team_to_end(
+fn team_to_end<S: Sink>(
     logged: &RunLog,
     level: LogLevel,
-    foreign: Option<Box<dyn AnswerSource>>,
-    see: impl FnMut(&mut Simulation),
-) -> anyhow::Result<(Team<MemoryLog>, Outcome)> {
+    answer_source: Option<Box<dyn AnswerSource>>,
+    sink: S,
+    mut see: impl FnMut(&mut Simulation),
+) -> anyhow::Result<(Team<S>, Outcome)> {
     let (ticks, outcome) = match (logged.run.outcome, logged.last) {
         (RunOutcome::Ended(outcome), _) => (logged.run.result.ticks, outcome),
         (RunOutcome::Running, Some(last)) => (last.tick + 1, Outcome::Interrupted),
@@ -147,8 +193,17 @@ fn team_to_end(
         bail!("run.json: scenario.{}", error.describe(scenario));
     }
     let inputs = logged.inputs()?;
-    let mut team = Team::with_answer_source(setup, inputs, level, MemoryLog::default(), foreign)?;
-    let outcome = team.continue_for(ticks, outcome, see)?;
+    let what = match logged.run.log {
+        LogLevel::Full => "replaying the run",
+        LogLevel::Summary => "the log is a summary: running it again",
+        LogLevel::Off => "the run has no tables: running it again",
+    };
+    let mut progress = Progress::new(what, "ticks", ticks);
+    let mut team = Team::with_answer_source(setup, inputs, level, sink, answer_source)?;
+    let outcome = team.continue_for(ticks, outcome, |simulation| {
+        progress.step();
+        see(simulation);
+    })?;
     Ok((team, outcome))
 }
 

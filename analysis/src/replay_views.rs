@@ -2,14 +2,27 @@
 //!
 //! A log does not contain the position of every item. Scenario, seed and inputs reproduce it at any log level.
 
+use missions::Registry;
 use proto::view::View;
-use run_log::{LogLevel, RunLog, RunOutcome};
+use run_log::recorder::Sink;
+use run_log::{LogLevel, MemoryLog, RunFile, RunLog, RunOutcome};
+use world_server::simulation::Simulation;
 
-use crate::replay::replay;
+use crate::replay::team_at_end;
 
 /// The result of a replay with views.
 pub struct ReplayWithViews {
     pub log: RunLog,
+    /// The difference from the logged run; `None` if the replay is identical to the byte.
+    pub differs: Option<String>,
+}
+
+/// The result of a replay into a sink.
+pub struct ReplayIntoSink<S> {
+    pub run: RunFile,
+    pub sink: S,
+    /// The last view, without messages and curves.
+    pub end: View,
     /// The difference from the logged run; `None` if the replay is identical to the byte.
     pub differs: Option<String>,
 }
@@ -23,16 +36,35 @@ pub fn retrace(
     level: LogLevel,
     mut see: impl FnMut(View),
 ) -> anyhow::Result<ReplayWithViews> {
-    let (_, log) = replay(logged, level, |simulation| see(simulation.view()))?;
-    let (first, again) = match logged.run.outcome {
-        RunOutcome::Ended(_) => (logged.run.hash.clone(), log.run.hash.clone()),
-        RunOutcome::Running => {
-            let hash = |log: &RunLog| log.last.map(|seal| format!("{:016x}", seal.hash));
-            (hash(logged), hash(&log))
-        }
+    let memory = MemoryLog::default();
+    let again = retrace_into(logged, level, memory, |simulation| see(simulation.view()))?;
+    let vocabulary = Registry::current().vocabulary();
+    Ok(ReplayWithViews {
+        log: RunLog::from_memory(&again.sink, &vocabulary)?,
+        differs: again.differs,
+    })
+}
+
+/// Replays a logged run like [`retrace`], and writes its log at `level` to a sink. `see` can create views when it needs
+/// them: a view of a large team takes longer than a tick.
+///
+/// # Errors
+/// Returns the errors of [`retrace`] and of the sink.
+pub fn retrace_into<S: Sink>(
+    logged: &RunLog,
+    level: LogLevel,
+    sink: S,
+    see: impl FnMut(&mut Simulation),
+) -> anyhow::Result<ReplayIntoSink<S>> {
+    let (team, outcome) = team_at_end(logged, level, sink, see)?;
+    let end = team.view();
+    let (run, recorder) = team.end(outcome)?;
+    let first = match logged.run.outcome {
+        RunOutcome::Ended(_) => logged.run.hash.clone(),
+        RunOutcome::Running => logged.last.map(|seal| format!("{:016x}", seal.hash)),
     };
-    let differs = (first != again).then(|| {
-        let (this, other) = (&log.run.version, &logged.run.version);
+    let differs = (first != run.hash).then(|| {
+        let (this, other) = (&run.version, &logged.run.version);
         let versions = if this == other {
             String::new()
         } else {
@@ -42,5 +74,10 @@ pub fn retrace(
             "this program does not reproduce the logged run{versions} exactly; `alliance replay` shows the difference"
         )
     });
-    Ok(ReplayWithViews { log, differs })
+    Ok(ReplayIntoSink {
+        run,
+        sink: recorder.into_sink(),
+        end,
+        differs,
+    })
 }

@@ -60,6 +60,25 @@ pub fn list(named: impl IntoIterator<Item = (impl ToString, impl ToString)>) -> 
     table.trim_fmt() + "\n"
 }
 
+/// Breaks a text for stderr between words if it is a terminal. In a file or pipe it stays one line.
+#[must_use]
+pub fn paragraph(text: &str) -> String {
+    paragraph_table(text).trim_fmt()
+}
+
+fn paragraph_table(text: &str) -> Table {
+    let mut table = Table::new();
+    table
+        .load_style(TableStyle::new())
+        .set_content_arrangement(ContentArrangement::Dynamic)
+        .use_stderr()
+        .add_row([text]);
+    for column in table.column_iter_mut() {
+        column.set_padding((0, 0));
+    }
+    table
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -73,6 +92,18 @@ mod tests {
         assert_eq!(
             listed,
             "cbba            bids for a bundle\nnearest-silent  the radio is off\n"
+        );
+    }
+
+    #[test]
+    fn a_paragraph_breaks_between_words() {
+        let text = "process ids: world 12345, blue 12346, gold 12347";
+        assert_eq!(paragraph_table(text).trim_fmt(), text);
+        let mut narrow = paragraph_table(text);
+        narrow.set_width(28);
+        assert_eq!(
+            narrow.trim_fmt(),
+            "process ids: world 12345,\nblue 12346, gold 12347"
         );
     }
 

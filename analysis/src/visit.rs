@@ -80,6 +80,8 @@ pub fn run_file() -> RunFile {
         outcome: run_log::RunOutcome::Running,
         unscripted: false,
         faults: Vec::new(),
+        build: String::new(),
+        agent_builds: std::collections::BTreeMap::new(),
         minds: std::collections::BTreeMap::new(),
         result: run_log::Figures::default(),
         setup,

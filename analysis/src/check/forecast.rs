@@ -1,6 +1,7 @@
 //! Closed forms of the times of a behavior set: activation, takeover, yielding and giving up (docs/ALLIANCE.md §4). They are
 //! exact except for the ticks in which messages arrive.
 
+use scenario::ids::TaskId;
 use scenario::{BehaviorParams, BehaviorSpec, HistoryOrigin, Robot, Setup, Switches};
 
 #[derive(Clone, Debug, PartialEq)]
@@ -47,43 +48,39 @@ pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
             .work_unit_s(scenario, &body, robot.skill_at(set), set)
     };
     let params_of = |robot: &str, set: &str| &setup.alliance.robots[robot].sets[set];
-    let mut forecasts = Vec::new();
+    // The sets of all robots by task: a search for each set would be quadratic in the number of tasks.
+    let mut sets: Vec<(TaskId, Rival<'_>)> = Vec::new();
+    let mut by_task = vec![Vec::new(); catalog.tasks.len()];
     for robot in &scenario.robots {
         for id in catalog.behaviors_of(robot) {
             let set = &catalog.sets[id.index()];
-            let params = params_of(&robot.name, &set.name);
-            let mut takeovers = Vec::new();
-            for teammate in scenario
-                .robots
-                .iter()
-                .filter(|teammate| teammate.name != robot.name)
-            {
-                for theirs in catalog.behaviors_of(teammate) {
-                    let theirs = &catalog.sets[theirs.index()];
-                    if theirs.task == set.task {
-                        let rival = Rival {
-                            name: &teammate.name,
-                            set: &theirs.name,
-                            params: params_of(&teammate.name, &theirs.name),
-                            work_s: unit_s(teammate, theirs),
-                        };
-                        takeovers.push(rival.takeover(setup, params));
-                    }
-                }
-            }
-            forecasts.push(Forecast {
-                robot: robot.name.clone(),
-                set: set.name.clone(),
-                task: params.task.clone(),
-                activates_s: setup.alliance.threshold / params.fast_impatience,
-                yields_s: params.before_yielding_s,
-                gives_up_s: params.before_giving_up_s,
+            by_task[set.task.index()].push(sets.len());
+            let set_of_robot = Rival {
+                name: &robot.name,
+                set: &set.name,
+                params: params_of(&robot.name, &set.name),
                 work_s: unit_s(robot, set),
-                takeovers,
-            });
+            };
+            sets.push((set.task, set_of_robot));
         }
     }
-    forecasts
+    let forecasts = sets.iter().map(|(task, own)| {
+        let rivals = by_task[task.index()].iter().map(|place| &sets[*place].1);
+        let rivals = rivals.filter(|rival| rival.name != own.name);
+        Forecast {
+            robot: own.name.to_owned(),
+            set: own.set.to_owned(),
+            task: own.params.task.clone(),
+            activates_s: setup.alliance.threshold / own.params.fast_impatience,
+            yields_s: own.params.before_yielding_s,
+            gives_up_s: own.params.before_giving_up_s,
+            work_s: own.work_s,
+            takeovers: rivals
+                .map(|rival| rival.takeover(setup, own.params))
+                .collect(),
+        }
+    });
+    forecasts.collect()
 }
 
 /// Returns the time from 0 to `threshold` with rate `slow` for the first `slow_s` and then with rate `fast`, s.
@@ -97,7 +94,7 @@ pub fn rise_time_s(threshold: f64, slow: f64, fast: f64, slow_s: f64) -> f64 {
     }
 }
 
-/// A teammate on the same task.
+/// A behavior set of a robot, as its teammates on the same task see it.
 struct Rival<'a> {
     name: &'a str,
     set: &'a str,

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use scenario::{Setup, StepOrder};
+use scenario::{Scenario, Setup, StepOrder};
 use terminal::stderr_line;
 use world_server::mission_args::{Known, MissionArgs};
 use world_server::size::SizeArgs;
@@ -20,15 +20,15 @@ use world_server::size::SizeArgs;
 use forecast::{Forecast, forecasts};
 use warnings::{Warning, warnings};
 
-/// Explain the parameters of a scenario, and warn about contradictions
+/// Explain a scenario's parameters and report conflicts
 #[derive(Args, Clone, Debug)]
 pub struct CheckCommand {
-    /// Scenario: name of a built-in one, or a TOML file
+    /// Name of a built-in scenario, or a TOML file
     #[arg(value_name = "SCENARIO|FILE")]
     scenario: Option<String>,
     #[command(flatten)]
     size: SizeArgs,
-    /// Parameter file in the thesis' format (Fig. 3.4); its values override the scenario's
+    /// Parameter file in the thesis' form (Fig. 3.4); overrides the scenario
     #[arg(long, value_name = "FILE")]
     params: Option<PathBuf>,
     /// Print the result as JSON on stdout
@@ -41,6 +41,8 @@ pub struct Check {
     /// One forecast per robot and behavior set, by rank and in catalog order.
     pub forecasts: Vec<Forecast>,
     pub warnings: Vec<Warning>,
+    /// Values of the scenario that contradict each other, as `KEY: problem; remedy`.
+    pub contradictions: Vec<String>,
 }
 
 impl Check {
@@ -51,8 +53,26 @@ impl Check {
         Self {
             forecasts,
             warnings,
+            contradictions: contradictions(&setup.scenario),
         }
     }
+}
+
+/// Returns values of the scenario that contradict each other or its time limit.
+fn contradictions(scenario: &Scenario) -> Vec<String> {
+    let limit_s = scenario.limit_s;
+    let timeline = scenario.faults.timeline.iter().enumerate();
+    let late = timeline.filter_map(|(index, order)| {
+        let at_s = order.at_s.filter(|at_s| *at_s >= limit_s)?;
+        let fault = &order.fault;
+        Some(format!(
+            "faults.timeline[{index}].at_s: '{fault}' is due at {at_s} s, not before limit_s, {limit_s} s; \
+             let it begin earlier, or allow more time"
+        ))
+    });
+    let of_mission = scenario.mission().warnings(scenario);
+    late.chain(of_mission.iter().map(ToString::to_string))
+        .collect()
 }
 
 impl CheckCommand {

@@ -1,5 +1,6 @@
 //! Output of a check as text and as JSON.
 
+use std::collections::HashMap;
 use std::fmt::Write;
 
 use comfy_table::{CellAlignment, Table};
@@ -25,7 +26,10 @@ pub fn text(setup: &Setup, check: &Check) -> String {
             warning.text
         );
     }
-    if check.warnings.is_empty() {
+    for contradiction in &check.contradictions {
+        let _ = writeln!(text, "warning: {contradiction}");
+    }
+    if check.warnings.is_empty() && check.contradictions.is_empty() {
         let _ = writeln!(text, "{}: no warnings", setup.scenario.name);
     }
     text
@@ -34,12 +38,15 @@ pub fn text(setup: &Setup, check: &Check) -> String {
 /// Creates a table for each group of robots. Robots with equal figures share a row.
 fn tables(forecasts: &[Forecast]) -> Vec<(Vec<&str>, Table)> {
     let mut rows: Vec<(Vec<&str>, [String; 8])> = Vec::new();
+    let mut known: HashMap<[String; 8], usize> = HashMap::new();
     for forecast in forecasts {
         let figures = figures(forecast);
-        let same = rows.iter_mut().find(|(_, known)| *known == figures);
-        match same {
-            Some((robots, _)) => robots.push(&forecast.robot),
-            None => rows.push((vec![&forecast.robot], figures)),
+        match known.get(&figures) {
+            Some(place) => rows[*place].0.push(&forecast.robot),
+            None => {
+                known.insert(figures.clone(), rows.len());
+                rows.push((vec![&forecast.robot], figures));
+            }
         }
     }
     let mut tables: Vec<(Vec<&str>, Table)> = Vec::new();
@@ -147,6 +154,9 @@ pub fn json(setup: &Setup, check: &Check) -> Value {
                 "text": warning.text,
             })
         })
+        .chain(check.contradictions.iter().map(
+            |text| json!({ "kind": "scenario", "behavior_set": null, "robots": [], "text": text }),
+        ))
         .collect();
     json!({
         "scenario": setup.scenario.name,

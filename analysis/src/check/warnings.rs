@@ -1,6 +1,6 @@
 //! Warnings about valid parameters that contradict each other.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use scenario::{BehaviorParams, Setup};
 
@@ -47,9 +47,13 @@ impl WarningKind {
 #[must_use]
 pub fn warnings(setup: &Setup, forecasts: &[Forecast]) -> Vec<Warning> {
     let catalog = &setup.catalog;
+    let sets = catalog.sets.iter().enumerate();
+    let places: HashMap<&str, usize> = sets
+        .map(|(place, set)| (set.name.as_str(), place))
+        .collect();
     let mut found: BTreeMap<(usize, WarningKind, String), Vec<String>> = BTreeMap::new();
     for forecast in forecasts {
-        let place = catalog.sets.iter().position(|set| set.name == forecast.set);
+        let place = places.get(forecast.set.as_str()).copied();
         for (kind, text) in of_set(setup, forecast) {
             let robots = found
                 .entry((place.unwrap_or_default(), kind, text))

@@ -1,140 +1,270 @@
-//! The result in words.
+//! The result in words: three sentences, and details.
 
-use super::analysis::{Analysis, LEVEL};
+use super::analysis::{Analysis, Ranking, SIGNIFICANT};
 use super::data::ComparisonData;
 use super::hypotheses::{Outcome, Verdict};
 use super::metrics::Metric;
+use super::power::seeds_needed;
+use crate::sweep::execution::counted;
 
-#[must_use]
-pub fn answer(data: &ComparisonData, analysis: &Analysis, verdicts: &[Verdict]) -> Vec<String> {
-    let mut answer: Vec<String> = Vec::new();
-    answer.extend(over_all(data, analysis));
-    for class in data.classes() {
-        answer.extend(under(data, analysis, class));
-    }
-    answer.extend(incomplete(data));
-    answer.extend(no_data(data));
-    answer.extend(claims(verdicts));
-    answer
+/// The largest number of blocks that a sentence lists.
+const LISTED: usize = 4;
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Answer {
+    /// The best allocator, the incomplete runs and the significance of the differences.
+    pub sentences: Vec<String>,
+    /// The outcomes of the hypotheses; `None` without hypotheses.
+    pub claims: Option<String>,
+    /// The best allocators of each class of faults, and the omitted data.
+    pub details: Vec<String>,
 }
 
-fn over_all(data: &ComparisonData, analysis: &Analysis) -> Option<String> {
-    let ranking = analysis
-        .rankings
-        .iter()
-        .find(|ranking| ranking.metric == Metric::Par2)?;
+#[must_use]
+pub fn answer(data: &ComparisonData, analysis: &Analysis, verdicts: &[Verdict]) -> Answer {
+    let mut details: Vec<String> = Vec::new();
+    details.extend(
+        analysis
+            .primary()
+            .and_then(|ranking| reference(data, ranking)),
+    );
+    let classes = data.classes().into_iter();
+    details.extend(classes.filter_map(|class| under(data, analysis, class)));
+    details.extend(incomplete(data));
+    details.extend(no_chance(data));
+    details.extend(no_data(data));
+    Answer {
+        sentences: vec![
+            best_of_all(data, analysis),
+            completeness(data),
+            significance(data, analysis),
+        ],
+        claims: claims(verdicts),
+        details,
+    }
+}
+
+/// Names the allocator with the best mean rank and those that are not significantly worse. Without a ranking, it names the
+/// best allocator of each block.
+fn best_of_all(data: &ComparisonData, analysis: &Analysis) -> String {
+    let Some(ranking) = analysis.primary() else {
+        let blocks = (0..data.blocks.len()).filter_map(|block| best_in(data, analysis, block));
+        let blocks: Vec<String> = blocks.take(LISTED).collect();
+        return match blocks.len() {
+            0 => "All allocators with data are equal.".to_owned(),
+            _ => format!("Best: {}.", blocks.join("; ")),
+        };
+    };
     let ranks = &ranking.friedman.mean_ranks;
-    let named = |place: usize| format!("{} ({:.1})", data.allocators[place], ranks[place]);
-    let order: Vec<usize> = ranking
-        .order()
-        .into_iter()
-        .filter(|place| Some(*place) != data.reference)
-        .collect();
-    let (first, last) = (*order.first()?, *order.last()?);
-    let blocks = ranking.friedman.blocks;
-    let near: Vec<String> = order[1..]
+    let order = rivals(data, ranking);
+    let first = order[0];
+    let near = order[1..]
         .iter()
-        .filter(|place| ranks[**place] - ranks[first] < ranking.critical)
-        .map(|place| named(*place))
-        .collect();
-    let left = match ranking.omitted_blocks.len() {
-        0 => String::new(),
-        1 => {
-            " 1 more block is omitted: an allocator has no data in it, or all allocators are equal."
-                .to_owned()
-        }
-        left => format!(
-            " {left} more blocks are omitted: an allocator has no data in them, or all allocators are equal."
+        .filter(|place| ranks[**place] - ranks[first] < ranking.critical);
+    let near: Vec<usize> = near.copied().collect();
+    let others = match near.len() {
+        0 => "all others are significantly worse".to_owned(),
+        _ if ranking.friedman.p >= SIGNIFICANT => format!(
+            "the ranks of all allocators together do not differ significantly (Friedman, p {})",
+            p_value(ranking.friedman.p)
+        ),
+        _ if near.len() + 1 == order.len() => "no other is significantly worse".to_owned(),
+        _ => format!(
+            "{} {} not significantly worse",
+            names(data, &near),
+            if near.len() == 1 { "is" } else { "are" }
         ),
     };
-    let differ = if ranking.friedman.p < 1.0 - LEVEL {
-        "differ significantly"
-    } else {
-        "do not differ significantly"
-    };
-    Some(format!(
-        "Over {blocks} blocks (a block is a mission under a class of faults), {} has the best mean rank by mean PAR2: {:.1} of {}. {} is last. \
-         Taken together, the ranks {differ} (Friedman, p {}). Ranks less than {:.1} apart do not differ significantly (Nemenyi): {}.{left}",
+    format!(
+        "Over {} blocks (a block is a mission under a class of faults) {} has the best mean rank, {:.1} of {}; {others}.",
+        ranking.friedman.blocks,
         data.allocators[first],
         ranks[first],
         ranks.len(),
-        named(last),
-        p_value(ranking.friedman.p),
-        ranking.critical,
-        match near.len() {
-            0 => "all other allocators are worse".to_owned(),
-            _ => format!(
-                "{} is not shown to be better than {}",
-                data.allocators[first],
-                near.join(", ")
-            ),
-        },
-    ))
+    )
+}
+
+/// Returns the allocators that compete, best first.
+fn rivals(data: &ComparisonData, ranking: &Ranking) -> Vec<usize> {
+    let order = ranking.order().into_iter();
+    order
+        .filter(|place| Some(*place) != data.reference)
+        .collect()
+}
+
+/// Explains a rank of the reference behind the best allocator.
+fn reference(data: &ComparisonData, ranking: &Ranking) -> Option<String> {
+    let reference = data.reference?;
+    let ranks = &ranking.friedman.mean_ranks;
+    let best = *rivals(data, ranking).first()?;
+    (ranks[reference] > ranks[best]).then(|| {
+        format!(
+            "{} has the mean rank {:.1}, behind {}: it has the ground truth, but plans one step only. It is a reference and \
+             no bound, and does not compete.",
+            data.allocators[reference], ranks[reference], data.allocators[best]
+        )
+    })
+}
+
+/// States the number of incomplete runs and of cells without data.
+fn completeness(data: &ComparisonData) -> String {
+    let cells = || data.blocks.iter().flat_map(|block| &block.cells);
+    let place = data.metric_index(&Metric::Completion);
+    let outcomes = || cells().flat_map(|cell| cell.values[place].iter().flatten());
+    let (runs, complete) = (outcomes().count(), outcomes().sum::<f64>() as usize);
+    let mut text = match runs - complete {
+        0 => "Every counted run completed its mission".to_owned(),
+        incomplete => format!(
+            "{incomplete} of {} did not complete their mission",
+            counted(runs, "counted run")
+        ),
+    };
+    let worst = (0..data.allocators.len()).map(|rival| (incomplete_of(data, rival), rival));
+    if let Some((most, rival)) = worst.max_by_key(|(count, rival)| (*count, usize::MAX - rival))
+        && most > 0
+    {
+        text += &format!(", {most} of them with {}", data.allocators[rival]);
+    }
+    let empty = cells().filter(|cell| cell.counted() == 0).count();
+    if empty > 0 {
+        text += &format!(
+            "; no data in {empty} of {}",
+            counted(cells().count(), "cell")
+        );
+    }
+    text + "."
+}
+
+/// Returns the number of incomplete runs of an allocator.
+fn incomplete_of(data: &ComparisonData, rival: usize) -> usize {
+    let place = data.metric_index(&Metric::Completion);
+    let cells = data.blocks.iter().map(|block| &block.cells[rival]);
+    let outcomes = cells.flat_map(|cell| cell.values[place].iter().flatten());
+    outcomes.filter(|outcome| **outcome == 0.0).count()
+}
+
+/// States in how many blocks some allocator is significantly worse than the best, or that the seeds are too few.
+fn significance(data: &ComparisonData, analysis: &Analysis) -> String {
+    let blocks = 0..data.blocks.len();
+    let compared: Vec<usize> = blocks
+        .filter(|block| !data.are_equal(*block, &data.blocks[*block].primary))
+        .collect();
+    if compared.is_empty() {
+        return "In no block do the allocators differ.".to_owned();
+    }
+    let (can, cannot): (Vec<usize>, Vec<usize>) = compared
+        .into_iter()
+        .partition(|block| can_differ(data, analysis, *block));
+    if can.is_empty() && !cannot.is_empty() {
+        let seeds = data.blocks[0].cells[0].runs;
+        return format!(
+            "{} too few to show any difference within a block: with {} at least {} are needed, so the page shows none and claims no equality.",
+            match seeds {
+                1 => "1 seed is".to_owned(),
+                seeds => format!("{seeds} seeds are"),
+            },
+            counted(data.allocators.len(), "allocator"),
+            seeds_needed(data.allocators.len())
+        );
+    }
+    let shows = |block: &&usize| {
+        best(data, **block).is_some_and(|best| !worse(analysis, data, **block, best).is_empty())
+    };
+    let some = can.iter().filter(shows).count();
+    let mut text = format!(
+        "In {some} of {} some allocator is significantly worse than the best",
+        counted(can.len(), "block")
+    );
+    if !cannot.is_empty() {
+        text += &format!(
+            "; {} more have too few runs to show a difference",
+            cannot.len()
+        );
+    }
+    text + "."
+}
+
+fn can_differ(data: &ComparisonData, analysis: &Analysis, block: usize) -> bool {
+    analysis.blocks[block].can_differ(&data.blocks[block].primary)
 }
 
 /// Names the best allocator of each mission under a class of faults, and those without a significant difference to it.
 fn under(data: &ComparisonData, analysis: &Analysis, class: &str) -> Option<String> {
-    let par2 = data.metric_index(&Metric::Par2);
-    let blocks: Vec<usize> = (0..data.blocks.len())
-        .filter(|block| data.blocks[*block].faults == class)
+    let blocks = (0..data.blocks.len()).filter(|block| data.blocks[*block].faults == class);
+    let sentences: Vec<String> = blocks
+        .filter_map(|block| best_in(data, analysis, block))
         .collect();
-    let mut sentences: Vec<String> = Vec::new();
-    for block in blocks {
-        let Some(best) = best(data, block) else {
-            continue;
-        };
-        let mean = data.blocks[block].cells[best].mean(par2)?;
-        let cells = data.blocks[block].cells.iter();
-        if cells
-            .filter_map(|cell| cell.mean(par2))
-            .all(|other| other == mean)
-        {
-            let mission = &data.blocks[block].mission;
-            sentences.push(format!("all allocators equal in {mission} ({mean:.0} s)"));
-            continue;
-        }
-        let ties = ties(analysis, data, block, best);
-        let ties = match ties.len() {
-            0 => "all others are worse".to_owned(),
-            _ => format!("no significant difference to {}", names(data, &ties)),
-        };
-        let mission = match data.blocks[block].mission.as_str() {
-            "" => String::new(),
-            mission => format!("in {mission} "),
-        };
-        sentences.push(format!(
-            "{mission}{} ({mean:.0} s; {ties})",
-            data.allocators[best]
-        ));
-    }
-    let class = if class.is_empty() {
-        "Best".to_owned()
-    } else {
-        format!("Best under {class}")
+    let class = match class {
+        "" => "Best".to_owned(),
+        class => format!("Best under {class}"),
     };
     (!sentences.is_empty()).then(|| format!("{class}: {}.", sentences.join("; ")))
 }
 
-/// Returns the allocator with the least mean PAR2, except the reference.
+/// Names the best allocator of a block. Returns `None` without data, and if all allocators are equal.
+fn best_in(data: &ComparisonData, analysis: &Analysis, block: usize) -> Option<String> {
+    let primary = &data.blocks[block].primary;
+    let best = best(data, block)?;
+    let mean = data.mean(block, best, primary)?;
+    if data.are_equal(block, primary) {
+        return None;
+    }
+    let ties = ties(analysis, data, block, best);
+    let ties = match ties.len() {
+        0 => "all others are worse".to_owned(),
+        _ if !can_differ(data, analysis, block) => "too few seeds for a difference".to_owned(),
+        _ => format!("no significant difference to {}", names(data, &ties)),
+    };
+    let mission = match data.blocks[block].mission.as_str() {
+        "" => String::new(),
+        mission => format!("in {mission} "),
+    };
+    let name = match primary {
+        Metric::Own(own) => format!("{} ", own.name),
+        _ => String::new(),
+    };
+    Some(format!(
+        "{mission}{} ({name}{}; {ties})",
+        data.allocators[best],
+        primary.show(mean)
+    ))
+}
+
+/// Returns the allocator with the best mean of the primary metric, except the reference.
 #[must_use]
 pub fn best(data: &ComparisonData, block: usize) -> Option<usize> {
-    let par2 = data.metric_index(&Metric::Par2);
-    let cells = data.blocks[block].cells.iter().enumerate();
-    let rivals = cells.filter(|(place, _)| Some(*place) != data.reference);
-    let means = rivals.filter_map(|(place, cell)| Some((place, cell.mean(par2)?)));
+    let primary = &data.blocks[block].primary;
+    let sign = if primary.more_is_better() { -1.0 } else { 1.0 };
+    let rivals = (0..data.allocators.len()).filter(|place| Some(*place) != data.reference);
+    let means = rivals.filter_map(|place| Some((place, sign * data.mean(block, place, primary)?)));
     means
         .min_by(|(_, a), (_, b)| a.total_cmp(b))
         .map(|(place, _)| place)
 }
 
-/// Returns the allocators that are not significantly worse than the best.
+/// Returns the allocators with data that are not significantly worse than the best.
 #[must_use]
 pub fn ties(analysis: &Analysis, data: &ComparisonData, block: usize, best: usize) -> Vec<usize> {
+    let worse = worse(analysis, data, block, best);
+    let primary = &data.blocks[block].primary;
+    (0..data.allocators.len())
+        .filter(|place| *place != best && Some(*place) != data.reference && !worse.contains(place))
+        .filter(|place| {
+            let pair = analysis.pair(block, primary, best, *place);
+            pair.is_some_and(|pair| pair.n > 0)
+        })
+        .collect()
+}
+
+/// Returns the allocators that are significantly worse than the best.
+fn worse(analysis: &Analysis, data: &ComparisonData, block: usize, best: usize) -> Vec<usize> {
+    let primary = &data.blocks[block].primary;
+    let sign = if primary.more_is_better() { -1.0 } else { 1.0 };
     (0..data.allocators.len())
         .filter(|place| *place != best && Some(*place) != data.reference)
         .filter(|place| {
-            let pair = analysis.pair(block, &Metric::Par2, best, *place);
-            pair.is_some_and(|pair| pair.n > 0 && !(pair.is_significant() && pair.effect > 0.0))
+            let pair = analysis.pair(block, primary, best, *place);
+            pair.is_some_and(|pair| pair.is_significant() && sign * pair.effect > 0.0)
         })
         .collect()
 }
@@ -144,30 +274,52 @@ fn incomplete(data: &ComparisonData) -> Option<String> {
     let completion = data.metric_index(&Metric::Completion);
     let mut found = Vec::new();
     for (place, name) in data.allocators.iter().enumerate() {
-        let cells = || data.blocks.iter().map(|block| &block.cells[place]);
-        let present = || cells().flat_map(|cell| cell.values_of(completion));
-        let (runs, complete) = (present().count(), present().sum::<f64>() as usize);
-        if complete == runs {
+        let cells = data.blocks.iter().map(|block| &block.cells[place]);
+        let runs: usize = cells
+            .map(|cell| cell.values[completion].iter().flatten().count())
+            .sum();
+        let incomplete = incomplete_of(data, place);
+        if incomplete == 0 {
             continue;
         }
-        let never = data.blocks.iter().filter(|block| {
-            let cell = &block.cells[place];
-            cell.counted() > 0 && cell.mean(completion) == Some(0.0)
-        });
-        let never: Vec<String> = never.map(|block| block.name()).collect();
+        let never = (0..data.blocks.len())
+            .filter(|block| data.mean(*block, place, &Metric::Completion) == Some(0.0));
+        let never: Vec<String> = never.map(|block| data.blocks[block].name()).collect();
         let never = match never.len() {
             0 => String::new(),
-            1..=4 => format!(", never in {}", never.join("; ")),
+            1..=LISTED => format!(", never in {}", never.join("; ")),
             many => format!(", never in {many} blocks"),
         };
-        found.push(format!("{name} {complete} of {runs}{never}"));
+        found.push(format!("{name} {} of {runs}{never}", runs - incomplete));
     }
-    Some(match found.len() {
-        0 => "Every counted run completed its mission.".to_owned(),
-        _ => format!(
+    (!found.is_empty()).then(|| {
+        format!(
             "Completed runs of the allocators that did not always complete: {}.",
             found.join("; ")
-        ),
+        )
+    })
+}
+
+/// Lists the cells in which the seed has no effect.
+fn no_chance(data: &ComparisonData) -> Option<String> {
+    let constant = data.blocks.iter().filter_map(|block| {
+        let cells = block.cells.iter().zip(&data.allocators);
+        let names: Vec<&str> = cells
+            .filter(|(cell, _)| cell.is_constant)
+            .map(|(_, name)| name.as_str())
+            .collect();
+        match names.len() {
+            0 => None,
+            all if all == block.cells.len() => Some(block.name()),
+            _ => Some(format!("{} ({})", block.name(), names.join(", "))),
+        }
+    });
+    let constant: Vec<String> = constant.collect();
+    (!constant.is_empty()).then(|| {
+        format!(
+            "All seeds give the same run, which counts once: {}.",
+            constant.join("; ")
+        )
     })
 }
 

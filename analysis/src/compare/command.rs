@@ -17,8 +17,9 @@ use super::figures::figures;
 use super::hypotheses::{check, judge};
 use super::memory;
 use super::page::Page;
+use super::power::remarks;
 use super::tables::tables;
-use crate::sweep::comparison::{Axes, Comparison};
+use crate::sweep::comparison::{Axes, Comparison, OwnFigure};
 use crate::sweep::execution::{Arguments, PlanCommand, counted, shell_quoted};
 use crate::sweep::folder::write_atomically;
 use crate::sweep::journal::Header;
@@ -30,16 +31,14 @@ use crate::sweep::workers::run_parallel;
 
 const PAGE: &str = "comparison.html";
 
-/// Compare allocators under the same faults
-///
-/// A comparison is a sweep whose plan varies `allocator`. It reports the differences and their significance. An interrupted
-/// comparison resumes where it stopped.
+/// Compare allocators under the same faults, with significance
+// A comparison is a sweep whose plan varies `allocator`. An interrupted comparison resumes where it stopped.
 #[derive(Args, Clone, Debug)]
 pub struct CompareCommand {
     #[command(flatten)]
     arguments: Arguments,
     /// Repeat all runs of one cell and print their rows as CSV, then exit
-    #[arg(long, value_name = "CELL", conflicts_with_all = ["shard", "merge", "out", "scenario"])]
+    #[arg(long, value_name = "CELL", help_heading = "Other", conflicts_with_all = ["shard", "merge", "out", "scenario", "dry_run"])]
     cell: Option<usize>,
 }
 
@@ -52,6 +51,13 @@ impl CompareCommand {
             name: "compare",
             folder: "comparisons",
             prepare,
+            remarks: |header| {
+                let comparison = header.comparison.as_ref();
+                let hypotheses = comparison.map_or(&[][..], |comparison| &comparison.hypotheses);
+                let allocators = allocators(&header.design)
+                    .map_or(0, |place| header.design.factors[place].levels.len());
+                remarks(allocators, header.design.seeds_per_condition(), hypotheses)
+            },
             finish,
         };
         let Some(cell) = self.cell else {
@@ -109,7 +115,7 @@ fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Compari
             if rivals.is_empty() { "none" } else { "one" }
         );
     }
-    let mut axes = Vec::new();
+    let (mut axes, mut objectives) = (Vec::new(), Vec::new());
     let mut largest = 0.0_f64;
     for block in 0..blocks(design) {
         let run = first_run(design, block);
@@ -118,20 +124,19 @@ fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Compari
         let setup = setup.with_context(|| format!("run {run}"))?;
         largest = largest.max(memory::of_a_run(&setup));
         axes.push(Axes::from_scenario(&setup.scenario));
+        objectives.push(OwnFigure::new(setup.catalog.mission.objective()));
     }
     memory::check(largest, jobs, design.runs().unwrap_or_default())?;
     let comparison = Comparison {
         question: plan.question.clone(),
         hypotheses: plan.hypotheses.clone(),
         axes,
+        objectives,
     };
-    let data = ComparisonData::of(design, &comparison, &[]);
-    let (mut missions, mut classes) = (data.missions(), data.classes());
-    for names in [&mut missions, &mut classes] {
-        // A single mission or class has an empty name.
-        names.retain(|name| !name.is_empty());
-    }
-    check(&plan.hypotheses, &data.allocators, &missions, &classes)?;
+    check(
+        &plan.hypotheses,
+        &ComparisonData::of(design, &comparison, &[]),
+    )?;
     Ok(Some(comparison))
 }
 
@@ -187,7 +192,7 @@ fn finish(
     if let Some(question) = &comparison.question {
         stderr_line!("{question}");
     }
-    for sentence in &answer {
+    for sentence in answer.sentences.iter().chain(&answer.claims) {
         stderr_line!("- {sentence}");
     }
     stderr_line!("{}, {failed} failed", counted(rows.len(), "run"));

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::metrics::Metric;
-use crate::sweep::comparison::{Axes, Comparison};
+use crate::sweep::comparison::{Axes, Comparison, OwnFigure};
 use crate::sweep::design::{Design, FAULTS, Factor, MISSION};
 use crate::sweep::results::figures_of;
 use crate::sweep::run::{Figures, Row};
@@ -32,6 +32,8 @@ pub struct Block {
     pub mission: String,
     /// The class of faults; empty if there is only one.
     pub faults: String,
+    /// The metric that ranks the runs of the mission.
+    pub primary: Metric,
     /// The x values of curves.
     pub axes: Axes,
     pub cells: Vec<AllocatorCell>,
@@ -45,6 +47,8 @@ pub struct AllocatorCell {
     pub runs: usize,
     pub failed: usize,
     pub without_effect: usize,
+    /// True if all runs have equal values: the seed has no effect, so the runs count as one.
+    pub is_constant: bool,
     /// Values of the counted runs by metric and seed; `None` for a missing value.
     pub values: Vec<Vec<Option<f64>>>,
 }
@@ -71,23 +75,32 @@ impl AllocatorCell {
         self.runs - self.failed - self.without_effect
     }
 
-    /// Returns the existing values of a metric.
+    /// Returns the existing values of a metric: one value if the seed has no effect.
     #[must_use]
     pub fn values_of(&self, metric: usize) -> Vec<f64> {
-        self.values[metric].iter().flatten().copied().collect()
+        let most = if self.is_constant { 1 } else { usize::MAX };
+        let values_of = self.values[metric].iter().flatten().copied();
+        values_of.take(most).collect()
     }
 
-    #[must_use]
-    pub fn mean(&self, metric: usize) -> Option<f64> {
-        mean(&self.values_of(metric))
-    }
-
-    /// Returns the values of both cells for the seeds that both have.
+    /// Returns the values of both cells for the seeds that both have: one pair if the seed has no effect on either.
     #[must_use]
     pub fn paired(&self, other: &Self, metric: usize) -> (Vec<f64>, Vec<f64>) {
         let both = self.values[metric].iter().zip(&other.values[metric]);
         both.filter_map(|(first, second)| Some(((*first)?, (*second)?)))
+            .take(if self.is_constant && other.is_constant {
+                1
+            } else {
+                usize::MAX
+            })
             .unzip()
+    }
+
+    /// Sets [`is_constant`](Self::is_constant) after all runs are added.
+    fn find_constant(&mut self) {
+        let are_equal = |values: &Vec<Option<f64>>| values.iter().all(|value| *value == values[0]);
+        self.is_constant =
+            self.runs > 1 && self.counted() == self.runs && self.values.iter().all(are_equal);
     }
 }
 
@@ -105,6 +118,25 @@ impl ComparisonData {
             .iter()
             .position(|known| known == metric)
             .unwrap_or_default()
+    }
+
+    /// Returns the mean of a metric in a cell, or `None` without values. The sum is exact on the metric's grid, so that
+    /// equal means are equal numbers.
+    #[must_use]
+    pub fn mean(&self, block: usize, rival: usize, metric: &Metric) -> Option<f64> {
+        let values = self.blocks[block].cells[rival].values_of(self.metric_index(metric));
+        let steps: Vec<f64> = values.iter().map(|value| metric.steps(*value)).collect();
+        Some(mean(&steps)? / metric.steps_per_unit())
+    }
+
+    /// Checks whether all allocators with data have the same mean of a metric in a block.
+    #[must_use]
+    pub fn are_equal(&self, block: usize, metric: &Metric) -> bool {
+        let rivals = 0..self.allocators.len();
+        let means: Vec<f64> = rivals
+            .filter_map(|rival| self.mean(block, rival, metric))
+            .collect();
+        means.iter().all(|mean| *mean == means[0])
     }
 
     #[must_use]
@@ -129,6 +161,8 @@ impl ComparisonData {
             .flat_map(|measures| measures.sent.keys())
             .collect();
         let mut metrics = Metric::ALL.to_vec();
+        let own: BTreeSet<&OwnFigure> = comparison.objectives.iter().flatten().collect();
+        metrics.extend(own.into_iter().cloned().map(Metric::Own));
         for kind in kinds {
             metrics.push(Metric::MessagesOf(kind.clone()));
             metrics.push(Metric::BytesOf(kind.clone()));
@@ -140,7 +174,7 @@ impl ComparisonData {
                 .flat_map(|(_, factor)| factor.columns.iter().cloned())
                 .collect(),
             blocks: (0..blocks(design))
-                .map(|number| block(design, number, &comparison.axes))
+                .map(|number| block(design, number, comparison))
                 .collect(),
             metrics,
         };
@@ -161,6 +195,8 @@ impl ComparisonData {
             cell.number = row.run / seeds;
             cell.add(&data.metrics, row, row.run % seeds);
         }
+        let cells = data.blocks.iter_mut().flat_map(|block| &mut block.cells);
+        cells.for_each(AllocatorCell::find_constant);
         data.find_regret();
         data
     }
@@ -263,7 +299,7 @@ pub fn first_run(design: &Design, block: usize) -> usize {
     factors.fold(0, |run, (factor, place)| run * factor.levels.len() + place)
 }
 
-fn block(design: &Design, number: usize, axes: &[Axes]) -> Block {
+fn block(design: &Design, number: usize, comparison: &Comparison) -> Block {
     let places = design.level_indices(first_run(design, number));
     let (mut settings_of, mut mission, mut faults) = (Vec::new(), Vec::new(), String::new());
     for (place, factor) in settings(design) {
@@ -284,7 +320,8 @@ fn block(design: &Design, number: usize, axes: &[Axes]) -> Block {
         settings: settings_of,
         mission: mission.join(", "),
         faults,
-        axes: axes.get(number).copied().unwrap_or(Axes {
+        primary: Metric::primary(comparison.objectives.get(number).and_then(Option::as_ref)),
+        axes: comparison.axes.get(number).copied().unwrap_or(Axes {
             robots: 0,
             loss: None,
         }),
@@ -316,6 +353,15 @@ pub(super) mod tests {
     /// Creates the data of two missions under two classes of faults with three allocators and `seeds` seeds. `rows` returns the
     /// makespan; a negative value is an incomplete run, `None` a run whose fault never hit.
     pub fn data(rows: impl Fn(usize, usize, usize) -> Option<f64>, seeds: usize) -> ComparisonData {
+        data_with(rows, seeds, &comparison())
+    }
+
+    /// Creates the same data with objectives. The figure `seen` falls from allocator to allocator.
+    pub fn data_with(
+        rows: impl Fn(usize, usize, usize) -> Option<f64>,
+        seeds: usize,
+        comparison: &Comparison,
+    ) -> ComparisonData {
         let text = format!(
             "seeds = {seeds}\n[grid]\nallocator = ['alliance', 'oracle', 'nearest']\n\
              [missions.near]\n[missions.far]\n[faults.none]\n[faults.dead]\ntimeline = [{{ fault.kill = 'gold' }}]\n"
@@ -325,22 +371,28 @@ pub(super) mod tests {
         let rows: Vec<Row> = (0..runs)
             .map(|run| {
                 let (block, rival) = (run / seeds / 3, run / seeds % 3);
-                row(run, rows(block, rival, run % seeds))
+                let mut row = row(run, rows(block, rival, run % seeds));
+                if let RunResult::Ended(figures) = &mut row.end {
+                    let seen = 0.9 - 0.2 * rival as f64 + 0.001 * (run % seeds % 3) as f64;
+                    figures.mission.add("seen", seen);
+                }
+                row
             })
             .collect();
-        ComparisonData::of(&plan.design, &comparison(), &rows)
+        ComparisonData::of(&plan.design, comparison, &rows)
     }
 
-    fn comparison() -> Comparison {
+    pub fn comparison() -> Comparison {
         Comparison {
             question: None,
             hypotheses: Vec::new(),
             axes: Vec::new(),
+            objectives: Vec::new(),
         }
     }
 
     fn row(run: usize, seconds: Option<f64>) -> Row {
-        let mut row = complete(run, (seconds.unwrap_or(1.0).abs() * 1000.0) as u64);
+        let mut row = complete(run, (seconds.unwrap_or(1.0).abs() * 1000.0).round() as u64);
         if let RunResult::Ended(figures) = &mut row.end {
             figures.measures = Some(Box::new(ComparisonMeasures {
                 limit_s: 100.0,
@@ -425,7 +477,56 @@ pub(super) mod tests {
         assert_eq!(block.name(), "all runs");
         assert_eq!((block.cells[0].failed, block.cells[0].counted()), (1, 1));
         assert_eq!(block.cells[1].counted(), 0);
-        assert_eq!(block.cells[1].mean(0), None);
+        assert_eq!(data.mean(0, 1, &Metric::Par2), None);
+    }
+
+    #[test]
+    fn equal_runs_count_once() {
+        let data = data(
+            |_, rival, seed| Some(if rival == 0 { 40.0 + seed as f64 } else { 30.0 }),
+            8,
+        );
+        let par2 = data.metric_index(&Metric::Par2);
+        let [alliance, oracle, nearest] = &data.blocks[0].cells[..] else {
+            panic!("{:?}", data.blocks[0].cells)
+        };
+        assert_eq!(
+            [alliance, oracle, nearest].map(|cell| cell.is_constant),
+            [false, true, true]
+        );
+        assert_eq!(
+            (nearest.counted(), nearest.values_of(par2)),
+            (8, vec![30.0])
+        );
+        assert_eq!(oracle.paired(nearest, par2), (vec![30.0], vec![30.0]));
+        assert_eq!(alliance.paired(nearest, par2).0.len(), 8);
+    }
+
+    #[test]
+    fn equal_means_are_equal_numbers() {
+        // As numbers of seconds, 0.1 + 0.2 + 0.6 and 0.3 + 0.3 + 0.3 differ.
+        let runs = [[0.1, 0.2, 0.6], [0.3, 0.3, 0.3], [0.6, 0.2, 0.1]];
+        let data = data(|_, rival, seed| Some(runs[rival][seed]), 3);
+        assert!(data.are_equal(0, &Metric::Par2));
+        assert_eq!(data.mean(0, 0, &Metric::Par2), Some(0.3));
+    }
+
+    #[test]
+    fn a_mission_states_the_metric_that_ranks_its_runs() {
+        let own = OwnFigure {
+            name: "on_time".to_owned(),
+            figure: "reports_made".to_owned(),
+            more_is_better: true,
+            meaning: String::new(),
+        };
+        let comparison = Comparison {
+            objectives: vec![None, None, Some(own.clone()), Some(own.clone())],
+            ..comparison()
+        };
+        let data = data_with(|_, _, _| Some(40.0), 2, &comparison);
+        assert_eq!(data.blocks[0].primary, Metric::Par2);
+        assert_eq!(data.blocks[2].primary, Metric::Own(own));
+        assert_eq!(data.mean(2, 0, &data.blocks[2].primary), Some(2.0));
     }
 
     #[test]

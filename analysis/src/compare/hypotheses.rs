@@ -6,6 +6,8 @@
 //! The hypothesis has held if each part's 95 % interval lies within the claim. It has failed if some part's interval, at a
 //! level corrected for the number of parts, lies outside. Otherwise it is undecided.
 
+use std::collections::BTreeSet;
+
 use anyhow::bail;
 use scenario::name_remedy;
 
@@ -64,6 +66,8 @@ struct Claimed {
     block: usize,
     claim: String,
     values: Vec<f64>,
+    /// True if the seed has no effect: the only value is exact.
+    is_exact: bool,
     /// True for values of 0 and 1. If all are equal, bootstrap samples are not informative.
     is_share: bool,
     at_least: f64,
@@ -74,13 +78,14 @@ struct Claimed {
 ///
 /// # Errors
 /// Returns the first mistake: line, problem and remedy.
-pub fn check(
-    hypotheses: &[Hypothesis],
-    allocators: &[String],
-    missions: &[&str],
-    classes: &[&str],
-) -> anyhow::Result<()> {
-    let allocators: Vec<&str> = allocators.iter().map(String::as_str).collect();
+pub fn check(hypotheses: &[Hypothesis], data: &ComparisonData) -> anyhow::Result<()> {
+    let (mut missions, mut classes) = (data.missions(), data.classes());
+    for names in [&mut missions, &mut classes] {
+        // A single mission or class has an empty name.
+        names.retain(|name| !name.is_empty());
+    }
+    let (missions, classes) = (&missions[..], &classes[..]);
+    let allocators: Vec<&str> = data.allocators.iter().map(String::as_str).collect();
     for Hypothesis { name, line, claim } in hypotheses {
         let place = format!("line {line}: hypotheses.{name}");
         let unknown = |what: &str, wrong: &str, known: &[&str]| {
@@ -107,7 +112,7 @@ pub fn check(
             return Err(unknown("class of faults", class, classes));
         }
         if let Some(metric) = &claim.metric {
-            let known = Metric::ALL.map(|metric| metric.name());
+            let known: Vec<String> = data.metrics.iter().map(Metric::name).collect();
             let known: Vec<&str> = known.iter().map(String::as_str).collect();
             if !known.contains(&metric.as_str()) {
                 return Err(unknown("metric", metric, &known));
@@ -121,6 +126,15 @@ pub fn check(
         if forms.iter().filter(|stated| **stated).count() != 1 {
             bail!(
                 "{place}: a hypothesis needs exactly one claim; state one of order, at_most and at_least"
+            );
+        }
+        let about = data.blocks.iter().filter(|block| is_about(claim, block));
+        let primary: BTreeSet<&Metric> = about.map(|block| &block.primary).collect();
+        if claim.metric.is_none() && claim.order.is_empty() && primary.len() > 1 {
+            let names: Vec<String> = primary.iter().map(|metric| metric.name()).collect();
+            bail!(
+                "{place}: the bound has no unit, because the missions are ranked by {}; state metric",
+                names.join(" and ")
             );
         }
         if claim.order.len() == 1 {
@@ -151,7 +165,7 @@ pub fn judge(data: &ComparisonData, hypotheses: &[Hypothesis]) -> Vec<Verdict> {
             .zip(&resampled)
             .map(|(claimed, resampled)| {
                 let interval = |level: f64| {
-                    if claimed.is_share {
+                    if claimed.is_share && !claimed.is_exact {
                         let (hits, count) =
                             (claimed.values.iter().sum::<f64>(), claimed.values.len());
                         (count > 0).then(|| wilson_at(hits as usize, count, normal_reach(level)))
@@ -164,7 +178,10 @@ pub fn judge(data: &ComparisonData, hypotheses: &[Hypothesis]) -> Vec<Verdict> {
                     |(from, to): Interval| claimed.at_least <= from && to <= claimed.at_most;
                 let outside =
                     |(from, to): Interval| to < claimed.at_least || claimed.at_most < from;
-                let outcome = if found.is_some_and(|(_, interval)| within(interval)) {
+                let is_anecdote = claimed.values.len() < 2 && !claimed.is_exact;
+                let outcome = if is_anecdote {
+                    Outcome::Undecided
+                } else if found.is_some_and(|(_, interval)| within(interval)) {
                     Outcome::Held
                 } else if interval(corrected).is_some_and(outside) {
                     Outcome::Failed
@@ -196,43 +213,60 @@ pub fn judge(data: &ComparisonData, hypotheses: &[Hypothesis]) -> Vec<Verdict> {
     verdicts.collect()
 }
 
-/// Returns the metric of a claim; PAR2 by default.
-#[must_use]
-pub fn claimed_metric(claim: &Claim) -> Metric {
+/// Returns the metric of a claim about a block: by default the primary metric of the block's mission.
+fn claimed_metric<'d>(data: &'d ComparisonData, block: &'d Block, claim: &Claim) -> &'d Metric {
     let stated = claim.metric.as_deref();
-    let found = Metric::ALL
-        .into_iter()
-        .find(|metric| Some(metric.name().as_str()) == stated);
-    found.unwrap_or(Metric::Par2)
+    let mut metrics = data.metrics.iter();
+    let found = metrics.find(|metric| Some(metric.name().as_str()) == stated);
+    found.unwrap_or(&block.primary)
+}
+
+/// Checks whether a list contains a name. An empty list contains all names.
+fn is_named(names: &[String], wanted: &str) -> bool {
+    names.is_empty() || names.iter().any(|name| name == wanted)
+}
+
+/// Checks whether a claim is about a block.
+fn is_about(claim: &Claim, block: &Block) -> bool {
+    is_named(&claim.missions, &block.mission) && is_named(&claim.faults, &block.faults)
 }
 
 fn claimed(data: &ComparisonData, claim: &Claim) -> Vec<Claimed> {
-    let metric = claimed_metric(claim);
-    let place = data.metric_index(&metric);
-    let name = metric.name();
     let allocator = |name: &String| data.allocators.iter().position(|known| known == name);
     let mut parts = Vec::new();
     for (number, block) in data.blocks.iter().enumerate() {
-        let named = |names: &[String], wanted: &str| {
-            names.is_empty() || names.iter().any(|name| name == wanted)
-        };
-        if !named(&claim.missions, &block.mission) || !named(&claim.faults, &block.faults) {
+        if !is_about(claim, block) {
             continue;
         }
+        let metric = claimed_metric(data, block, claim);
+        let (place, name) = (data.metric_index(metric), metric.name());
+        // Without a stated metric, an order begins with the best allocator.
+        let descends = claim.metric.is_none() && metric.more_is_better();
+        let sign = if descends { -1.0 } else { 1.0 };
         for pair in claim.order.windows(2) {
-            let (Some(less), Some(more)) = (allocator(&pair[0]), allocator(&pair[1])) else {
+            let (Some(first), Some(second)) = (allocator(&pair[0]), allocator(&pair[1])) else {
                 continue;
             };
-            let (less, more) = block.cells[less].paired(&block.cells[more], place);
+            let (first, second) = (&block.cells[first], &block.cells[second]);
+            let is_exact = first.is_constant && second.is_constant;
+            let (less, more) = first.paired(second, place);
             // Equal values do not confirm an order.
+            let differences = more
+                .iter()
+                .zip(&less)
+                .map(|(more, less)| metric.steps(*more) - metric.steps(*less));
             parts.push(Claimed {
                 block: number,
-                claim: format!("{name}: {} < {}", pair[0], pair[1]),
-                values: more
-                    .iter()
-                    .zip(&less)
-                    .map(|(more, less)| more - less)
+                claim: format!(
+                    "{name}: {} {} {}",
+                    pair[0],
+                    if descends { ">" } else { "<" },
+                    pair[1]
+                ),
+                values: differences
+                    .map(|difference| sign * difference / metric.steps_per_unit())
                     .collect(),
+                is_exact,
                 is_share: false,
                 at_least: f64::MIN_POSITIVE,
                 at_most: f64::INFINITY,
@@ -246,19 +280,22 @@ fn claimed(data: &ComparisonData, claim: &Claim) -> Vec<Claimed> {
             .as_ref()
             .map(|class| same_under(data, block, class));
         for (rival, cell) in data.allocators.iter().zip(0..) {
-            if !named(&claim.allocators, rival) {
+            if !is_named(&claim.allocators, rival) {
                 continue;
             }
-            let values = match other {
-                None => block.cells[cell].values_of(place),
-                Some(None) => Vec::new(),
+            let own = &block.cells[cell];
+            let (values, is_exact) = match other {
+                None => (own.values_of(place), own.is_constant),
+                Some(None) => (Vec::new(), false),
                 Some(Some(other)) => {
-                    let (base, values) = other.cells[cell].paired(&block.cells[cell], place);
-                    values
+                    let other = &other.cells[cell];
+                    let (base, values) = other.paired(own, place);
+                    let differences = values
                         .iter()
                         .zip(&base)
-                        .map(|(value, base)| value - base)
-                        .collect()
+                        .map(|(value, base)| metric.steps(*value) - metric.steps(*base));
+                    let values = differences.map(|difference| difference / metric.steps_per_unit());
+                    (values.collect(), own.is_constant && other.is_constant)
                 }
             };
             let (sign, bound) = match (claim.at_most, claim.at_least) {
@@ -273,7 +310,8 @@ fn claimed(data: &ComparisonData, claim: &Claim) -> Vec<Claimed> {
                 block: number,
                 claim: format!("{name} of {rival} {sign} {bound}{than}"),
                 values,
-                is_share: metric == Metric::Completion && other.is_none(),
+                is_exact,
+                is_share: *metric == Metric::Completion && other.is_none(),
                 at_least: claim.at_least.unwrap_or(f64::NEG_INFINITY),
                 at_most: claim.at_most.unwrap_or(f64::INFINITY),
             });
@@ -290,8 +328,9 @@ fn same_under<'d>(data: &'d ComparisonData, block: &Block, class: &str) -> Optio
 
 #[cfg(test)]
 mod tests {
-    use super::super::data::tests::data;
+    use super::super::data::tests::{comparison, data, data_with};
     use super::*;
+    use crate::sweep::comparison::{Comparison, OwnFigure};
 
     fn judged(data: &ComparisonData, claim: Claim) -> Verdict {
         let hypothesis = Hypothesis {
@@ -381,6 +420,75 @@ mod tests {
             }),
             Outcome::Undecided
         );
+    }
+
+    /// A seed without effect gives one exact value, and a single run with chance decides nothing.
+    #[test]
+    fn equal_runs_are_exact_and_a_single_run_is_an_anecdote() {
+        let claim = || Claim {
+            metric: Some("completion".to_owned()),
+            allocators: names(&["oracle"]),
+            at_least: Some(1.0),
+            ..Claim::default()
+        };
+        let outcome = |seeds: usize| {
+            let data = data(|_, _, _| Some(30.0), seeds);
+            judged(&data, claim()).outcome
+        };
+        assert_eq!(
+            (outcome(2), outcome(1)),
+            (Outcome::Held, Outcome::Undecided)
+        );
+    }
+
+    /// Without a metric, an order begins with the best allocator by the mission's own measure.
+    #[test]
+    fn an_order_without_a_metric_uses_the_primary_metric() {
+        let own = OwnFigure {
+            name: "late".to_owned(),
+            figure: "report_lateness_mean_ms".to_owned(),
+            more_is_better: true,
+            meaning: String::new(),
+        };
+        let comparison = Comparison {
+            objectives: vec![None, None, Some(own.clone()), Some(own)],
+            ..comparison()
+        };
+        let data = data_with(|_, rival, _| Some(30.0 + rival as f64), 2, &comparison);
+        let claim = Claim {
+            order: names(&["alliance", "oracle"]),
+            ..Claim::default()
+        };
+        let verdict = judged(&data, claim);
+        let claims: Vec<&str> = verdict
+            .parts
+            .iter()
+            .map(|part| part.claim.as_str())
+            .collect();
+        assert_eq!(
+            claims[1..3],
+            ["par2_s: alliance < oracle", "late: alliance > oracle"]
+        );
+        // All runs have the same lateness.
+        assert_eq!(
+            [verdict.parts[1].outcome, verdict.parts[2].outcome],
+            [Outcome::Held, Outcome::Failed]
+        );
+        let bound = |metric: Option<&str>| Hypothesis {
+            name: "h".to_owned(),
+            line: 3,
+            claim: Claim {
+                metric: metric.map(str::to_owned),
+                at_most: Some(1.0),
+                ..Claim::default()
+            },
+        };
+        let error = check(&[bound(None)], &data).unwrap_err().to_string();
+        assert!(
+            error.ends_with("the missions are ranked by par2_s and late; state metric"),
+            "{error}"
+        );
+        assert!(check(&[bound(Some("late"))], &data).is_ok());
     }
 
     #[test]

@@ -1,12 +1,12 @@
 //! The compared metrics.
 
 use proto::tick::Outcome;
-use scenario::mission::FigureValue;
 
+use crate::sweep::comparison::OwnFigure;
 use crate::sweep::measures::ComparisonMeasures;
 use crate::sweep::run::Figures;
 
-/// A figure of a run. Less is better, except for completion and observed targets.
+/// A figure of a run. Less is better, except for completion and some missions' own figures.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Metric {
     /// 1 if the mission was completed, otherwise 0.
@@ -15,6 +15,8 @@ pub enum Metric {
     Makespan,
     /// The makespan, or twice the limit for an incomplete run, s.
     Par2,
+    /// The amount of work that expired before it was done.
+    Expired,
     /// PAR2 minus that of the reference with the same seed, s.
     Regret,
     Messages,
@@ -44,16 +46,17 @@ pub enum Metric {
     Takeover,
     /// The greatest lateness of a recurring task, s.
     Lateness,
-    /// The share of targets in sight, for missions with a fixed duration.
-    Observed,
+    /// The figure by which a mission ranks its runs.
+    Own(OwnFigure),
 }
 
 impl Metric {
-    /// All metrics except those of single kinds of broadcast.
+    /// All metrics except those of single kinds of broadcast and of single missions.
     pub const ALL: [Self; 17] = [
         Self::Completion,
         Self::Makespan,
         Self::Par2,
+        Self::Expired,
         Self::Regret,
         Self::Messages,
         Self::Bytes,
@@ -67,8 +70,13 @@ impl Metric {
         Self::Detection,
         Self::Takeover,
         Self::Lateness,
-        Self::Observed,
     ];
+
+    /// Returns the metric that ranks the runs of a mission.
+    #[must_use]
+    pub fn primary(own: Option<&OwnFigure>) -> Self {
+        own.map_or(Self::Par2, |own| Self::Own(own.clone()))
+    }
 
     /// Returns the name in tables and hypotheses, with the unit.
     #[must_use]
@@ -77,6 +85,7 @@ impl Metric {
             Self::Completion => "completion",
             Self::Makespan => "makespan_s",
             Self::Par2 => "par2_s",
+            Self::Expired => "expired",
             Self::Regret => "regret_s",
             Self::Messages => "messages",
             Self::Bytes => "bytes",
@@ -92,14 +101,54 @@ impl Metric {
             Self::Detection => "detection_s",
             Self::Takeover => "takeover_s",
             Self::Lateness => "lateness_s",
-            Self::Observed => "observed",
+            Self::Own(own) => own.name.as_str(),
         };
         name.to_owned()
     }
 
+    /// Returns the name in headings, with the unit.
+    #[must_use]
+    pub fn heading(&self) -> String {
+        match self {
+            Self::Par2 => "PAR2 in s".to_owned(),
+            other => other.name(),
+        }
+    }
+
+    /// Formats a value with its unit, for the metrics that rank runs.
+    #[must_use]
+    pub fn show(&self, value: f64) -> String {
+        match self {
+            Self::Own(_) => format!("{value:.2}"),
+            _ => format!("{value:.0} s"),
+        }
+    }
+
+    /// Returns the number of steps per unit of the grid on which values are compared and ranked. Times are whole
+    /// milliseconds, so that equal differences are ties in spite of rounding errors of seconds.
+    #[must_use]
+    pub fn steps_per_unit(&self) -> f64 {
+        match self {
+            Self::Makespan | Self::Par2 | Self::Regret | Self::Lateness => 1e3,
+            Self::Completion
+            | Self::Expired
+            | Self::Messages
+            | Self::Bytes
+            | Self::MessagesOf(_)
+            | Self::BytesOf(_) => 1.0,
+            _ => 1e9,
+        }
+    }
+
+    /// Returns a value in whole steps of the grid.
+    #[must_use]
+    pub fn steps(&self, value: f64) -> f64 {
+        (value * self.steps_per_unit()).round()
+    }
+
     /// Returns the definition in one sentence.
     #[must_use]
-    pub fn meaning(&self) -> &'static str {
+    pub fn meaning(&self) -> &str {
         match self {
             Self::Completion => {
                 "Share of the runs in which the mission was completed, with Wilson's interval."
@@ -109,6 +158,9 @@ impl Metric {
             }
             Self::Par2 => {
                 "Makespan, or twice the limit for a run that did not complete the mission, so the worst runs count."
+            }
+            Self::Expired => {
+                "Amount of work that expired before it was done; empty in missions in which nothing can expire."
             }
             Self::Regret => {
                 "PAR2 minus that of the oracle with the same seed and faults. The oracle is myopic, so regret may be negative."
@@ -137,16 +189,18 @@ impl Metric {
                 "Time from the crash or stop of a robot at an exclusive task until another robot activates the task; mean over the run."
             }
             Self::Lateness => "Greatest lateness of a recurring task.",
-            Self::Observed => {
-                "Share of the targets in sight of at least one robot, over the entire run (A/n). Only for missions of observe, which have a fixed duration."
-            }
+            Self::Own(own) => &own.meaning,
         }
     }
 
     /// Checks whether a larger value is better.
     #[must_use]
     pub fn more_is_better(&self) -> bool {
-        matches!(self, Self::Completion | Self::Observed)
+        match self {
+            Self::Completion => true,
+            Self::Own(own) => own.more_is_better,
+            _ => false,
+        }
     }
 
     /// Returns the value for a run, or `None` without one. [`Metric::Regret`] needs a second run and is always `None`.
@@ -160,6 +214,7 @@ impl Metric {
             Self::Makespan => is_complete.then_some(seconds),
             Self::Par2 if is_complete => Some(seconds),
             Self::Par2 => Some(2.0 * measures.limit_s),
+            Self::Expired => figures.expired.map(|count| count as f64),
             Self::Regret => None,
             Self::Messages => Some(figures.messages_sent as f64),
             Self::Bytes => Some(figures.bytes_sent as f64),
@@ -175,10 +230,7 @@ impl Metric {
             Self::Detection => measures.detection_s,
             Self::Takeover => measures.takeover_s,
             Self::Lateness => figures.lateness_ms().map(|ms| ms as f64 / 1000.0),
-            Self::Observed => match figures.mission.get("a") {
-                FigureValue::Real(share) => Some(share),
-                _ => None,
-            },
+            Self::Own(own) => figures.mission.get(&own.figure).number(),
         }
     }
 }

@@ -5,10 +5,13 @@
 //!   they have the same world and the same random numbers of the radio.
 //! - `metrics` defines the metrics, `data` sorts the rows, `analysis` compares them with `statistics`, `hypotheses` judges the claims,
 //!   and `answer` formulates the result. These modules do no I/O and do not depend on the order in which runs ended.
-//! - `tables`, `figures` and `page` present the result; `memory` checks the memory beforehand; `command` is the command line.
+//! - `tables`, `figures` and `page` present the result; `memory` checks the memory and `power` the number of seeds beforehand;
+//!   `command` is the command line.
 //!
 //! **No data.** A run whose faults had no effect does not count, and its seed is omitted from pairs. A cell without counted runs
 //! has no data.
+//!
+//! **No chance.** If all runs of a cell are equal, they count as one run. The difference of two such cells is exact: no test applies.
 
 mod analysis;
 mod answer;
@@ -19,5 +22,6 @@ mod hypotheses;
 mod memory;
 pub(crate) mod metrics;
 pub(crate) mod page;
+mod power;
 pub mod statistics;
 mod tables;

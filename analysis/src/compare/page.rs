@@ -1,11 +1,11 @@
-//! The result as a self-contained HTML page that starts with the question and the answer.
+//! The result as a self-contained HTML page. Its first screen has the question, the answer in three sentences, and one figure.
 
 use std::path::Path;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::analysis::{Analysis, Summary};
-use super::answer::{best, p_value};
+use super::answer::{Answer, best, p_value};
 use super::data::ComparisonData;
 use super::figures::Figure;
 use super::hypotheses::{Outcome, Verdict};
@@ -37,10 +37,11 @@ figure { overflow-x: auto } figure svg { min-width: 34rem }
 }
 ";
 
-/// The columns of the tables by block: heading, metric and number of decimals.
-const SHOWN: [(&str, Metric, usize); 12] = [
+/// The columns of the tables by block after the primary metric: heading, metric and number of decimals.
+const SHOWN: [(&str, Metric, usize); 13] = [
     ("PAR2, s", Metric::Par2, 1),
     ("makespan, s", Metric::Makespan, 1),
+    ("expired", Metric::Expired, 1),
     ("regret, s", Metric::Regret, 1),
     ("messages", Metric::Messages, 0),
     ("kB", Metric::Bytes, 1),
@@ -57,7 +58,7 @@ pub struct Page<'c> {
     pub name: &'c str,
     /// The question that the plan states.
     pub question: Option<&'c str>,
-    pub answer: &'c [String],
+    pub answer: &'c Answer,
     pub data: &'c ComparisonData,
     pub analysis: &'c Analysis,
     pub verdicts: &'c [Verdict],
@@ -79,25 +80,26 @@ impl Page<'_> {
                     p.question {
                         (self.question.unwrap_or("Which allocation rule copes best with which faults, and is the difference real?"))
                     }
-                    ul.answer { @for sentence in self.answer { li { (sentence) } } }
+                    ul.answer { @for sentence in &self.answer.sentences { li { (sentence) } } }
+                    @for figure in self.figures.iter().take(1) { (drawing(figure)) }
                     p.note {
                         (counted(runs, "run")) " of " (counted(self.data.allocators.len(), "allocator")) " in " (counted(self.data.blocks.len(), "block"))
                         @if failed > 0 { ", " (failed) " failed" }
                         ". For each allocator, the same seed gives the same world and the same random numbers of the radio. All intervals are 95 %."
                     }
+                    @if !self.answer.details.is_empty() {
+                        h2 { "Details" }
+                        ul.answer { @for detail in &self.answer.details { li { (detail) } } }
+                    }
                     (self.hypotheses())
                     h2 { "Figures" }
-                    p.note { "Each figure is also a separate file beside this page." }
-                    @for figure in self.figures {
-                        figure {
-                            (PreEscaped(&figure.svg))
-                            figcaption { (figure.caption) " " a href=(format!("{}.svg", figure.name)) { (figure.name) ".svg" } }
-                        }
-                    }
+                    p.note { "Each figure is also a separate file beside this page. Measures in which all allocators are equal are left out." }
+                    @for figure in self.figures.iter().skip(1) { (drawing(figure)) }
                     h2 { "All blocks" }
                     p.note {
-                        "Means over the seeds with their intervals; less is better. The last columns compare with the best allocator of the block by PAR2 "
-                        "(except the oracle). The effect is the matched-pairs rank-biserial correlation, from -1 (always less than the best) to 1 (always more); "
+                        "Means over the seeds with their intervals. Less is better, except for completion and for missions that rank their runs by another "
+                        "figure. Columns in which all allocators are equal are left out. The last columns compare with the best allocator of the block "
+                        "(except the oracle). The effect is the matched-pairs rank-biserial correlation, from -1 (always less than that of the best) to 1 (always more); "
                         "p comes from Wilcoxon's signed-rank test with Holm's correction over all pairs of the block."
                     }
                     @for block in 0..self.data.blocks.len() { (self.block(block)) }
@@ -114,6 +116,7 @@ impl Page<'_> {
         html! {
             @if !self.verdicts.is_empty() {
                 h2 { "Hypotheses" }
+                @if let Some(claims) = &self.answer.claims { p { (claims) } }
                 p.note {
                     "The plan declared these before the first run. Held: the interval of every part lies within the claim. Failed: the interval of some part, "
                     "at a level corrected for the number of parts, lies outside. Otherwise undecided."
@@ -148,11 +151,10 @@ impl Page<'_> {
         let best = best(self.data, number);
         let shown: Vec<_> = SHOWN
             .iter()
-            .map(|(head, metric, digits)| (*head, metric, self.data.metric_index(metric), *digits))
-            .filter(|(_, _, place, _)| {
-                let summaries = &self.analysis.blocks[number].summaries;
-                summaries.iter().any(|metrics| metrics[*place].is_some())
+            .filter(|(_, metric, _)| {
+                *metric != block.primary && !self.data.are_equal(number, metric)
             })
+            .map(|(head, metric, digits)| (*head, metric, *digits))
             .collect();
         html! {
             details open[number == 0] {
@@ -160,19 +162,21 @@ impl Page<'_> {
                 div.wide { table {
                     thead { tr {
                         th { "allocator" } th { "runs" } th { "complete" } th { "95 %" }
-                        @for (head, _, _, _) in &shown { th { (head) } @if *head == "PAR2, s" { th { "95 %" } } }
-                        th { "difference to the best, s" } th { "95 %" } th { "effect" } th { "p" }
+                        th { (block.primary.heading()) } th { "95 %" }
+                        @for (head, _, _) in &shown { th { (head) } }
+                        th { "difference to the best" } th { "95 %" } th { "effect" } th { "p" }
                     } }
                     tbody { @for (rival, cell) in block.cells.iter().enumerate() {
                         tr {
                             td { (self.data.allocators[rival]) }
-                            td { (cell.counted()) @if cell.without_effect > 0 { " (" (cell.without_effect) " not hit)" } @if cell.failed > 0 { " (" (cell.failed) " failed)" } }
+                            td { (cell.counted()) @if cell.is_constant { " equal" } @if cell.without_effect > 0 { " (" (cell.without_effect) " not hit)" } @if cell.failed > 0 { " (" (cell.failed) " failed)" } }
                             @if cell.counted() == 0 {
-                                td.text colspan=(shown.len() + 7) { "no data: " (why_none(cell.without_effect)) "; repeat with: " code { (self.again("cell", cell.number)) } }
+                                td.text colspan=(shown.len() + 8) { "no data: " (why_none(cell.without_effect)) "; repeat with: " code { (self.again("cell", cell.number)) } }
                             } @else {
                                 (self.completion(number, rival))
-                                @for (_, metric, place, digits) in &shown {
-                                    (self.value(number, rival, metric, *place, *digits))
+                                (self.primary(number, rival))
+                                @for (_, metric, digits) in &shown {
+                                    td { (self.value(number, rival, metric, *digits)) }
                                 }
                                 (self.against_best(number, rival, best))
                             }
@@ -200,40 +204,47 @@ impl Page<'_> {
         }
     }
 
-    fn value(
-        &self,
-        block: usize,
-        rival: usize,
-        metric: &Metric,
-        place: usize,
-        digits: usize,
-    ) -> Markup {
-        let scale = match metric {
-            Metric::Bytes | Metric::Energy => 1000.0,
-            _ => 1.0,
-        };
-        let show = |value: f64| format!("{:.digits$}", value / scale);
-        let summary = self.summary(block, rival, place);
+    /// Returns the mean of the primary metric with its interval.
+    fn primary(&self, block: usize, rival: usize) -> Markup {
+        let primary = &self.data.blocks[block].primary;
+        let digits = decimals(primary);
+        let summary = self.summary(block, rival, self.data.metric_index(primary));
         html! {
-            td { @match &summary { Some(found) => { (show(found.mean)) }, None => { "–" } } }
-            @if *metric == Metric::Par2 {
-                td { @if let Some(found) = &summary { (show(found.interval.0)) " – " (show(found.interval.1)) } }
+            @match summary {
+                Some(Summary { mean, interval: (from, to), .. }) => {
+                    td { (format!("{mean:.digits$}")) } td { (format!("{from:.digits$} – {to:.digits$}")) }
+                },
+                None => { td { "–" } td { "–" } },
             }
         }
     }
 
+    fn value(&self, block: usize, rival: usize, metric: &Metric, digits: usize) -> String {
+        let scale = match metric {
+            Metric::Bytes | Metric::Energy => 1000.0,
+            _ => 1.0,
+        };
+        let summary = self.summary(block, rival, self.data.metric_index(metric));
+        summary.map_or_else(
+            || "–".to_owned(),
+            |found| format!("{:.digits$}", found.mean / scale),
+        )
+    }
+
     fn against_best(&self, block: usize, rival: usize, best: Option<usize>) -> Markup {
-        let pair = best.and_then(|best| self.analysis.pair(block, &Metric::Par2, best, rival));
+        let primary = &self.data.blocks[block].primary;
+        let digits = decimals(primary);
+        let pair = best.and_then(|best| self.analysis.pair(block, primary, best, rival));
         html! {
             @match pair {
                 _ if best == Some(rival) => { td.text colspan="4" { "the best" } },
                 Some(pair) if pair.n > 0 => {
                     @match pair.mean {
-                        Some((mean, (from, to))) => { td { (format!("{mean:.1}")) } td { (format!("{from:.1} – {to:.1}")) } },
+                        Some((mean, (from, to))) => { td { (format!("{mean:.digits$}")) } td { (format!("{from:.digits$} – {to:.digits$}")) } },
                         None => { td { "–" } td { "–" } },
                     }
                     td { (format!("{:.2}", pair.effect)) }
-                    td { (p_value(pair.adjusted).trim_start_matches("= ")) }
+                    td { (pair.adjusted.map_or_else(|| "exact".to_owned(), p_value).trim_start_matches("= ")) }
                 },
                 _ => { td.text colspan="4" { "–" } },
             }
@@ -275,10 +286,18 @@ impl Page<'_> {
         html! {
             h2 { "Definitions" }
             dl {
-                @for metric in Metric::ALL { dt { (metric.name()) } dd { (metric.meaning()) } }
+                @for metric in &self.data.metrics {
+                    @if !matches!(metric, Metric::MessagesOf(_) | Metric::BytesOf(_)) { dt { (metric.name()) } dd { (metric.meaning()) } }
+                }
+                dt { "primary" }
+                dd { "The measure that ranks the runs of a mission: PAR2, or the figure that the mission states." }
                 dt { "no data" }
                 dd {
                     "A run whose faults had no effect does not count, and its seed is omitted from pairs. A cell without counted runs has no data."
+                }
+                dt { "equal" }
+                dd {
+                    "The seed has no effect: all runs of the cell have the same figures and count as one run. The difference of two such cells is exact, and no test applies."
                 }
                 dt { "intervals" }
                 dd { "Percentiles of 10,000 bootstrap resamples of the paired seeds; for completion Wilson's interval." }
@@ -286,6 +305,22 @@ impl Page<'_> {
                 dd { "Ranks of the allocators' means within each block. The sample consists of blocks, so more seeds do not enlarge it." }
             }
         }
+    }
+}
+
+fn drawing(figure: &Figure) -> Markup {
+    html! {
+        figure {
+            (PreEscaped(&figure.svg))
+            figcaption { (figure.caption) " " a href=(format!("{}.svg", figure.name)) { (figure.name) ".svg" } }
+        }
+    }
+}
+
+fn decimals(metric: &Metric) -> usize {
+    match metric {
+        Metric::Own(_) => 3,
+        _ => 1,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 
-use super::analysis::{Analysis, PAIRED};
+use super::analysis::Analysis;
 use super::data::{Block, ComparisonData};
 use super::hypotheses::Verdict;
 use crate::sweep::parquet::to_parquet;
@@ -142,6 +142,7 @@ fn cells(data: &ComparisonData, analysis: &Analysis) -> Filling {
                     ("runs", Whole(cell.runs)),
                     ("failed", Whole(cell.failed)),
                     ("not_hit", Whole(cell.without_effect)),
+                    ("equal", Flag(cell.is_constant)),
                     ("metric", Text(metric.name())),
                     ("n", Whole(summary.map_or(0, |summary| summary.n))),
                     ("mean", Number(summary.map(|summary| summary.mean))),
@@ -168,7 +169,7 @@ fn cells(data: &ComparisonData, analysis: &Analysis) -> Filling {
 fn pairs(data: &ComparisonData, analysis: &Analysis) -> Filling {
     let mut filling = Filling::new();
     for (block, found) in data.blocks.iter().zip(&analysis.blocks) {
-        for (metric, pairs) in PAIRED.iter().zip(&found.pairs) {
+        for (metric, pairs) in &found.pairs {
             for pair in pairs.iter().filter(|pair| pair.n > 0) {
                 let row = [
                     ("metric", Text(metric.name())),
@@ -194,8 +195,8 @@ fn pairs(data: &ComparisonData, analysis: &Analysis) -> Filling {
                         Number(pair.median.map(|(_, interval)| interval.1)),
                     ),
                     ("effect", Number(Some(pair.effect))),
-                    ("p", Number(Some(pair.p))),
-                    ("p_holm", Number(Some(pair.adjusted))),
+                    ("p", Number(pair.p)),
+                    ("p_holm", Number(pair.adjusted)),
                     ("differ", Flag(pair.is_significant())),
                 ];
                 filling.add(settings(data, block).chain(row));
@@ -210,7 +211,7 @@ fn ranks(data: &ComparisonData, analysis: &Analysis) -> Filling {
     for ranking in &analysis.rankings {
         for place in ranking.order() {
             filling.add([
-                ("metric", Text(ranking.metric.name())),
+                ("metric", Text(ranking.name.clone())),
                 ("allocator", Text(data.allocators[place].clone())),
                 (
                     "mean_rank",
@@ -235,7 +236,7 @@ fn differences(data: &ComparisonData, analysis: &Analysis) -> Filling {
             for second in &order[place + 1..] {
                 let ranks = &ranking.friedman.mean_ranks;
                 filling.add([
-                    ("metric", Text(ranking.metric.name())),
+                    ("metric", Text(ranking.name.clone())),
                     ("first", Text(data.allocators[*first].clone())),
                     ("second", Text(data.allocators[*second].clone())),
                     ("difference", Number(Some(ranks[*second] - ranks[*first]))),

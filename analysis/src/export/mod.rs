@@ -23,14 +23,15 @@ use clap::Args;
 use run_log::{RunLog, RunOutcome};
 use terminal::stderr_line;
 
+use crate::LATEST;
 use crate::new_file::NewFile;
 use crate::optional;
 
-/// Write a run as MCAP for Foxglove, Lichtblick and PlotJuggler, as Parquet for notebooks, or as a scenario
+/// Export a run as MCAP, Parquet or a scenario
 #[derive(Args, Clone, Debug)]
 pub struct ExportCommand {
     /// Folder of the run
-    #[arg(value_name = "DIR")]
+    #[arg(value_name = "RUN", default_value = LATEST)]
     folder: PathBuf,
     #[command(flatten)]
     formats: Formats,
@@ -39,14 +40,15 @@ pub struct ExportCommand {
 /// The formats to write, at least one.
 #[derive(Args, Clone, Debug)]
 #[group(required = true, multiple = true)]
+#[command(next_help_heading = "Formats")]
 struct Formats {
-    /// Write an MCAP file [default: DIR/run.mcap]
+    /// MCAP for Foxglove, Lichtblick and PlotJuggler [default: RUN/run.mcap]
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     mcap: Option<Option<PathBuf>>,
-    /// Write each table of the log as a Parquet file into this folder [default: DIR/parquet]
+    /// Each table of the log as a Parquet file [default: RUN/parquet]
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true)]
     parquet: Option<Option<PathBuf>>,
-    /// Write the scenario, with manual actions on its fault timeline [default: DIR/scenario.toml]
+    /// The scenario with all faults, to run again [default: RUN/scenario.toml]
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     scenario: Option<Option<PathBuf>>,
 }
@@ -135,8 +137,7 @@ fn write_mcap(log: &RunLog, path: &Path) -> anyhow::Result<()> {
 
 fn open(folder: &Path) -> anyhow::Result<RunLog> {
     // The source of this error repeats its text, so only the text is kept.
-    RunLog::open(folder, &Registry::current().vocabulary())
-        .map_err(|error| anyhow!("{} is not a run folder: {error}", folder.display()))
+    RunLog::open(folder, &Registry::current().vocabulary()).map_err(|error| anyhow!("{error}"))
 }
 
 /// Returns the facts about the source run that an export contains.

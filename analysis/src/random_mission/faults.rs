@@ -3,8 +3,8 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use scenario::fault::{
-    Delay, EventTrigger, Fault, FaultRange, LinkChance, LinkEnd, LinkSelection, Loss, MissionFault,
-    MoveRobot, Order, Partition, RadioQuality, RangeFault, SkillFault, TriggerEvent,
+    Delay, EventTrigger, Fault, FaultRange, FaultValue, LinkChance, LinkEnd, LinkSelection, Loss,
+    MissionFault, MoveRobot, Order, Partition, RadioQuality, RangeFault, SkillFault, TriggerEvent,
 };
 use scenario::ids::BehaviorId;
 use scenario::{Catalog, Obstacle, Robot, Scenario};
@@ -138,15 +138,17 @@ pub fn timeline(faults: &RandomFaults, scenario: &Scenario, rng: &mut ChaCha8Rng
     let count = faults.between().draw(rng);
     let mut dice = Dice { rng, scenario };
     let mut orders = Vec::new();
+    let mission = scenario.mission();
     let draws = match scenario.mission().skills(scenario)[..] {
         [] => &DRAWS[..WITHOUT_SKILLS],
         _ => &DRAWS[..],
     };
     while orders.len() < count as usize {
         let draw = dice.any(draws);
-        if let Some(fault) = draw(&mut dice) {
-            orders.push(dice.order(fault, faults.until_s));
-        }
+        let order = draw(&mut dice).map(|fault| dice.order(fault, faults.until_s));
+        // A mission may have no room for an order, such as another point.
+        let fits = |order: &Order| mission.check_order(scenario, order).is_ok();
+        orders.extend(order.filter(fits));
     }
     orders.sort_by_key(|order| (order.at_s.is_none(), order.at()));
     orders
@@ -292,7 +294,7 @@ impl Dice<'_> {
         let (x_m, y_m) = self.place_of_interest();
         let items = mission.expected_properties(self.scenario).items as u32;
         let values = spec.arguments.iter().map(|argument| {
-            let value = match argument.range {
+            let number = match argument.range {
                 FaultRange::X => written(x_m),
                 FaultRange::Y => written(y_m),
                 FaultRange::Within(from, to) => self.between(from, to),
@@ -303,8 +305,13 @@ impl Dice<'_> {
                     let most = to.min(from.saturating_add(2));
                     self.rng.random_range(from..=most).into()
                 }
+                FaultRange::Name => {
+                    let names = mission.fault_names(self.scenario, argument.key);
+                    let name = FaultValue::Name(self.any(&names));
+                    return (argument.key.to_owned(), name);
+                }
             };
-            (argument.key.to_owned(), value)
+            (argument.key.to_owned(), FaultValue::Number(number))
         });
         let values = values.collect();
         Some(MissionFault {

@@ -7,9 +7,10 @@ use std::process::ExitCode;
 
 use anyhow::{Context, anyhow, bail};
 use clap::Args;
-use run_log::{LogLevel, RunLog};
+use run_log::{LogLevel, MemoryLog, RunFile, RunLog};
 use scenario::time::{SimTime, seconds};
 use terminal::stderr_line;
+use world_server::simulation::Simulation;
 
 use super::comparison_page::{SIDES, page_of_two};
 use super::figures::canvas::{Sheet, TEXT_PX, WIDTH_PX};
@@ -19,22 +20,25 @@ use super::made::RunOrigin;
 use super::metrics::Metrics;
 use super::page::{RunSection, page};
 use super::pdf;
+use super::stream::HistorySink;
+use crate::LATEST;
 use crate::diff::compare;
-use crate::replay_views::retrace;
+use crate::progress::Progress;
+use crate::replay_views::retrace_into;
 
 /// The minimum ratio of figure width to font size. A narrower figure has no room beside names and axes.
 const LEAST_LETTERS: f64 = 33.0;
 
-/// Show what happened in a run: a page with figures and metrics, and the figures as SVG files.
+/// Create a page with figures and metrics of one or two runs
 #[derive(Args, Clone, Debug)]
 pub struct ReportCommand {
     /// Folder of the run
-    #[arg(value_name = "DIR")]
+    #[arg(value_name = "RUN", default_value = LATEST)]
     folder: PathBuf,
-    /// Folder of another run, to show both runs side by side with their first difference
+    /// Folder of another run, to show both side by side
     #[arg(value_name = "OTHER")]
     other: Option<PathBuf>,
-    /// Output folder for report.html and the figures [default: DIR/report; for two runs OTHER/report-of-two]
+    /// Folder of the results [default: RUN/report, or OTHER/report-of-two]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -43,6 +47,7 @@ pub struct ReportCommand {
 
 /// Options for the content and the size of figures.
 #[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Figures")]
 pub struct FigureOptions {
     /// Figures begin at this simulated time, such as 60s, 1.5s or 2min [default: the start]
     #[arg(long, value_name = "TIME", value_parser = seconds)]
@@ -123,7 +128,9 @@ impl ReportCommand {
 }
 
 struct Shown {
-    log: RunLog,
+    logged: RunLog,
+    /// The run.json of the replay, if the log does not contain all rows.
+    run: RunFile,
     rooms: Vec<Room>,
     history: History,
     metrics: Metrics,
@@ -133,12 +140,12 @@ impl Shown {
     fn of(folder: &Path, look: &FigureOptions, notes: &mut Vec<String>) -> anyhow::Result<Self> {
         // The source of this error repeats its text, so only the text is kept.
         let logged = RunLog::open(folder, &Registry::current().vocabulary())
-            .map_err(|error| anyhow!("{} is not a run folder: {error}", folder.display()))?;
-        let (log, rooms) = full_log(logged, &look.snapshot, notes)?;
-        let history = History::read(&log).map_err(|error| anyhow!("{error}"))?;
-        let metrics = Metrics::compute(&history, &log.run);
+            .map_err(|error| anyhow!("{error}"))?;
+        let (run, history, rooms) = full_history(&logged, &look.snapshot, notes)?;
+        let metrics = Metrics::compute(&history, &run);
         Ok(Self {
-            log,
+            logged,
+            run,
             rooms,
             history,
             metrics,
@@ -161,7 +168,7 @@ impl Shown {
             rooms: std::mem::take(&mut self.rooms),
         };
         Ok(RunSection {
-            run: &self.log.run,
+            run: &self.run,
             history: &self.history,
             metrics: &self.metrics,
             figures: figures(&self.history, &self.metrics, &wanted)?,
@@ -197,7 +204,7 @@ fn report_of_two(
     let mut notes = Vec::new();
     let mut a = Shown::of(folders[0], look, &mut notes)?;
     let mut b = Shown::of(folders[1], look, &mut notes)?;
-    let difference = compare(&a.log, &b.log).map_err(|error| anyhow!("{error}"))?;
+    let difference = compare(&a.logged, &b.logged).map_err(|error| anyhow!("{error}"))?;
     let end = a.history.end.max(b.history.end);
     let parts = [
         a.part(folders[0], look, end)?,
@@ -225,41 +232,55 @@ fn note_left_out(figures: usize, notes: &mut Vec<String>) {
     }
 }
 
-/// Returns the full log of a run, and the room at `times`, s. Replays the run if its log does not contain them.
-fn full_log(
-    logged: RunLog,
+/// Returns the history of a run with its run.json, and the room at `times`, s. Replays the run if its log does not contain
+/// them.
+fn full_history(
+    logged: &RunLog,
     times: &[f64],
     notes: &mut Vec<String>,
-) -> anyhow::Result<(RunLog, Vec<Room>)> {
-    let level = logged.run.log;
-    if level == LogLevel::Full && times.is_empty() {
-        return Ok((logged, Vec::new()));
-    }
-    let step = SimTime(logged.run.setup.scenario.step_ms);
-    let wanted: Vec<SimTime> = times
-        .iter()
-        .map(|at| SimTime(SimTime::from_secs_f64(*at).0 / step.0 * step.0))
-        .collect();
+) -> anyhow::Result<(RunFile, History, Vec<Room>)> {
+    let is_full = logged.run.log == LogLevel::Full;
     let mut rooms = Vec::new();
-    let mut end = SimTime::ZERO;
-    let again = retrace(&logged, LogLevel::Full, |view| {
-        end = view.now;
-        if wanted.contains(&view.now) {
-            rooms.push(Room { view });
+    if !is_full || !times.is_empty() {
+        let step = SimTime(logged.run.setup.scenario.step_ms);
+        let wanted: Vec<SimTime> = times
+            .iter()
+            .map(|at| SimTime(SimTime::from_secs_f64(*at).0 / step.0 * step.0))
+            .collect();
+        let see = |simulation: &mut Simulation| {
+            if wanted.contains(&SimTime(simulation.tick() * step.0)) {
+                let view = simulation.view();
+                rooms.push(Room { view });
+            }
+        };
+        let (end, replayed) = if is_full {
+            let again = retrace_into(logged, LogLevel::Off, MemoryLog::default(), see)?;
+            notes.extend(again.differs);
+            (again.end.now, None)
+        } else {
+            let history = History::new(logged.run.setup.clone(), SimTime::ZERO);
+            let again = retrace_into(logged, LogLevel::Full, HistorySink::new(history), see)?;
+            notes.extend(again.differs);
+            let mut history = again.sink.history;
+            history.finish(&again.run);
+            (again.end.now, Some((again.run, history)))
+        };
+        if let Some(at) = wanted.iter().find(|at| **at > end) {
+            bail!("--snapshot {}: the run ended at {end}", at.as_secs_f64());
         }
-    })?;
-    if let Some(at) = wanted.iter().find(|at| **at > end) {
-        bail!("--snapshot {}: the run ended at {end}", at.as_secs_f64());
+        if let Some((run, history)) = replayed {
+            notes.push(format!(
+                "the run was logged with --log {}, so it was replayed for this report",
+                logged.run.log.as_str()
+            ));
+            return Ok((run, history, rooms));
+        }
     }
-    notes.extend(again.differs);
-    if level == LogLevel::Full {
-        return Ok((logged, rooms));
-    }
-    notes.push(format!(
-        "the run was logged with --log {}, so it was replayed for this report",
-        level.as_str()
-    ));
-    Ok((again.log, rooms))
+    let rows = History::count_rows(logged) as u64;
+    let mut progress = Progress::new("reading the log", "rows", rows);
+    let history = History::read_with(logged, || progress.step());
+    let history = history.map_err(|error| anyhow!("{error}"))?;
+    Ok((logged.run.clone(), history, rooms))
 }
 
 fn write_figures(out: &Path, figures: &[Figure], with_pdf: bool) -> anyhow::Result<()> {
@@ -409,10 +430,29 @@ mod tests {
         let name = nothing.path().display();
         assert_eq!(
             refusal(nothing.path()),
-            format!(
-                "{name} is not a run folder: cannot read {name}/run.json: No such file or directory (os error 2)"
-            )
+            format!("{name} is not the folder of a run: it has no run.json")
         );
+    }
+
+    #[test]
+    fn a_replayed_run_has_the_figures_of_its_full_log() {
+        for allocator in ["alliance", "nearest"] {
+            let [full, summary] = [LogLevel::Full, LogLevel::Summary].map(|log| {
+                let folder = run_of(allocator, log);
+                let out = folder.path().join("report");
+                report(folder.path(), &out, &FigureOptions::default()).unwrap();
+                folder
+            });
+            let out = |folder: &TempDir| folder.path().join("report");
+            assert_eq!(files(&out(&full)), files(&out(&summary)));
+            for name in files(&out(&full))
+                .iter()
+                .filter(|name| name.ends_with(".svg"))
+            {
+                let read = |folder: &TempDir| fs::read_to_string(out(folder).join(name)).unwrap();
+                assert!(read(&full) == read(&summary), "{allocator}: {name}");
+            }
+        }
     }
 
     #[test]

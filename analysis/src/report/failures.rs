@@ -59,8 +59,10 @@ pub enum DetectionSign {
 pub enum OrphanOutcome {
     /// A teammate was already executing the task at the loss.
     Covered { by: usize },
-    /// A teammate activated the task next.
+    /// A [`Takeover`] by a teammate.
     TakenOver { at: SimTime, by: usize },
+    /// A teammate executed the task next, without a takeover: the task is not exclusive, or the teammate returned to it.
+    Continued { at: SimTime, by: usize },
     /// The robot itself returned before any teammate activated the task.
     Resumed { at: SimTime },
     /// No robot has executed the task since.
@@ -72,7 +74,7 @@ pub enum OrphanOutcome {
 pub struct Takeover {
     pub at: SimTime,
     pub task: TaskId,
-    /// Rank of the last robot that had activated the task.
+    /// Rank of the robot that executed the task last.
     pub from: usize,
     pub robot: usize,
     /// The time of the last progress: the loss of the previous robot; otherwise the latest effect of its stint, or its
@@ -109,9 +111,40 @@ impl Takeover {
     }
 }
 
-/// Returns all losses of robots in order of time.
+/// Returns all losses of robots and all takeovers, each in order of time. Everything that shows a takeover uses this
+/// function.
+///
+/// A takeover is the activation of an exclusive task by another robot than the one that executed it last (the
+/// predecessor). Claims that last one step (bids) and claims that yield to another claim do not count, and they make no
+/// robot a predecessor. Of simultaneous activations only the first one counts. A return of an absent robot is no
+/// takeover, and neither is the activation of a task that was left as not applicable.
 #[must_use]
-pub fn failures(history: &History, stints: &[Stint]) -> Vec<Failure> {
+pub fn losses_and_takeovers(history: &History, stints: &[Stint]) -> (Vec<Failure>, Vec<Takeover>) {
+    let kept: Vec<&Stint> = stints
+        .iter()
+        .filter(|stint| !is_bid(stint, history.step) && !gave_in(stint, stints))
+        .collect();
+    let mut failures = losses(history, stints);
+    let mut takeovers: Vec<Takeover> = kept
+        .iter()
+        .filter(|stint| history.catalog.tasks[stint.task.index()].max_robots == 1)
+        .filter_map(|stint| takeover(history, stint, &kept, &failures))
+        .collect();
+    takeovers.sort_by_key(|takeover| takeover.at);
+    for failure in &mut failures {
+        if let Some(orphan) = &failure.orphan {
+            let aftermath = aftermath(&kept, &takeovers, failure, orphan.task);
+            failure.orphan = Some(OrphanedTask {
+                aftermath,
+                ..orphan.clone()
+            });
+        }
+    }
+    (failures, takeovers)
+}
+
+/// Returns all losses, without the outcome for their tasks.
+fn losses(history: &History, stints: &[Stint]) -> Vec<Failure> {
     let losses = history.events.iter().filter_map(|event| {
         let loss = match event.kind.as_str() {
             "gone" => Loss::Died,
@@ -136,7 +169,7 @@ pub fn failures(history: &History, stints: &[Stint]) -> Vec<Failure> {
             failure.orphan = stint.map(|stint| OrphanedTask {
                 task: stint.task,
                 detection: detection(history, &failure, stint.task),
-                aftermath: aftermath(stints, &failure, stint.task),
+                aftermath: OrphanOutcome::Abandoned,
             });
             failure
         })
@@ -184,45 +217,39 @@ fn silence(history: &History, by: usize, set: &SetHistory, failure: &Failure) ->
     (tick > failure.at && teammate.present.contains(tick)).then_some(tick)
 }
 
-fn aftermath(stints: &[Stint], failure: &Failure, task: TaskId) -> OrphanOutcome {
-    let on_task = || stints.iter().filter(|stint| stint.task == task);
-    let covers = |stint: &&Stint| {
+fn aftermath(
+    kept: &[&Stint],
+    takeovers: &[Takeover],
+    failure: &Failure,
+    task: TaskId,
+) -> OrphanOutcome {
+    let on_task = || kept.iter().filter(|stint| stint.task == task);
+    let covers = |stint: &&&Stint| {
         let Span { from, to } = stint.span;
         stint.robot != failure.robot && from <= failure.at && failure.at < to
     };
     if let Some(stint) = on_task().find(covers) {
         return OrphanOutcome::Covered { by: stint.robot };
     }
-    match on_task().find(|stint| stint.span.from > failure.at) {
-        Some(next) if next.robot == failure.robot => OrphanOutcome::Resumed { at: next.span.from },
-        Some(next) => OrphanOutcome::TakenOver {
-            at: next.span.from,
-            by: next.robot,
-        },
-        None => OrphanOutcome::Abandoned,
+    let Some(next) = on_task().find(|stint| stint.span.from > failure.at) else {
+        return OrphanOutcome::Abandoned;
+    };
+    let (at, by) = (next.span.from, next.robot);
+    let is_takeover = |takeover: &Takeover| {
+        (takeover.at, takeover.robot, takeover.task, takeover.from) == (at, by, task, failure.robot)
+    };
+    if by == failure.robot {
+        OrphanOutcome::Resumed { at }
+    } else if takeovers.iter().any(is_takeover) {
+        OrphanOutcome::TakenOver { at, by }
+    } else {
+        OrphanOutcome::Continued { at, by }
     }
 }
 
-/// Returns all takeovers in order of time. Simultaneous activations, activations that yield to another claim, and tasks
-/// left as not applicable do not count.
-#[must_use]
-pub fn takeovers(history: &History, stints: &[Stint], failures: &[Failure]) -> Vec<Takeover> {
-    let mut takeovers: Vec<Takeover> = history
-        .tasks()
-        .filter(|task| history.catalog.tasks[task.index()].max_robots == 1)
-        .flat_map(|task| {
-            let on_task: Vec<&Stint> = stints
-                .iter()
-                .filter(|stint| stint.task == task && !gave_in(stint, stints))
-                .collect();
-            on_task
-                .windows(2)
-                .filter_map(|pair| takeover(history, pair[0], pair[1], failures))
-                .collect::<Vec<_>>()
-        })
-        .collect();
-    takeovers.sort_by_key(|takeover| takeover.at);
-    takeovers
+/// Returns whether the claim lasted one step: a bid that the robot withdrew or that the log does not show further.
+fn is_bid(stint: &Stint, step: SimTime) -> bool {
+    stint.end != StintEnd::Absent && stint.span.length() <= step
 }
 
 /// Returns whether the robot activated the task while another robot had it, and then left it to that robot.
@@ -237,10 +264,11 @@ fn gave_in(stint: &Stint, stints: &[Stint]) -> bool {
     stint.end == StintEnd::Left("arbitration".to_owned()) && stints.iter().any(claimed)
 }
 
+/// Returns the takeover that a stint begins, if any.
 fn takeover(
     history: &History,
-    before: &Stint,
     after: &Stint,
+    kept: &[&Stint],
     failures: &[Failure],
 ) -> Option<Takeover> {
     let at = after.span.from;
@@ -248,7 +276,16 @@ fn takeover(
     let returns = !history.robots[after.robot]
         .present
         .contains(at - history.step);
-    if before.robot == after.robot || before.span.from == at || returns {
+    let on_task = || kept.iter().filter(|stint| stint.task == after.task);
+    let is_second = on_task().any(|stint| stint.span.from == at && stint.robot < after.robot);
+    if returns || is_second {
+        return None;
+    }
+    // Of robots that are still active, the one that began last is the predecessor.
+    let before = on_task()
+        .filter(|stint| stint.span.from < at)
+        .max_by_key(|stint| (stint.span.to.min(at), stint.span.from))?;
+    if before.robot == after.robot {
         return None;
     }
     let idle_since = before.idle_since(at);

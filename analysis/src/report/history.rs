@@ -5,7 +5,8 @@ use std::sync::Arc;
 use missions::Registry;
 use proto::view::{ItemView, LevelUnit, Mark};
 use run_log::{
-    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, ReadError, RunLog,
+    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, ReadError, RunFile,
+    RunLog, Table,
 };
 use scenario::fault::Fault;
 use scenario::ids::{RobotId, TaskId};
@@ -15,6 +16,9 @@ use scenario::{BehaviorParams, Catalog, Obstacle, Setup};
 use world_server::simulation::Simulation;
 
 use super::spans::{Span, Spans};
+
+/// The maximum number of levels of all curves. Beyond it, curves are thinned: no figure shows as many.
+const LEVELS_MAX: usize = 8_000_000;
 
 /// A run, up to the last complete tick of its log.
 #[derive(Clone, Debug)]
@@ -34,6 +38,10 @@ pub struct History {
     pub items: Vec<ItemView>,
     /// The scenario's obstacles, and the obstacles that faults added.
     pub obstacles: Vec<Obstacle>,
+    /// The largest time between two levels of a curve without a gap: a step, or more if the curves are thinned.
+    pub level_step: SimTime,
+    level_count: usize,
+    levels_max: usize,
 }
 
 #[derive(Clone, Debug)]
@@ -45,11 +53,14 @@ pub struct RobotHistory {
     pub sets: Vec<SetHistory>,
     /// The meaning of the behavior sets' levels.
     pub measure: LevelUnit,
+    has_motivations: bool,
+    /// The index of the behavior set of the latest row. The next row is usually about the next set.
+    latest_set: usize,
     /// Task claims from teammates, in order of receipt.
     pub received_claims: Vec<ReceivedClaim>,
     /// The position at the start of each tick.
     pub track: Vec<TrackPoint>,
-    /// The claims in `heard`, plus messages of teammates that wait for a task. Under some presets, these messages also
+    /// The claims in `received_claims`, plus messages of teammates that wait for a task. Under some presets, these messages also
     /// reset motivations.
     may_reset: Vec<ReceivedClaim>,
 }
@@ -118,44 +129,72 @@ impl History {
     /// # Errors
     /// Returns an error for malformed rows and for rows of another run.
     pub fn read(log: &RunLog) -> Result<Self, HistoryError> {
+        Self::read_with(log, || {})
+    }
+
+    /// Returns the number of rows for which [`History::read_with`] calls back.
+    #[must_use]
+    pub fn count_rows(log: &RunLog) -> usize {
+        let tables = [
+            Table::Motivations,
+            Table::Allocation,
+            Table::Messages,
+            Table::Poses,
+        ];
+        let rows = |table| {
+            log.table(table)
+                .iter()
+                .filter(|byte| **byte == b'\n')
+                .count()
+        };
+        tables.map(rows).into_iter().sum()
+    }
+
+    /// Reads all tables of a log like [`History::read`]. Calls `step_done` after each row of the large tables.
+    pub fn read_with(log: &RunLog, mut step_done: impl FnMut()) -> Result<Self, HistoryError> {
         let setup = &log.run.setup;
         let step = SimTime(setup.scenario.step_ms);
         let end = log.last.map_or(SimTime::ZERO, |last| last.now + step);
         let mut history = Self::new(setup.clone(), end);
         for row in log.each_row::<MotivationRow>() {
             history.add_motivation(&row?)?;
+            step_done();
         }
-        history.events = log.rows()?;
-        history.find_other_allocators();
         for row in log.each_row::<AllocationRow>() {
             history.add_utility(&row?)?;
+            step_done();
         }
         for row in log.each_row::<MessageRow>() {
             history.add_message(&row?)?;
-        }
-        for robot in &mut history.robots {
-            robot.find_reset_senders();
+            step_done();
         }
         for row in log.each_row::<PoseRow>() {
             history.add_pose(&row?)?;
+            step_done();
         }
+        history.events = log.rows()?;
         history.mission = log.rows()?;
-        // The marks of an unknown mission are not available.
-        if let Ok(mission) = Registry::current().worlds().find(&setup.scenario) {
-            let start = Simulation::new(setup.clone(), mission, false).view();
-            (history.marks, history.items) = (start.marks, start.items);
+        history.finish(&log.run);
+        Ok(history)
+    }
+
+    /// Completes the history after all rows.
+    pub fn finish(&mut self, run: &RunFile) {
+        self.find_other_allocators();
+        for robot in &mut self.robots {
+            robot.find_reset_senders();
         }
-        let applied = log
-            .run
-            .faults
-            .iter()
-            .filter(|fault| fault.applied_ms.is_some());
+        // The marks of an unknown mission are not available.
+        if let Ok(mission) = Registry::current().worlds().find(&self.setup.scenario) {
+            let start = Simulation::new(self.setup.clone(), mission, false).view();
+            (self.marks, self.items) = (start.marks, start.items);
+        }
+        let applied = run.faults.iter().filter(|fault| fault.applied_ms.is_some());
         let put_there = applied.filter_map(|fault| match fault.order.fault {
             Fault::Obstacle(obstacle) => Some(obstacle),
             _ => None,
         });
-        history.obstacles.extend(put_there);
-        Ok(history)
+        self.obstacles.extend(put_there);
     }
 
     /// Creates an empty history of a run that ends at `end`.
@@ -178,6 +217,8 @@ impl History {
                     })
                     .collect(),
                 measure: LevelUnit::Motivation,
+                has_motivations: false,
+                latest_set: 0,
                 received_claims: Vec::new(),
                 track: Vec::new(),
                 may_reset: Vec::new(),
@@ -193,6 +234,9 @@ impl History {
             marks: Vec::new(),
             items: Vec::new(),
             obstacles: setup.scenario.obstacles.clone(),
+            level_step: SimTime(setup.scenario.step_ms),
+            level_count: 0,
+            levels_max: LEVELS_MAX,
             setup,
         }
     }
@@ -203,21 +247,35 @@ impl History {
         let tick = self.tick(row.t_ms);
         let rank = self.known_rank(TABLE, &row.robot)?;
         let robot = &mut self.robots[rank];
-        let set = robot
-            .sets
-            .iter_mut()
-            .find(|set| set.name == row.behavior_set)
-            .ok_or_else(|| unknown(TABLE, &row.behavior_set))?;
         robot.present.push(tick);
+        robot.has_motivations = true;
+        let set = robot
+            .set_named(&row.behavior_set)
+            .ok_or_else(|| unknown(TABLE, &row.behavior_set))?;
         set.add(tick, row);
+        self.count_level();
         Ok(())
+    }
+
+    /// Counts a new level. If there are too many, doubles the time between levels until three quarters of the maximum are
+    /// left.
+    fn count_level(&mut self) {
+        self.level_count += 1;
+        if self.level_count <= self.levels_max {
+            return;
+        }
+        while self.level_count > self.levels_max / 4 * 3 && self.level_step.0 < u64::MAX / 2 {
+            self.level_step = self.level_step + self.level_step;
+            let sets = self.robots.iter_mut().flat_map(|robot| &mut robot.sets);
+            self.level_count = sets.map(|set| set.thin(self.level_step)).sum();
+        }
     }
 
     /// Reconstructs the presence of robots without motivations from the events. Such robots have another kind of
     /// allocator.
     fn find_other_allocators(&mut self) {
         let others = self.robots.iter_mut();
-        for robot in others.filter(|robot| robot.present.iter().next().is_none()) {
+        for robot in others.filter(|robot| !robot.has_motivations) {
             robot.measure = LevelUnit::Utility;
             let mut since = None;
             for event in self.events.iter().filter(|row| row.robot == robot.name) {
@@ -243,12 +301,12 @@ impl History {
         const TABLE: &str = "allocation.csv";
         let tick = self.tick(row.t_ms);
         let rank = self.known_rank(TABLE, &row.robot)?;
-        let mut sets = self.robots[rank].sets.iter_mut();
-        let set = sets
-            .find(|set| set.name == row.behavior_set)
+        let set = self.robots[rank]
+            .set_named(&row.behavior_set)
             .ok_or_else(|| unknown(TABLE, &row.behavior_set))?;
         set.levels.push((row.t_ms, row.utility));
         set.applicable.push(tick);
+        self.count_level();
         Ok(())
     }
 
@@ -302,11 +360,11 @@ impl History {
         let tick = self.tick(row.t_ms);
         let robot = &mut self.robots[rank];
         // For robots with motivations, motivations.csv contains this.
-        if robot.measure == LevelUnit::Utility {
-            let active = robot.sets.iter_mut();
-            for set in active.filter(|set| set.name == row.behavior_set) {
-                set.active.push(tick);
-            }
+        if !robot.has_motivations
+            && !row.behavior_set.is_empty()
+            && let Some(set) = robot.set_named(&row.behavior_set)
+        {
+            set.active.push(tick);
         }
         robot.track.push(TrackPoint {
             position: (row.x_m.into(), row.y_m.into()),
@@ -376,6 +434,17 @@ fn unknown(table: &'static str, name: &str) -> HistoryError {
 }
 
 impl RobotHistory {
+    /// Returns the behavior set with this name. The search starts at the latest one.
+    fn set_named(&mut self, name: &str) -> Option<&mut SetHistory> {
+        let (before, from) = self.sets.split_at(self.latest_set);
+        let found = from.iter().position(|set| set.name == name);
+        self.latest_set = match found {
+            Some(place) => self.latest_set + place,
+            None => before.iter().position(|set| set.name == name)?,
+        };
+        self.sets.get_mut(self.latest_set)
+    }
+
     fn find_reset_senders(&mut self) {
         let claims = &self.may_reset;
         for set in &mut self.sets {
@@ -426,6 +495,32 @@ impl SetHistory {
         }
     }
 
+    /// Keeps the first, last, lowest and highest level of each `step`. Returns the number of levels.
+    fn thin(&mut self, step: SimTime) -> usize {
+        let mut kept = Vec::new();
+        for group in self
+            .levels
+            .chunk_by(|a, b| a.0.0 / step.0 == b.0.0 / step.0)
+        {
+            let level = |index: &usize| group[*index].1;
+            let by_level = |a: &usize, b: &usize| level(a).total_cmp(&level(b));
+            let lowest = (0..group.len()).min_by(by_level);
+            let highest = (0..group.len()).max_by(by_level);
+            let mut places =
+                [Some(0), lowest, highest, Some(group.len() - 1)].map(Option::unwrap_or_default);
+            places.sort_unstable();
+            let mut latest = None;
+            for place in places
+                .into_iter()
+                .filter(|place| latest.replace(*place) != Some(*place))
+            {
+                kept.push(group[place]);
+            }
+        }
+        self.levels = kept;
+        self.levels.len()
+    }
+
     fn add(&mut self, tick: Span, row: &MotivationRow) {
         let before = self.levels.last().map_or(0.0, |&(_, level)| level);
         if !row.impatience_reset && before > 0.0 {
@@ -446,5 +541,52 @@ impl SetHistory {
             "waiting" => self.waiting.push(tick),
             _ => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use missions::waste::data::default_setup;
+
+    use super::*;
+
+    #[test]
+    fn long_curves_are_thinned_within_the_bound_and_keep_their_ends_and_peaks() {
+        let end = SimTime(50 * 20_000);
+        let mut history = History::new(default_setup(1), end);
+        history.levels_max = 1000;
+        let (robot, set) = (&history.robots[0], &history.robots[0].sets[0]);
+        let mut row = MotivationRow {
+            t_ms: SimTime::ZERO,
+            robot: robot.name.clone(),
+            behavior_set: set.name.clone(),
+            task: String::new(),
+            motivation: 0.0,
+            impatience: 1.0,
+            sensory_feedback: true,
+            activity_suppression: true,
+            impatience_reset: true,
+            acquiescence: true,
+            state: "hibernating".to_owned(),
+        };
+        for tick in 0..20_000_u64 {
+            row.t_ms = SimTime(50 * tick);
+            row.motivation = match tick {
+                777 => 9.0,
+                _ => (tick % 10) as f64 / 10.0,
+            };
+            history.add_motivation(&row).unwrap();
+            assert!(history.level_count <= 1000);
+        }
+        let levels = &history.robots[0].sets[0].levels;
+        assert_eq!(levels.len(), history.level_count);
+        assert!(levels.len() > 200, "{} levels", levels.len());
+        assert_eq!(levels[0], (SimTime::ZERO, 0.0));
+        assert!(levels.contains(&(SimTime(50 * 777), 9.0)));
+        assert_eq!(levels.last(), Some(&(SimTime(50 * 19_999), 0.9)));
+        let gaps = levels.windows(2).map(|pair| pair[1].0.since(pair[0].0));
+        assert!(gaps.max() <= Some(history.level_step));
+        // The spans of the set do not depend on its levels.
+        assert_eq!(history.robots[0].sets[0].applicable.total(), end);
     }
 }

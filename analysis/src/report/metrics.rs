@@ -6,7 +6,7 @@ use scenario::ids::TaskId;
 use scenario::mission::columns::ColumnKind;
 use scenario::time::SimTime;
 
-use super::failures::{Failure, Takeover, failures, takeovers};
+use super::failures::{Failure, Takeover, losses_and_takeovers};
 use super::history::History;
 use super::spans::Spans;
 use super::stints::{Stint, stints};
@@ -114,8 +114,7 @@ impl Metrics {
     #[must_use]
     pub fn compute(history: &History, run: &RunFile) -> Self {
         let stints = stints(history);
-        let failures = failures(history, &stints);
-        let takeovers = takeovers(history, &stints, &failures);
+        let (failures, takeovers) = losses_and_takeovers(history, &stints);
         let ended = matches!(run.outcome, RunOutcome::Ended(_));
         let robots = (0..history.robots.len())
             .map(|rank| {

@@ -22,5 +22,7 @@ mod pdf;
 mod simplify;
 mod spans;
 mod stints;
+mod stream;
+pub mod takeovers;
 #[cfg(test)]
 mod tests;

@@ -70,9 +70,10 @@ const DEFINITIONS: [(&str, &str); 12] = [
     ),
     (
         "takeover latency",
-        "From the last progress on an exclusive task to its activation by another robot. The last progress is the death or stop \
-         of the previous robot; if that robot lives, the last effect of its stint, or its activation if there was none. Taking up \
-         a task that was left as not applicable is no takeover.",
+        "From the last progress on an exclusive task to its activation by another robot than the one that executed it last. The \
+         last progress is the death or stop of that robot; if it lives, the last effect of its stint, or its activation if there \
+         was none. A claim that lasts one step is a bid: it is no takeover and makes no robot the previous one. Taking up a task \
+         that was left as not applicable is no takeover.",
     ),
     (
         "lateness",
@@ -539,6 +540,13 @@ fn aftermath(history: &History, lost: SimTime, aftermath: OrphanOutcome) -> Stri
         OrphanOutcome::TakenOver { at, by } => {
             format!(
                 "{} took over after {}",
+                name(history, by),
+                seconds(at.since(lost))
+            )
+        }
+        OrphanOutcome::Continued { at, by } => {
+            format!(
+                "{} executed it next, after {}",
                 name(history, by),
                 seconds(at.since(lost))
             )

@@ -10,7 +10,7 @@ pub fn check_built_in() -> anyhow::Result<()> {
 /// Returns an error, because this program has no PDF support.
 #[cfg(not(feature = "pdf"))]
 pub fn from_svg(_svg: &str) -> anyhow::Result<Vec<u8>> {
-    is_there().map(|()| Vec::new())
+    check_built_in().map(|()| Vec::new())
 }
 
 /// Converts an SVG to a PDF of the same size.

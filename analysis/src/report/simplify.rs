@@ -73,8 +73,8 @@ fn straighten(
         let farthest = (from + 1..to)
             .map(|place| (place, distance(points[place], points[from], points[to])))
             .max_by(|a, b| a.1.total_cmp(&b.1));
-        if let Some((place, far)) = farthest
-            && far >= least
+        if let Some((place, distance)) = farthest
+            && distance >= least
         {
             keep[place] = true;
             parts.push((from, place));

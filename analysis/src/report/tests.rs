@@ -139,7 +139,7 @@ impl Made {
         sender: &str,
         task: &str,
         state: &str,
-        fate: &str,
+        delivery: &str,
     ) {
         let row = MessageRow {
             t_ms: at(seconds),
@@ -154,24 +154,41 @@ impl Made {
             task: task.to_owned(),
             progress: None,
             sent_ms: at(seconds - 0.5),
-            delivery: fate.to_owned(),
+            delivery: delivery.to_owned(),
         };
         self.history.add_message(&row).unwrap();
     }
 
-    fn metrics(&self) -> Metrics {
-        let run = RunFile {
+    fn run_file(&self) -> RunFile {
+        RunFile {
             version: String::new(),
             log: LogLevel::Full,
             hash: None,
             outcome: self.outcome,
             unscripted: false,
             faults: Vec::new(),
+            build: String::new(),
+            agent_builds: std::collections::BTreeMap::new(),
             minds: std::collections::BTreeMap::new(),
             result: self.figures.clone(),
             setup: self.history.setup.clone(),
-        };
-        Metrics::compute(&self.history, &run)
+        }
+    }
+
+    fn metrics(&self) -> Metrics {
+        Metrics::compute(&self.history, &self.run_file())
+    }
+
+    /// Returns the page without figures.
+    fn page(&self) -> String {
+        let (page, _) = page(&RunSection {
+            run: &self.run_file(),
+            history: &self.history,
+            metrics: &self.metrics(),
+            figures: Vec::new(),
+            made: MadeHow::default(),
+        });
+        page
     }
 
     fn task(&self, name: &str) -> TaskId {
@@ -192,8 +209,8 @@ fn death() -> Made {
         let received = f64::from(second) + 0.5;
         made.claim(received, "blue", "gold", TOP);
         // Green does not receive gold's last message.
-        let fate = if second == 29 { "lost" } else { "heard" };
-        made.message(received, "green", "gold", TOP, "executing", fate);
+        let delivery = if second == 29 { "lost" } else { "heard" };
+        made.message(received, "green", "gold", TOP, "executing", delivery);
         // Claims of another task do not matter.
         made.claim(received + 0.5, "green", "blue", BOTTOM);
     }
@@ -349,6 +366,104 @@ fn a_claim_that_is_withdrawn_takes_nothing_over() {
         .map(|takeover| (takeover.from, takeover.robot, takeover.latency()))
         .collect();
     assert_eq!(facts, [(BLUE, GREEN, at(35.0))]);
+}
+
+/// Green bids for a task for one step, gold executes it and dies, and green bids again. Then blue takes over for good.
+#[test]
+fn a_claim_of_one_step_is_no_takeover_and_the_lost_robot_is_the_predecessor() {
+    let mut made = Made::run(60.0);
+    made.during("green", 5.0, 5.5, Some(TOP));
+    made.during("green", 5.5, 33.0, None);
+    made.during("green", 33.0, 33.5, Some(TOP));
+    made.during("green", 33.5, 60.0, None);
+    made.during("gold", 0.0, 10.0, None);
+    made.during("gold", 10.0, 30.0, Some(TOP));
+    made.during("blue", 0.0, 45.0, None);
+    made.during("blue", 45.0, 60.0, Some(TOP));
+    made.event(5.5, "hibernated", "green", [TOP, "outbid", TOP]);
+    made.event(30.0, "gone", "gold", ["", "", ""]);
+    made.event(33.5, "hibernated", "green", [TOP, "outbid", TOP]);
+    let metrics = made.metrics();
+    let task = made.task(TOP);
+    let takeover = Takeover {
+        at: at(45.0),
+        task,
+        from: GOLD,
+        robot: BLUE,
+        idle_since: at(30.0),
+        cause: TakeoverCause::Lost(Loss::Died),
+    };
+    assert_eq!(metrics.takeovers, [takeover]);
+    let orphan = metrics.failures[0].orphan.as_ref().unwrap();
+    assert_eq!(
+        orphan.aftermath,
+        OrphanOutcome::TakenOver {
+            at: at(45.0),
+            by: BLUE
+        }
+    );
+    // The facts, the losses and the takeovers of the page have the same number.
+    let page = made.page();
+    for text in [
+        "mean 15.00 s, longest 15.00 s (of 1)",
+        "blue took over after 15.00 s",
+        "<td>15.00 s</td><td class=\"text\">gold died</td>",
+    ] {
+        assert!(page.contains(text), "no '{text}' in {page}");
+    }
+}
+
+/// A teammate that shared the task left it before the loss: the lost robot executed it last.
+#[test]
+fn the_robot_that_executed_the_task_last_is_the_predecessor() {
+    let mut made = Made::run(60.0);
+    made.during("gold", 10.0, 30.0, Some(TOP));
+    made.during("blue", 0.0, 15.0, None);
+    made.during("blue", 15.0, 20.0, Some(TOP));
+    made.during("blue", 20.0, 60.0, None);
+    made.during("green", 0.0, 40.0, None);
+    made.during("green", 40.0, 60.0, Some(TOP));
+    made.event(20.0, "hibernated", "blue", [TOP, "acquiesced-psi", TOP]);
+    made.event(30.0, "gone", "gold", ["", "", ""]);
+    let metrics = made.metrics();
+    let facts: Vec<_> = metrics
+        .takeovers
+        .iter()
+        .map(|takeover| (takeover.from, takeover.robot, takeover.cause.clone()))
+        .collect();
+    assert_eq!(
+        facts,
+        [
+            (GOLD, BLUE, TakeoverCause::StillActive),
+            (GOLD, GREEN, TakeoverCause::Lost(Loss::Died))
+        ]
+    );
+}
+
+/// A task for two robots has no takeovers; its loss names the next robot all the same.
+#[test]
+fn a_shared_task_is_continued_without_a_takeover() {
+    let mut made = Made::with(60.0, |scenario| {
+        let section = TaskSection {
+            max_robots: Some(2),
+            ..TaskSection::default()
+        };
+        scenario.tasks.insert(TOP.to_owned(), section);
+    });
+    made.during("gold", 10.0, 30.0, Some(TOP));
+    made.during("blue", 0.0, 45.0, None);
+    made.during("blue", 45.0, 60.0, Some(TOP));
+    made.event(30.0, "gone", "gold", ["", "", ""]);
+    let metrics = made.metrics();
+    assert_eq!(metrics.takeovers, []);
+    let orphan = metrics.failures[0].orphan.as_ref().unwrap();
+    assert_eq!(
+        orphan.aftermath,
+        OrphanOutcome::Continued {
+            at: at(45.0),
+            by: BLUE
+        }
+    );
 }
 
 #[test]

@@ -1,21 +1,59 @@
-//! The trials of the study: conditions, rules and seeds.
+//! The plan of the study: teams, spreads, rules and seeds.
 
 use std::fmt;
 
-/// The numbers of robots, of tasks, and of robots that can do each task.
-const SIZES: [(usize, usize, usize); 8] = [
-    (2, 4, 2),
-    (3, 6, 1),
-    (3, 6, 2),
-    (3, 6, 3),
-    (4, 8, 3),
-    (4, 8, 4),
-    (5, 6, 5),
-    (5, 10, 3),
-];
+use anyhow::{Context, bail};
+use missions::Registry;
+use scenario::{Scenario, TomlFile};
+use serde::Deserialize;
 
-/// h: a robot takes up to 1 + h times as long as the fastest possible robot, and draws up to 1 + h W.
-pub const SPREADS: [f64; 3] = [0.5, 1.0, 2.0];
+use super::instance::Instance;
+
+/// The key of a plan that makes it a plan of this study.
+const KEY: &str = "strategies";
+
+/// The largest numbers of robots and tasks. The optimum is found by a search over all assignments.
+const MAX_ROBOTS: usize = 8;
+const MAX_TASKS: usize = 12;
+
+const MAX_SEEDS: usize = 10_000;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    seeds: usize,
+    strategies: Section,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Section {
+    sizes: Vec<Size>,
+    spreads: Vec<f64>,
+    with_faults: WithFaults,
+    rules: Vec<Rule>,
+}
+
+/// The numbers of robots, of tasks, and of robots that can do each task.
+type Size = (usize, usize, usize);
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WithFaults {
+    size: Size,
+    spread: f64,
+}
+
+/// The conditions, rules and seeds of the study.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Design {
+    pub conditions: Vec<Condition>,
+    /// h: a robot takes up to 1 + h times as long as the fastest possible robot, and draws up to 1 + h W.
+    pub spreads: Vec<f64>,
+    pub rules: Vec<Rule>,
+    /// The number of seeds; they start at 1.
+    pub seeds: usize,
+}
 
 /// A team with its tasks, and a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +64,7 @@ pub struct Condition {
     pub coverage: usize,
     /// h, the spread of times and powers.
     pub spread: f64,
-    pub mishap: TrialFault,
+    pub fault: TrialFault,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,56 +77,94 @@ pub enum TrialFault {
 }
 
 /// The rule by which robots choose tasks.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Rule {
-    pub name: &'static str,
-    strategy: &'static str,
-    ordering: &'static str,
-    /// The shortest and longest delay, and the boredom time, s.
-    delays_s: Option<(f64, f64, f64)>,
+    pub name: String,
+    /// The values of `[allocators.l-alliance]`.
+    #[serde(flatten)]
+    pub parameters: toml::Table,
 }
 
-const fn rule(name: &'static str, strategy: &'static str, ordering: &'static str) -> Rule {
-    Rule {
-        name,
-        strategy,
-        ordering,
-        delays_s: None,
+impl Design {
+    /// Reads a plan. Returns `None` if it is a plan of another study.
+    ///
+    /// # Errors
+    /// Returns the first mistake as one line.
+    pub fn parse(file_name: &str, text: &str) -> anyhow::Result<Option<Self>> {
+        if !text
+            .parse::<toml::Table>()
+            .is_ok_and(|table| table.contains_key(KEY))
+        {
+            return Ok(None);
+        }
+        let File { seeds, strategies } = TomlFile::parse(file_name, text)?.deserialize()?;
+        let Section {
+            sizes,
+            spreads,
+            with_faults,
+            rules,
+        } = strategies;
+        let wrong = |(robots, tasks, coverage): &Size| {
+            !(1..=MAX_ROBOTS).contains(robots)
+                || !(1..=MAX_TASKS).contains(tasks)
+                || !(1..=*robots).contains(coverage)
+        };
+        if let Some(size) = sizes
+            .iter()
+            .chain([&with_faults.size])
+            .find(|size| wrong(size))
+        {
+            bail!(
+                "{file_name}: [strategies]: the size {size:?} is out of range; write [robots up to {MAX_ROBOTS}, tasks up to {MAX_TASKS}, robots that can do each task]"
+            );
+        }
+        if let Some(spread) = spreads
+            .iter()
+            .chain([&with_faults.spread])
+            .find(|h| !(0.0..=10.0).contains(*h))
+        {
+            bail!(
+                "{file_name}: [strategies]: the spread {spread} is out of range; write a number from 0 to 10"
+            );
+        }
+        if sizes.is_empty()
+            || spreads.is_empty()
+            || rules.is_empty()
+            || !(1..=MAX_SEEDS).contains(&seeds)
+        {
+            bail!(
+                "{file_name}: the plan has no trials; write sizes, spreads, rules, and seeds from 1 to {MAX_SEEDS}"
+            );
+        }
+        let design = Self {
+            conditions: conditions(&sizes, &spreads, &with_faults),
+            spreads,
+            rules,
+            seeds,
+        };
+        let instance = Instance::draw(&design.conditions[0], 1);
+        for rule in &design.rules {
+            let text = instance.scenario(rule, TrialFault::None);
+            Scenario::parse(
+                "[allocators.l-alliance]",
+                &text,
+                &Registry::current().vocabulary(),
+            )
+            .with_context(|| format!("{file_name}: rule '{}'", rule.name))?;
+        }
+        Ok(Some(design))
+    }
+
+    #[must_use]
+    pub fn runs(&self) -> usize {
+        self.conditions.len() * self.rules.len() * self.seeds
     }
 }
 
-/// The strategies with their orderings, and strategy IV again with shorter delays.
-pub const RULES: [Rule; 11] = [
-    rule("I longest", "I", "longest-first"),
-    rule("I shortest", "I", "shortest-first"),
-    rule("I random", "I", "random"),
-    rule("II longest", "II", "longest-first"),
-    rule("II shortest", "II", "shortest-first"),
-    rule("II random", "II", "random"),
-    rule("III longest", "III", "longest-first"),
-    rule("III shortest", "III", "shortest-first"),
-    rule("III random", "III", "random"),
-    rule("IV", "IV", "longest-first"),
-    Rule {
-        delays_s: Some((1.0, 4.0, 3.0)),
-        ..rule("IV, 1 to 4 s", "IV", "longest-first")
-    },
-];
-
 impl Rule {
     /// Returns the rule's lines of `[allocators.l-alliance]`.
-    pub(super) fn parameters(&self) -> String {
-        let mut text = format!(
-            "strategy = '{}'\nordering = '{}'\n",
-            self.strategy, self.ordering
-        );
-        if let Some((least_s, most_s, bored_s)) = self.delays_s {
-            let rate = 1.0 / bored_s;
-            text += &format!(
-                "min_delay_s = {least_s:?}\nmax_delay_s = {most_s:?}\nboredom_rate = {rate:?}\n"
-            );
-        }
-        text
+    pub(super) fn lines(&self) -> String {
+        self.parameters.to_string()
     }
 }
 
@@ -110,34 +186,32 @@ impl fmt::Display for Condition {
             tasks,
             coverage,
             spread,
-            mishap,
+            fault,
         } = self;
         write!(f, "({robots},{tasks},{coverage}), {spread}")?;
-        match mishap {
+        match fault {
             TrialFault::None => Ok(()),
-            mishap => write!(f, ", {}", mishap.as_str()),
+            fault => write!(f, ", {}", fault.as_str()),
         }
     }
 }
 
 /// Returns every size with every spread, and two conditions with a fault.
-#[must_use]
-pub fn conditions() -> Vec<Condition> {
-    let sizes = SIZES.iter().flat_map(|&(robots, tasks, coverage)| {
-        SPREADS.map(|spread| Condition {
-            robots,
-            tasks,
-            coverage,
-            spread,
-            mishap: TrialFault::None,
-        })
+fn conditions(sizes: &[Size], spreads: &[f64], with_faults: &WithFaults) -> Vec<Condition> {
+    let condition = |(robots, tasks, coverage): Size, spread, fault| Condition {
+        robots,
+        tasks,
+        coverage,
+        spread,
+        fault,
+    };
+    let sizes = sizes.iter();
+    let without = sizes.flat_map(|size| {
+        spreads
+            .iter()
+            .map(|spread| condition(*size, *spread, TrialFault::None))
     });
-    let mishaps = [TrialFault::Crash, TrialFault::Slow].map(|mishap| Condition {
-        robots: 4,
-        tasks: 8,
-        coverage: 4,
-        spread: 1.0,
-        mishap,
-    });
-    sizes.chain(mishaps).collect()
+    let with = [TrialFault::Crash, TrialFault::Slow];
+    let with = with.map(|fault| condition(with_faults.size, with_faults.spread, fault));
+    without.chain(with).collect()
 }

@@ -3,7 +3,6 @@
 use plotters::style::RGBColor;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::design::{RULES, SPREADS};
 use super::results::{Measure, Study};
 use crate::palette::colors;
 use crate::report::figures::canvas::{
@@ -26,7 +25,7 @@ const LOWEST: f64 = 0.92;
 /// The published upper bound of strategy IV's average.
 const PUBLISHED: f64 = 1.2;
 
-/// The marks of the spreads.
+/// The marks of the spreads, in turn.
 const MARKS: [Mark; 3] = [Mark::Square, Mark::Diamond, Mark::Triangle];
 
 /// Half the width that the marks of a rule occupy, relative to the distance of two rules.
@@ -43,7 +42,7 @@ pub fn draw(study: &Study) -> anyhow::Result<String> {
         "Strategies of L-ALLIANCE relative to the optimum",
         height_px,
         |area| {
-            legend(area)?;
+            legend(area, study)?;
             for (place, (what, value)) in panels.into_iter().enumerate() {
                 let top_px = LEGEND_PX + place as f64 * (PLOT_PX + GAP_PX);
                 panel(area, study, top_px, what, value)?;
@@ -52,24 +51,30 @@ pub fn draw(study: &Study) -> anyhow::Result<String> {
                 anchor: (HPos::Center, VPos::Center),
                 ..TextLabel::default()
             };
-            let width_px = (WIDTH_PX - LEFT_PX - RIGHT_PX) / RULES.len() as f64;
-            for (place, rule) in RULES.iter().enumerate() {
+            let width_px = (WIDTH_PX - LEFT_PX - RIGHT_PX) / study.design.rules.len() as f64;
+            for (place, rule) in study.design.rules.iter().enumerate() {
                 let x_px = LEFT_PX + width_px * (place as f64 + 0.5);
-                letters.write(area, rule.name, (x_px, height_px - LABELS_PX / 2.0))?;
+                letters.write(area, &rule.name, (x_px, height_px - LABELS_PX / 2.0))?;
             }
             Ok(())
         },
     )
 }
 
-fn spread_colors() -> Vec<RGBColor> {
-    colors(SPREADS.iter().map(|_| ""))
+fn spread_colors(study: &Study) -> Vec<RGBColor> {
+    colors(study.design.spreads.iter().map(|_| ""))
 }
 
-fn legend(area: &Area<'_>) -> DrawResult {
+fn legend(area: &Area<'_>, study: &Study) -> DrawResult {
     let letters = TextLabel::default();
     let mut left_px = LEFT_PX;
-    for ((spread, mark), color) in SPREADS.iter().zip(MARKS).zip(spread_colors()) {
+    for ((spread, mark), color) in study
+        .design
+        .spreads
+        .iter()
+        .zip(MARKS.iter().cycle())
+        .zip(spread_colors(study))
+    {
         let text = format!("h = {spread}");
         mark.draw(area, (px(left_px + 6.0), px(LEGEND_PX / 2.0)), color)?;
         letters.write(area, &text, (left_px + 18.0, LEGEND_PX / 2.0))?;
@@ -88,7 +93,7 @@ fn panel(area: &Area<'_>, study: &Study, top_px: f64, what: &str, value: Measure
         right: RIGHT_PX,
         bottom: 0.0,
     };
-    let x = -0.5..RULES.len() as f64 - 0.5;
+    let x = -0.5..study.design.rules.len() as f64 - 0.5;
     let axes = Axes {
         x: (x.clone(), ""),
         y: (LOWEST..HIGHEST, what),
@@ -97,8 +102,8 @@ fn panel(area: &Area<'_>, study: &Study, top_px: f64, what: &str, value: Measure
     let chart = chart(&within, frame, &axes)?;
     curve(&chart, vec![(x.start, 1.0), (x.end, 1.0)], line(FAINT, 1.0))?;
     horizontal_line(&chart, x, PUBLISHED, line(FAINT, 1.0))?;
-    let colors = spread_colors();
-    for rule in 0..RULES.len() {
+    let colors = spread_colors(study);
+    for rule in 0..study.design.rules.len() {
         let cells: Vec<_> = study
             .without_faults(rule)
             .filter_map(|(condition, cell)| Some((condition.spread, value(&cell)?)))
@@ -109,11 +114,13 @@ fn panel(area: &Area<'_>, study: &Study, top_px: f64, what: &str, value: Measure
             let at = chart
                 .plotting_area()
                 .map_coordinate(&(x, value.min(HIGHEST)));
-            let of = SPREADS
+            let of = study
+                .design
+                .spreads
                 .iter()
                 .position(|known| known == spread)
                 .unwrap_or(0);
-            MARKS[of].draw(area, at, colors[of])?;
+            MARKS[of % MARKS.len()].draw(area, at, colors[of])?;
         }
         let mean = cells.iter().map(|(_, value)| value).sum::<f64>() / count;
         let at = rule as f64;

@@ -74,11 +74,11 @@ impl Instance {
     /// Returns the mission as a scenario file. Each task is a kind of work with one point, and interrupted work is lost. Robots
     /// that can do no task are omitted.
     #[must_use]
-    pub fn scenario(&self, rule: &Rule, mishap: TrialFault) -> String {
+    pub fn scenario(&self, rule: &Rule, fault: TrialFault) -> String {
         let mut text = format!(
             "step_ms = {STEP_MS}\nlimit_s = {LIMIT_S}\nallocator = 'l-alliance'\n{ACTIVATION}\
              [allocators.l-alliance]\n{}\n[service]\ntasks = 'kinds'\nreach_m = 1000\n",
-            rule.parameters()
+            rule.lines()
         );
         for task in 0..self.tasks() {
             let work_s = self.fastest_s(task);
@@ -90,7 +90,7 @@ impl Instance {
             );
         }
         for (robot, times_s) in self.times_s.iter().enumerate() {
-            let slower = match mishap {
+            let slower = match fault {
                 TrialFault::Slow if robot == 0 => 3.0,
                 _ => 1.0,
             };
@@ -109,7 +109,7 @@ impl Instance {
                 );
             }
         }
-        if mishap == TrialFault::Crash {
+        if fault == TrialFault::Crash {
             text += "[[faults.timeline]]\nfault.kill = 'r0'\nat_s = 60\n";
         }
         text

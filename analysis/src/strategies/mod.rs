@@ -4,7 +4,8 @@
 //! - [`instance`]: random times and powers of a team, and the team as a mission of `service`.
 //! - [`optimum`]: the least makespan and the least energy of an instance.
 //! - [`trial`]: an instance with one strategy.
-//! - [`design`]: the trials of the study. [`results`]: its tables. [`figure`]: its figure. [`command`]: `alliance lalliance-strategies`.
+//! - [`design`]: the plan of the study (`analysis/sweeps/l-alliance-strategies.toml`). [`results`]: its tables. [`figure`]: its figure.
+//! - [`command`]: its execution by `alliance sweep`.
 
 pub mod command;
 pub mod design;

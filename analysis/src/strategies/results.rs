@@ -2,13 +2,11 @@
 
 use std::fmt::Write;
 
-use super::design::{Condition, RULES, TrialFault, conditions};
+use super::design::{Condition, Design, TrialFault};
 use super::trial::Trial;
 
 pub struct Study {
-    pub conditions: Vec<Condition>,
-    /// The number of seeds; they start at 1.
-    pub seeds: usize,
+    pub design: Design,
     pub trials: Vec<Trial>,
 }
 
@@ -28,23 +26,21 @@ pub struct Cell {
     pub duplicate_s: Option<f64>,
 }
 
+/// Returns the indices of the condition and the rule, and the seed.
 #[must_use]
-pub fn trial_of_run(run: usize, seeds: usize) -> (usize, usize, u64) {
-    let cell = run / seeds;
-    let seed = run % seeds + 1;
-    (cell / RULES.len(), cell % RULES.len(), seed as u64)
+pub fn trial_of_run(run: usize, design: &Design) -> (usize, usize, u64) {
+    let cell = run / design.seeds;
+    let seed = run % design.seeds + 1;
+    let rules = design.rules.len();
+    (cell / rules, cell % rules, seed as u64)
 }
 
 impl Study {
     #[must_use]
-    pub fn runs(seeds: usize) -> usize {
-        conditions().len() * RULES.len() * seeds
-    }
-
-    #[must_use]
     pub fn cell(&self, condition: usize, rule: usize) -> Cell {
-        let first = (condition * RULES.len() + rule) * self.seeds;
-        let trials = &self.trials[first..first + self.seeds];
+        let seeds = self.design.seeds;
+        let first = (condition * self.design.rules.len() + rule) * seeds;
+        let trials = &self.trials[first..first + seeds];
         let ended: Vec<(f64, &Trial)> = trials
             .iter()
             .filter_map(|trial| Some((trial.time_s?, trial)))
@@ -63,9 +59,9 @@ impl Study {
 
     /// Returns the cells of a rule without faults, with their conditions.
     pub fn without_faults(&self, rule: usize) -> impl Iterator<Item = (&Condition, Cell)> {
-        let conditions = self.conditions.iter().enumerate();
+        let conditions = self.design.conditions.iter().enumerate();
         conditions
-            .filter(|(_, condition)| condition.mishap == TrialFault::None)
+            .filter(|(_, condition)| condition.fault == TrialFault::None)
             .map(move |(place, condition)| (condition, self.cell(place, rule)))
     }
 
@@ -73,20 +69,21 @@ impl Study {
     pub fn markdown(&self) -> String {
         let mut text = format!(
             "Means over {} seeds; in brackets the number of runs that did not end, which the mean omits.\n",
-            self.seeds
+            self.design.seeds
         );
+        let rules = &self.design.rules;
         let tables: [(&str, Measure, usize); 3] = [
             ("Time by the least time", |cell| cell.time, 2),
             ("Energy by the least energy", |cell| cell.energy, 2),
             ("Two at one task, robot-s", |cell| cell.duplicate_s, 0),
         ];
         for (title, value, digits) in tables {
-            let names: Vec<&str> = RULES.iter().map(|rule| rule.name).collect();
+            let names: Vec<&str> = rules.iter().map(|rule| rule.name.as_str()).collect();
             let _ = write!(
                 text,
                 "\n**{title}**\n\n| (n,m,c), h | {} |\n|---{}|\n",
                 names.join(" | "),
-                "|---".repeat(RULES.len())
+                "|---".repeat(rules.len())
             );
             let mut row = |name: String, cells: Vec<String>| {
                 let _ = writeln!(text, "| {name} | {} |", cells.join(" | "));
@@ -94,8 +91,8 @@ impl Study {
             let shown = |value: Option<f64>| {
                 value.map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
             };
-            for (place, condition) in self.conditions.iter().enumerate() {
-                let cells = (0..RULES.len()).map(|rule| {
+            for (place, condition) in self.design.conditions.iter().enumerate() {
+                let cells = (0..rules.len()).map(|rule| {
                     let cell = self.cell(place, rule);
                     let endless = match cell.unfinished {
                         0 => String::new(),
@@ -115,14 +112,14 @@ impl Study {
                 (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
             };
             let worst = |rule| values(rule).into_iter().reduce(f64::max);
-            let rules = || 0..RULES.len();
+            let all = || 0..rules.len();
             row(
                 "mean without faults".to_owned(),
-                rules().map(|rule| shown(mean(rule))).collect(),
+                all().map(|rule| shown(mean(rule))).collect(),
             );
             row(
                 "worst of them".to_owned(),
-                rules().map(|rule| shown(worst(rule))).collect(),
+                all().map(|rule| shown(worst(rule))).collect(),
             );
         }
         text
@@ -145,15 +142,15 @@ impl Study {
             "doubled_s",
         ])?;
         for (run, trial) in self.trials.iter().enumerate() {
-            let (condition, rule, seed) = trial_of_run(run, self.seeds);
-            let condition = &self.conditions[condition];
+            let (condition, rule, seed) = trial_of_run(run, &self.design);
+            let condition = &self.design.conditions[condition];
             writer.write_record([
                 condition.robots.to_string(),
                 condition.tasks.to_string(),
                 condition.coverage.to_string(),
                 condition.spread.to_string(),
-                condition.mishap.as_str().to_owned(),
-                RULES[rule].name.to_owned(),
+                condition.fault.as_str().to_owned(),
+                self.design.rules[rule].name.clone(),
                 seed.to_string(),
                 trial
                     .time_s
@@ -175,20 +172,29 @@ mod tests {
     /// The rules of the reduced study: one per strategy that ends, and strategy III with another order.
     const PLAYED: [&str; 4] = ["I longest", "III longest", "III shortest", "IV"];
 
+    /// Returns the plan that ships, with another number of seeds.
+    fn plan(seeds: usize) -> Design {
+        let name = "l-alliance-strategies.toml";
+        let text = include_str!("../../sweeps/l-alliance-strategies.toml");
+        let design = Design::parse(name, text).unwrap().unwrap();
+        assert_eq!(design.runs(), 57_200);
+        Design { seeds, ..design }
+    }
+
     /// Returns the reduced study: these rules, without faults.
     fn reduced(seeds: usize) -> Study {
-        let conditions = conditions();
+        let design = plan(seeds);
         let trial = |run| {
-            let (condition, rule, seed) = trial_of_run(run, seeds);
-            let (condition, rule) = (&conditions[condition], &RULES[rule]);
-            let is_played = PLAYED.contains(&rule.name) && condition.mishap == TrialFault::None;
+            let (condition, rule, seed) = trial_of_run(run, &design);
+            let (condition, rule) = (&design.conditions[condition], &design.rules[rule]);
+            let is_played =
+                PLAYED.contains(&rule.name.as_str()) && condition.fault == TrialFault::None;
             is_played.then(|| run_trial(condition, rule, seed).unwrap())
         };
-        let trials = (0..Study::runs(seeds)).map(|run| trial(run).unwrap_or(NONE));
+        let trials = (0..design.runs()).map(|run| trial(run).unwrap_or(NONE));
         Study {
             trials: trials.collect(),
-            conditions,
-            seeds,
+            design,
         }
     }
 
@@ -200,11 +206,16 @@ mod tests {
         doubled_s: 0.0,
     };
 
-    fn named(name: &str) -> usize {
-        RULES.iter().position(|rule| rule.name == name).unwrap()
+    fn named(study: &Study, name: &str) -> usize {
+        study
+            .design
+            .rules
+            .iter()
+            .position(|rule| rule.name == name)
+            .unwrap()
     }
 
-    /// Bounds: docs/ALLOCATORS.md §3.
+    /// Bounds: docs/allocators/l-alliance.md, "The strategies against the optimum".
     #[test]
     fn strategies_meet_the_documented_bounds() {
         let study = reduced(8);
@@ -217,13 +228,13 @@ mod tests {
             assert!(is_possible, "better than the optimum: {trial:?}");
         }
         for name in PLAYED {
-            for (condition, cell) in study.without_faults(named(name)) {
+            for (condition, cell) in study.without_faults(named(&study, name)) {
                 assert_eq!(cell.unfinished, 0, "{condition}, {name}");
                 let is_alone = name == "I longest" || cell.duplicate_s == Some(0.0);
                 assert!(is_alone, "{condition}, {name}: two at a task");
             }
         }
-        let of = |name| study.without_faults(named(name));
+        let of = |name| study.without_faults(named(&study, name));
         for ((condition, four), (_, one)) in of("IV").zip(of("I longest")) {
             let (four, one) = (four.time.unwrap(), one.time.unwrap());
             let all_can = condition.coverage == 5;
@@ -246,10 +257,10 @@ mod tests {
             least_energy_j: 20.0,
             doubled_s: (run % 3) as f64,
         };
+        let design = plan(3);
         let study = Study {
-            conditions: conditions(),
-            seeds: 3,
-            trials: (0..Study::runs(3)).map(trial).collect(),
+            trials: (0..design.runs()).map(trial).collect(),
+            design,
         };
         let cell = study.cell(3, 2);
         // 12 and 14 of 10 s; 0 and 2 robot-s.
@@ -266,16 +277,41 @@ mod tests {
                 .iter()
                 .filter(|&&byte| byte == b'\n')
                 .count(),
-            1 + Study::runs(3)
+            1 + study.design.runs()
         );
         let svg = super::super::figure::draw(&study).unwrap();
         // One mark per condition and rule in both panels, and those of the legend.
-        assert_eq!(svg.matches("<polygon").count(), 24 * RULES.len() * 2 + 3);
+        assert_eq!(
+            svg.matches("<polygon").count(),
+            24 * study.design.rules.len() * 2 + 3
+        );
     }
 
     #[test]
     fn run_numbers_map_to_condition_rule_and_seed() {
-        assert_eq!(trial_of_run(0, 5), (0, 0, 1));
-        assert_eq!(trial_of_run(5 * RULES.len() + 7, 5), (1, 1, 3));
+        let design = plan(5);
+        assert_eq!(trial_of_run(0, &design), (0, 0, 1));
+        assert_eq!(trial_of_run(5 * 11 + 7, &design), (1, 1, 3));
+    }
+
+    #[test]
+    fn a_mistake_in_the_plan_is_one_line() {
+        let text = include_str!("../../sweeps/l-alliance-strategies.toml");
+        let mistake = |from: &str, to: &str| {
+            let text = text.replacen(from, to, 1);
+            format!("{:#}", Design::parse("plan.toml", &text).unwrap_err())
+        };
+        let size = mistake("[3, 6, 1]", "[3, 6, 4]");
+        assert!(
+            size.starts_with("plan.toml: [strategies]: the size (3, 6, 4) is out of range"),
+            "{size}"
+        );
+        let rule = mistake("strategy = \"IV\"", "stratgy = \"IV\"");
+        assert!(
+            rule.starts_with("plan.toml: rule 'IV': ") && rule.contains("stratgy"),
+            "{rule}"
+        );
+        assert!(mistake("spreads", "spread").starts_with("plan.toml:"));
+        assert_eq!(Design::parse("plan.toml", "seeds = 3\n").unwrap(), None);
     }
 }

@@ -27,7 +27,7 @@ pub struct Trial {
 pub fn run_trial(condition: &Condition, rule: &Rule, seed: u64) -> anyhow::Result<Trial> {
     let instance = Instance::draw(condition, seed);
     let vocabulary = Registry::current().vocabulary();
-    let text = instance.scenario(rule, condition.mishap);
+    let text = instance.scenario(rule, condition.fault);
     let scenario = Scenario::parse("instance.toml", &text, &vocabulary)?;
     let setup = Setup {
         profile: instance.profile(),

@@ -25,9 +25,8 @@ const FAULTS: &str = "faults.csv";
 /// The largest number of table rows and of failed runs that the terminal shows.
 const SHOWN: usize = 20;
 
-/// Run a mission in many variants and with many seeds
-///
-/// Runs execute in this process, on all cores. An interrupted sweep resumes where it stopped.
+/// Run many variants of a mission with many seeds
+// An interrupted sweep resumes where it stopped.
 #[derive(Args, Clone, Debug)]
 pub struct SweepCommand {
     #[command(flatten)]
@@ -39,10 +38,27 @@ impl SweepCommand {
     /// cannot be written. Incomplete missions are not failures.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
+        let (status, done) = match self.arguments.strategies() {
+            Ok(Some(strategies)) => (3, strategies.run()),
+            Ok(None) => return self.run_plan(known),
+            Err(error) => (2, Err(error)),
+        };
+        match done {
+            Ok(true) => ExitCode::SUCCESS,
+            Ok(false) => ExitCode::from(1),
+            Err(error) => {
+                stderr_line!("alliance sweep: {error:#}");
+                ExitCode::from(status)
+            }
+        }
+    }
+
+    fn run_plan(&self, known: &Known) -> ExitCode {
         let study = PlanCommand {
             name: "sweep",
             folder: "sweeps",
             prepare: |_, _| Ok(None),
+            remarks: |_| Vec::new(),
             finish,
         };
         self.arguments.run(known, &study)

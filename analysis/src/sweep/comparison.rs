@@ -2,6 +2,7 @@
 
 use scenario::Scenario;
 use scenario::fault::{Fault, LinkEnd};
+use scenario::mission::data::Objective;
 use serde::{Deserialize, Serialize};
 
 use super::plan::hypothesis::Hypothesis;
@@ -13,6 +14,42 @@ pub struct Comparison {
     pub hypotheses: Vec<Hypothesis>,
     /// One entry per block, in block order.
     pub axes: Vec<Axes>,
+    /// The figure that ranks the runs of each block's mission, in block order. `None`: they are ranked by PAR2.
+    #[serde(default)]
+    pub objectives: Vec<Option<OwnFigure>>,
+}
+
+/// A figure of run.json by which a mission ranks its runs ([`Objective::Figure`]).
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct OwnFigure {
+    /// The name in comparisons.
+    pub name: String,
+    /// The name of the figure in the results of a run.
+    pub figure: String,
+    pub more_is_better: bool,
+    /// The definition, in one sentence.
+    pub meaning: String,
+}
+
+impl OwnFigure {
+    /// Returns the figure of an objective, or `None` for the time to completion.
+    #[must_use]
+    pub fn new(objective: Objective) -> Option<Self> {
+        match objective {
+            Objective::Time => None,
+            Objective::Figure {
+                name,
+                figure,
+                more_is_better,
+                meaning,
+            } => Some(Self {
+                name: name.to_owned(),
+                figure: figure.replace('.', "_"),
+                more_is_better,
+                meaning: meaning.to_owned(),
+            }),
+        }
+    }
 }
 
 /// The numbers of a block that can form the x axis of a curve.

@@ -184,7 +184,7 @@ fn element<'v>(
     let path = path.join(".");
     let toml::Value::Array(array) = value else {
         return Err(format!(
-            "{path}: the value above '{key}' has the type {} and no keys; `alliance scenarios reference` has every key",
+            "{path}: the value above '{key}' has the type {} and no keys; `alliance list scenarios reference` has every key",
             value.type_str()
         ));
     };
@@ -307,7 +307,7 @@ mod tests {
         check(
             "name.first",
             Err(
-                "name.first: the value above 'first' has the type string and no keys; `alliance scenarios reference` has every key",
+                "name.first: the value above 'first' has the type string and no keys; `alliance list scenarios reference` has every key",
             ),
         );
     }

@@ -8,8 +8,10 @@ use std::thread::available_parallelism;
 
 use anyhow::{Context, bail};
 use clap::Args;
+use indicatif::HumanDuration;
 use scenario::decode_text;
 use terminal::stderr_line;
+use tokio::time::Instant;
 use world_server::mission_args::{Known, read_scenario};
 
 use super::comparison::Comparison;
@@ -21,6 +23,11 @@ use super::run::{Failure, Row, RunResult, execute_run};
 use super::shard::Shard;
 use super::workers::run_parallel;
 use crate::interrupted::InterruptFlag;
+use crate::strategies;
+use crate::strategies::command::StrategiesStudy;
+
+/// The number of runs from which a dry run estimates the time of all.
+const SAMPLE: usize = 16;
 
 /// The largest number of missing runs that a message lists.
 const SHOWN: usize = 20;
@@ -30,19 +37,22 @@ pub struct Arguments {
     /// Plan in TOML; with --merge: folders with the journals of shards
     #[arg(value_name = "FILE|DIR", required = true)]
     paths: Vec<PathBuf>,
-    /// Folder of the results [default: named like FILE without .toml; with --merge: the first DIR]
+    /// Folder of the results [default: FILE's name; with --merge the first DIR]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Number of concurrent runs [default: one per core]
     #[arg(long, value_name = "N", value_parser = jobs)]
     jobs: Option<NonZeroUsize>,
-    /// Execute only every N-th run, starting with run I: one of N jobs, numbered from 0
+    /// Execute one of N parts, numbered from 0: run I and every N-th after it
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
     /// Merge the journals of all shards
     #[arg(long, conflicts_with_all = ["jobs", "shard"])]
     merge: bool,
-    /// Print the scenario of one run and the command that executes it, then exit
+    /// Print the number of runs, their time and what the plan cannot find
+    #[arg(long, conflicts_with_all = ["merge", "out", "scenario"])]
+    dry_run: bool,
+    /// Print the scenario of one run and the command that executes it
     #[arg(long, value_name = "RUN", conflicts_with_all = ["jobs", "shard", "merge", "out"])]
     scenario: Option<usize>,
 }
@@ -55,6 +65,8 @@ pub struct PlanCommand {
     /// Checks the subcommand's requirements of a plan with the given number of concurrent runs. Returns the data that the
     /// journal stores beside the runs.
     pub prepare: fn(&mut Plan, NonZeroUsize) -> anyhow::Result<Option<Comparison>>,
+    /// Returns what the plan cannot find, as lines to show before the first run.
+    pub remarks: fn(&Header) -> Vec<String>,
     /// Writes and shows the results from all rows in order, including failed runs. The path is that of the plan as given;
     /// `None` after a merge. Returns `true` if no run failed.
     pub finish: fn(&Path, &Header, &[Row], Option<&Path>) -> anyhow::Result<bool>,
@@ -63,6 +75,7 @@ pub struct PlanCommand {
 /// The work that remains after the arguments are checked.
 enum Task {
     Print(Plan, usize),
+    DryRun(Plan, Header),
     Work(Box<Work>),
     Merge(PathBuf, Header, RowsByRun),
 }
@@ -92,6 +105,7 @@ impl Arguments {
         };
         let done = match task {
             Task::Print(plan, run) => self.print(&plan, run),
+            Task::DryRun(plan, header) => self.estimate(&plan, &header, study),
             Task::Work(work) => work.run(self.jobs(), study, &self.again(study), &self.paths[0]),
             Task::Merge(folder, header, rows) => finish(&folder, &header, rows, study, None),
         };
@@ -114,13 +128,50 @@ impl Arguments {
 
     /// Reads the plan. Returns it with its text.
     pub fn plan(&self, known: &Known) -> anyhow::Result<(Plan, String)> {
+        let (file, text) = self.file()?;
+        Ok((read_plan(file, &text, known)?, text))
+    }
+
+    /// Returns the path of the plan and its text.
+    fn file(&self) -> anyhow::Result<(&Path, String)> {
         let [file] = &self.paths[..] else {
             bail!("name one FILE; only --merge takes several DIRs");
         };
         let name = file.display().to_string();
         let bytes = fs::read(file).with_context(|| name.clone())?;
-        let text = decode_text(&name, bytes)?;
-        Ok((read_plan(file, &text, known)?, text))
+        Ok((file, decode_text(&name, bytes)?))
+    }
+
+    /// Returns the study of a plan with `[strategies]`, or `None` for any other plan.
+    pub(super) fn strategies(&self) -> anyhow::Result<Option<StrategiesStudy>> {
+        if self.merge {
+            return Ok(None);
+        }
+        let (file, text) = self.file()?;
+        let Some(design) = strategies::design::Design::parse(&file.display().to_string(), &text)?
+        else {
+            return Ok(None);
+        };
+        if self.shard.is_some() || self.scenario.is_some() || self.dry_run {
+            bail!(
+                "{}: [strategies] allows only --out and --jobs; leave the other options out",
+                file.display()
+            );
+        }
+        let name = file
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        Ok(Some(StrategiesStudy {
+            folder: self
+                .out
+                .clone()
+                .unwrap_or_else(|| Path::new("sweeps").join(&name)),
+            name,
+            design,
+            jobs: self.jobs(),
+        }))
     }
 
     fn prepare(&self, known: &Known, study: &PlanCommand) -> anyhow::Result<Task> {
@@ -153,6 +204,9 @@ impl Arguments {
             check: plan.check,
             comparison,
         };
+        if self.dry_run {
+            return Ok(Task::DryRun(plan, header));
+        }
         let folder = match &self.out {
             Some(folder) => folder.clone(),
             None => Path::new(study.folder).join(&*name),
@@ -201,6 +255,35 @@ impl Arguments {
             write_atomically(&out, name, &text)?;
         }
         Ok(Task::Merge(out, header, rows))
+    }
+
+    /// Executes a few runs and prints the estimated time of all. Returns `true`.
+    fn estimate(&self, plan: &Plan, header: &Header, study: &PlanCommand) -> anyhow::Result<bool> {
+        let all = plan.design.runs().unwrap_or_default();
+        let mine: Vec<usize> = (0..all)
+            .filter(|run| self.shard.is_none_or(|shard| shard.contains(*run)))
+            .collect();
+        let tried = mine.len().min(SAMPLE);
+        let sample: Vec<usize> = (0..tried)
+            .map(|place| mine[place * mine.len() / tried])
+            .collect();
+        let began = Instant::now();
+        let attempt = |run, stops: &dyn Fn() -> bool| execute_run(plan, run, stops);
+        run_parallel(&sample, self.jobs(), &|| false, attempt, |_| Ok(()))?;
+        let share = mine.len() as f64 / tried.max(1) as f64;
+        stderr_line!(
+            "{} {}: {}, about {} with {} at a time, estimated from {}",
+            study.name,
+            header.sweep,
+            counted(mine.len(), "run"),
+            HumanDuration(began.elapsed().mul_f64(share)),
+            self.jobs(),
+            counted(tried, "run")
+        );
+        for remark in (study.remarks)(header) {
+            stderr_line!("note: {remark}");
+        }
+        Ok(true)
     }
 
     fn print(&self, plan: &Plan, run: usize) -> anyhow::Result<bool> {
@@ -296,6 +379,9 @@ impl Work {
             self.header.sweep,
             counted(total, "run")
         ));
+        for remark in (study.remarks)(&self.header) {
+            progress.print_line(&format!("note: {remark}"));
+        }
         let stops = || interrupted.is_set();
         let attempt = |run, stops: &dyn Fn() -> bool| execute_run(&self.plan, run, stops);
         let worked = run_parallel(&runs, jobs, &stops, attempt, |row| {

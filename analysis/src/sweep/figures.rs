@@ -90,9 +90,12 @@ impl<'s> Block<'s> {
             ("median lateness in s", |summary| spot(summary.lateness_s)),
         ];
         let times = times.map(|(what, at)| time_panel(against, what, at));
+        let times: Vec<Panel> = times.into_iter().flatten().collect();
+        // A constant share shows nothing, unless there is nothing else.
+        let share = Some(share).filter(|_| times.is_empty() || !has_equal_shares(against));
         Self {
             against,
-            panels: [Some(share)].into_iter().chain(times).flatten().collect(),
+            panels: share.into_iter().chain(times).collect(),
             label_rows: label_rows(against),
         }
     }
@@ -138,6 +141,16 @@ impl<'s> Block<'s> {
         let text = format!("{}{scale}{under}", against.column);
         LABELS.write(within, &text, (WIDTH_PX / 2.0, self.height_px() - ROW_PX))
     }
+}
+
+fn has_equal_shares(against: &ColumnSeries) -> bool {
+    let summaries = against
+        .series
+        .iter()
+        .flat_map(|(_, groups)| groups)
+        .flatten();
+    let shares: Vec<f64> = summaries.filter_map(Summary::share).collect();
+    shares.iter().all(|share| *share == shares[0])
 }
 
 /// Creates a panel of times whose range covers all intervals. Returns `None` if no run has such a time.

@@ -28,6 +28,7 @@ pub(crate) mod statistics;
 mod summary;
 pub(crate) mod workers;
 
+pub use execution::shell_quoted;
 pub use journal::parse as parse_journal;
 pub use plan::Plan;
 pub use statistics::wilson;

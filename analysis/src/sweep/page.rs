@@ -46,6 +46,9 @@ impl Page<'_> {
                         (self.overall.failed) " failed. A row for each is in "
                         a href="results.csv" { "results.csv" } " and " a href="results.parquet" { "results.parquet" } "."
                     }
+                    @let (first, rest) = self.figures.split_at(self.figures.len().min(1));
+                    @for sentence in self.answer() { p { (sentence) } }
+                    @for figure in first { (drawing(figure)) }
                     h2 { "By settings" }
                     div.wide { table {
                         thead { tr {
@@ -65,17 +68,9 @@ impl Page<'_> {
                     @if self.conditions.len() > ROWS {
                         p.note { (counted(self.conditions.len() - ROWS, "more row")) ": see " a href="summary.csv" { "summary.csv" } "." }
                     }
-                    @if !self.figures.is_empty() {
-                        h2 { "By each key" }
-                        @for figure in self.figures {
-                            figure {
-                                (PreEscaped(&figure.svg))
-                                figcaption {
-                                    "Completion, makespan and lateness against " (figure.column) ", separately for each class of faults and over all values of "
-                                    "the other keys. Bars are 95 % intervals. Numbers are to scale; time axes may not start at 0."
-                                }
-                            }
-                        }
+                    @if !rest.is_empty() {
+                        h2 { "By each further key" }
+                        @for figure in rest { (drawing(figure)) }
                     }
                     (self.failures())
                     (self.faults())
@@ -95,6 +90,50 @@ impl Page<'_> {
             }
         };
         text.into_string()
+    }
+
+    /// Returns the result in two sentences: the settings with the extreme completion and makespan.
+    fn answer(&self) -> Vec<String> {
+        let completion = match self.extremes(|summary| summary.share()) {
+            None if self.overall.share() == Some(1.0) => {
+                "Every run that did not fail completed its mission.".to_owned()
+            }
+            None => "Completion does not depend on the settings.".to_owned(),
+            Some([(least, low), (most, high)]) => format!(
+                "Completion is lowest, {:.0} %, with {low}, and highest, {:.0} %, with {high}.",
+                100.0 * least,
+                100.0 * most
+            ),
+        };
+        let median = |summary: &Summary| summary.makespan_s.map(|found| found.median);
+        let makespan = self.extremes(median).map(|[(least, low), (most, high)]| {
+            format!("The median makespan is shortest, {least:.1} s, with {low}, and longest, {most:.1} s, with {high}.")
+        });
+        [completion].into_iter().chain(makespan).collect()
+    }
+
+    /// Returns the least and the greatest value with their settings, or `None` if all values are equal.
+    fn extremes(&self, of: impl Fn(&Summary) -> Option<f64>) -> Option<[(f64, String); 2]> {
+        let values = self.conditions.iter();
+        let values = values.filter_map(|(cells, summary)| Some((of(summary)?, cells)));
+        let values: Vec<(f64, &Vec<&Cell>)> = values.collect();
+        let least = values.iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let most = values.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let named = |(value, cells): &(f64, &Vec<&Cell>)| (*value, self.settings(cells));
+        (least.0 < most.0).then(|| [named(least), named(most)])
+    }
+
+    /// Names the settings that vary, such as `body.speed_m_s 0.5, preset team`.
+    fn settings(&self, cells: &[&Cell]) -> String {
+        let columns = self.setting_columns().into_iter().enumerate();
+        let varied = columns.filter(|(place, _)| {
+            let mut all = self.conditions.iter().map(|(cells, _)| cells[*place]);
+            all.any(|cell| cell != cells[*place])
+        });
+        let named: Vec<String> = varied
+            .map(|(place, column)| format!("{column} {}", cells[place]))
+            .collect();
+        named.join(", ")
     }
 
     /// Returns the conditions as CSV with a header line; times in s.
@@ -222,6 +261,18 @@ impl Page<'_> {
     }
 }
 
+fn drawing(figure: &Figure) -> Markup {
+    html! {
+        figure {
+            (PreEscaped(&figure.svg))
+            figcaption {
+                "Completion, makespan and lateness against " (figure.column) ", separately for each class of faults and over all values of "
+                "the other keys. A constant completion is left out. Bars are 95 % intervals. Numbers are to scale; time axes may not start at 0."
+            }
+        }
+    }
+}
+
 fn figures(summary: &Summary) -> Markup {
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
     let estimated = |estimate: Option<Estimate>| {
@@ -246,5 +297,44 @@ fn figures(summary: &Summary) -> Markup {
             None => { td { "–" } td { "–" } },
         }
         (estimated(summary.makespan_s)) (estimated(summary.lateness_s))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::results::tests::{complete, design, incomplete};
+    use super::super::summary::{by_condition, overall};
+    use super::*;
+
+    #[test]
+    fn the_answer_names_the_settings_with_extreme_results() {
+        let design =
+            design("seeds = 2\npresets = ['team']\n[grid]\nbody.speed_m_s = [0.5, 0.25, 0.1]\n");
+        let answer = |rows: &[Row]| {
+            let page = Page {
+                sweep: "s",
+                design: &design,
+                rows,
+                overall: &overall(rows),
+                conditions: &by_condition(&design, rows),
+                figures: &[],
+            };
+            page.answer()
+        };
+        let mut rows: Vec<Row> = (0..6)
+            .map(|run| complete(run, 1000 * (run as u64 + 1)))
+            .collect();
+        assert_eq!(
+            answer(&rows),
+            [
+                "Every run that did not fail completed its mission.",
+                "The median makespan is shortest, 1.5 s, with body.speed_m_s 0.5, and longest, 5.5 s, with body.speed_m_s 0.1."
+            ]
+        );
+        rows[5] = incomplete(5);
+        assert_eq!(
+            answer(&rows)[0],
+            "Completion is lowest, 50 %, with body.speed_m_s 0.1, and highest, 100 %, with body.speed_m_s 0.25."
+        );
     }
 }

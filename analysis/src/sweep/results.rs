@@ -280,6 +280,7 @@ pub(crate) mod tests {
             hash: "00ff".to_owned(),
             sim_time_ms,
             mission,
+            expired: None,
             activations: 8,
             messages_sent: 100,
             bytes_sent: 2000,

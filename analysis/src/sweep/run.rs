@@ -46,6 +46,9 @@ pub struct Figures {
     pub sim_time_ms: u64,
     /// The mission's figures by column name. A column of remaining work is replaced by the total.
     pub mission: MissionFigures,
+    /// The amount of work that expired; `None` in missions in which nothing can expire.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expired: Option<u64>,
     pub activations: u64,
     pub messages_sent: u64,
     /// The total payload of these broadcasts.
@@ -167,6 +170,7 @@ impl Figures {
             hash: run.hash.clone().unwrap_or_default(),
             sim_time_ms: result.sim_time_ms.0,
             mission: of_mission(run),
+            expired: expired(run),
             activations: robots().map(|robot| u64::from(robot.activations)).sum(),
             messages_sent: robots().map(|robot| robot.messages_sent).sum(),
             bytes_sent: robots().map(|robot| robot.bytes_sent).sum(),
@@ -206,12 +210,23 @@ impl FaultCount {
     }
 }
 
+/// Returns the mission's columns with their values at the end of the run.
+fn last_row(run: &RunFile) -> Vec<ColumnValue> {
+    let reported = &run.result.mission;
+    let columns = run.setup.catalog.mission.vocabulary().columns.iter();
+    let row = columns.filter_map(|column| Some(column.with_value(reported.column(column.name)?)));
+    row.collect()
+}
+
+fn expired(run: &RunFile) -> Option<u64> {
+    let row = last_row(run);
+    let can_expire = row.iter().any(|column| column.kind == ColumnKind::Expired);
+    Some(Progress::from_row(&row)?.expired).filter(|_| can_expire)
+}
+
 fn of_mission(run: &RunFile) -> MissionFigures {
     let reported = &run.result.mission;
-    let columns = run.setup.catalog.mission.vocabulary().columns;
-    let row = columns.iter();
-    let row = row.filter_map(|column| Some(column.with_value(reported.column(column.name)?)));
-    let row: Vec<ColumnValue> = row.collect();
+    let row = last_row(run);
     let total = Progress::from_row(&row).map(|progress| progress.total);
     let mut figures = MissionFigures::default();
     for (name, value) in reported.iter() {

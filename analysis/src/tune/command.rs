@@ -14,6 +14,7 @@ use world_server::mission_args::Known;
 
 use super::page::Page;
 use super::record::{Executor, Header, SearchJournal, StoppedSearch};
+use super::result::{AllocatorResult, TUNED};
 use super::search::population;
 use super::task::{Allocator, Task};
 use super::tuning::{TrialExecutor, Tuned, tune};
@@ -26,20 +27,16 @@ use crate::sweep::progress::Progress;
 use crate::sweep::results::Values::{Flags, Integers, Numbers, Texts};
 use crate::sweep::results::{Column, Values, csv};
 
-/// The file name of the scenario with the best parameters.
-pub const TUNED: &str = "tuned.toml";
-
 const PAGE: &str = "tuning.html";
 
-/// Search for good allocator parameters and test them on unseen seeds
-///
-/// The search never uses the test seeds. An interrupted search resumes where it stopped.
+/// Search for good allocator parameters, tested on unseen seeds
+// The search never uses the test seeds. An interrupted search resumes where it stopped.
 #[derive(Args, Clone, Debug)]
 pub struct TuneCommand {
     /// Plan in TOML with a table [tune]
     #[arg(value_name = "FILE")]
     plan: PathBuf,
-    /// Folder of the results [default: tunings/ and FILE's name without .toml]
+    /// Folder of the results [default: tunings/FILE without .toml]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Number of concurrent runs [default: one per core]
@@ -156,22 +153,6 @@ fn expected(task: &Task) -> usize {
     let selection = tuning.selection.0.len() * seen * (2 * tuning.finalists + 1);
     let test = 3 * tuning.test.0.len() * task.conditions.len();
     search + task.allocators.len() * (selection + test)
-}
-
-pub struct AllocatorResult<'r> {
-    pub allocator: &'r Allocator,
-    pub tuned: &'r Tuned,
-    pub chosen: usize,
-    pub verdicts: [Vec<TestComparison>; 2],
-}
-
-impl AllocatorResult<'_> {
-    /// Checks whether the tuned values are significantly better than the defaults on the test seeds. Otherwise the defaults are
-    /// kept.
-    #[must_use]
-    pub fn is_better(&self) -> bool {
-        self.verdicts[self.chosen][0].is_better()
-    }
 }
 
 fn finish(task: &Task, name: &str, folder: &Path, found: &[Tuned]) -> anyhow::Result<()> {

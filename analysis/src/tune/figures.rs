@@ -2,8 +2,8 @@
 
 use plotters::style::RGBColor;
 
-use super::command::AllocatorResult;
 use super::importance::importance;
+use super::result::AllocatorResult;
 use super::search::Method;
 use super::task::Task;
 use super::tuning::{Candidate, percent};

@@ -12,6 +12,7 @@ mod importance;
 mod page;
 mod race;
 mod record;
+mod result;
 mod search;
 pub(crate) mod space;
 mod task;

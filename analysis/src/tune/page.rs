@@ -2,8 +2,8 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::command::{AllocatorResult, TUNED};
 use super::importance::importance;
+use super::result::{AllocatorResult, TUNED};
 use super::search::Method;
 use super::task::Task;
 use super::verdict::TestComparison;

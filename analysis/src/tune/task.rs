@@ -1,23 +1,19 @@
 //! The plan of a parameter search, checked before the first run.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::{Context, bail};
 use scenario::name_remedy;
 
 use super::space::{Parameter, changes, values};
 use crate::compare::metrics::Metric;
+use crate::sweep::comparison::OwnFigure;
 use crate::sweep::design::{Change, FAULTS, MISSION};
 use crate::sweep::plan::tuning::SearchSettings;
 use crate::sweep::plan::{Plan, setup};
 
-/// The metrics that a search can optimize. They need no log.
-const METRICS: [Metric; 4] = [
-    Metric::Par2,
-    Metric::Messages,
-    Metric::Bytes,
-    Metric::Observed,
-];
+/// The metrics that a search can optimize in every mission. They need no log.
+const METRICS: [Metric; 3] = [Metric::Par2, Metric::Messages, Metric::Bytes];
 
 #[derive(Clone, Debug)]
 pub struct Task {
@@ -44,6 +40,8 @@ pub struct Condition {
     pub is_unseen: bool,
     /// The limit of a run, s of simulated time.
     pub limit_s: f64,
+    /// The metric that ranks the runs of the mission.
+    pub primary: Metric,
 }
 
 impl Allocator {
@@ -75,20 +73,9 @@ impl Task {
         if plan.design.columns().any(|column| column == "allocator") {
             bail!("grid.allocator: [tune.parameters] states the allocators; remove it");
         }
-        let found = METRICS
-            .into_iter()
-            .find(|metric| metric.name() == tuning.metric);
-        let Some(metric) = found else {
-            let names = METRICS.map(|metric| metric.name());
-            let known = &mut names.iter().map(String::as_str);
-            bail!(
-                "tune.metric: there is no metric '{}' to tune by; {}",
-                tuning.metric,
-                name_remedy(&tuning.metric, known)
-            );
-        };
         check_seeds(&tuning)?;
         let conditions = conditions(&plan, &tuning)?;
+        let metric = metric(tuning.metric.as_deref(), &conditions)?;
         let mut task = Self {
             plan,
             metric,
@@ -175,6 +162,33 @@ impl Task {
     }
 }
 
+/// Returns the stated metric, or the one that ranks the runs of all missions.
+fn metric(stated: Option<&str>, conditions: &[Condition]) -> anyhow::Result<Metric> {
+    let primary: BTreeSet<&Metric> = conditions
+        .iter()
+        .map(|condition| &condition.primary)
+        .collect();
+    let known: BTreeSet<&Metric> = METRICS.iter().chain(primary.iter().copied()).collect();
+    let names: Vec<String> = known.iter().map(|metric| metric.name()).collect();
+    let Some(stated) = stated else {
+        return match primary.first() {
+            Some(only) if primary.len() == 1 => Ok((*only).clone()),
+            _ => bail!(
+                "tune.metric: the missions are ranked by different measures; state one of {}",
+                names.join(", ")
+            ),
+        };
+    };
+    let found = known.into_iter().find(|metric| metric.name() == stated);
+    let names = &mut names.iter().map(String::as_str);
+    found.cloned().with_context(|| {
+        format!(
+            "tune.metric: there is no metric '{stated}' to tune by; {}",
+            name_remedy(stated, names)
+        )
+    })
+}
+
 fn check_seeds(tuning: &SearchSettings) -> anyhow::Result<()> {
     let sets = [
         ("training", &tuning.training.0),
@@ -237,8 +251,11 @@ fn conditions(plan: &Plan, tuning: &SearchSettings) -> anyhow::Result<Vec<Condit
         let name = named.collect::<Vec<_>>().join(", ");
         let scenario = plan.scenario(run).map_err(anyhow::Error::msg);
         let setup = scenario.and_then(|table| setup(&table, 1));
+        let setup = setup.with_context(|| name.clone())?;
+        let own = OwnFigure::new(setup.catalog.mission.objective());
         all.push(Condition {
-            limit_s: setup.with_context(|| name.clone())?.scenario.limit_s,
+            limit_s: setup.scenario.limit_s,
+            primary: Metric::primary(own.as_ref()),
             is_unseen: tuning.unseen.contains(&class),
             name,
         });

@@ -1,4 +1,4 @@
-//! Curves of mean PAR2 against message loss and against the team size, if the plan varies them.
+//! Curves of the mean of the primary metric against message loss and against the team size, if the plan varies them.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -8,7 +8,6 @@ use plotters::style::RGBColor;
 use super::{AT_LEFT, Figure, ending, round_up};
 use crate::compare::analysis::Analysis;
 use crate::compare::data::{Block, ComparisonData};
-use crate::compare::metrics::Metric;
 use crate::palette::colors;
 use crate::report::figures::canvas::{
     Area, Axes, Chart, DrawResult, Frame, Mark, WIDTH_PX, chart, curve, line, part, px, svg,
@@ -68,9 +67,10 @@ pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result
             if points.len() < 2 || !rises {
                 continue;
             }
+            let metric = data.blocks[points[0].1].primary.heading();
             let title = match family.as_str() {
-                "" => format!("Mean PAR2 by {}", against.axis),
-                _ => format!("Mean PAR2 by {}: {family}", against.axis),
+                "" => format!("Mean {metric} by {}", against.axis),
+                _ => format!("Mean {metric} by {}: {family}", against.axis),
             };
             figures.push(Figure {
                 name: format!("{}{}", against.file, ending(&family)),
@@ -89,7 +89,8 @@ fn one(
     data: &ComparisonData,
     analysis: &Analysis,
 ) -> anyhow::Result<String> {
-    let par2 = data.metric_index(&Metric::Par2);
+    let primary = &data.blocks[points[0].1].primary;
+    let place = data.metric_index(primary);
     let colors = colors(data.allocators.iter().map(String::as_str));
     let (first, last) = (points[0].0, points[points.len() - 1].0);
     let margin = (last - first) * 0.06;
@@ -98,7 +99,7 @@ fn one(
         .iter()
         .flat_map(|(_, block)| &analysis.blocks[*block].summaries);
     let most = all
-        .filter_map(|metrics| metrics[par2])
+        .filter_map(|metrics| metrics[place])
         .map(|summary| summary.interval.1)
         .fold(0.0, f64::max);
     svg(title, PLOT_PX + 10.0, |area| {
@@ -108,9 +109,10 @@ fn one(
             right: 8.0,
             bottom: 40.0,
         };
+        let label = format!("mean {}", primary.heading());
         let axes = Axes {
             x: (x, against.axis),
-            y: (0.0..round_up(most), "mean PAR2 in s"),
+            y: (0.0..round_up(most), &label),
             y_labels: 6,
         };
         let chart = chart(&within, frame, &axes)?;
@@ -120,7 +122,7 @@ fn one(
             let line: Vec<(f64, f64, (f64, f64))> = points
                 .iter()
                 .filter_map(|(x, block)| {
-                    let summary = analysis.blocks[*block].summaries[rival][par2]?;
+                    let summary = analysis.blocks[*block].summaries[rival][place]?;
                     Some((x + shift, summary.mean, summary.interval))
                 })
                 .collect();

@@ -1,4 +1,4 @@
-//! Box plots of PAR2 over the seeds.
+//! Box plots of the primary metric over the seeds.
 
 use plotters::element::{PathElement, Rectangle};
 use plotters::style::{Color, RGBColor};
@@ -6,7 +6,6 @@ use plotters::style::{Color, RGBColor};
 use super::{AT_RIGHT, CENTERED, Figure, ending};
 use crate::compare::analysis::{Analysis, Summary};
 use crate::compare::data::ComparisonData;
-use crate::compare::metrics::Metric;
 use crate::report::figures::canvas::{
     Area, DrawResult, FAINT, INK, TextLabel, WIDTH_PX, line, px, svg,
 };
@@ -20,14 +19,15 @@ const BOX: RGBColor = RGBColor(120, 170, 215);
 const MEAN: RGBColor = RGBColor(190, 40, 40);
 
 pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
-    let par2 = data.metric_index(&Metric::Par2);
     let missions = data.missions().into_iter();
     missions
         .map(|mission| {
             let blocks: Vec<usize> = (0..data.blocks.len())
                 .filter(|block| data.blocks[*block].mission == mission)
                 .collect();
-            let summaries = |block: usize| analysis.blocks[block].summaries.iter().map(move |metrics| metrics[par2]);
+            let primary = &data.blocks[blocks[0]].primary;
+            let place = data.metric_index(primary);
+            let summaries = |block: usize| analysis.blocks[block].summaries.iter().map(move |metrics| metrics[place]);
             let all: Vec<Summary> = blocks
                 .iter()
                 .flat_map(|block| summaries(*block))
@@ -41,9 +41,10 @@ pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result
             );
             let panel_px = HEAD_PX + ROW_PX * data.allocators.len() as f64 + FOOT_PX;
             let height_px = panel_px * blocks.len().div_ceil(COLUMNS) as f64;
+            let metric = primary.heading();
             let title = match mission {
-                "" => "PAR2 over the seeds".to_owned(),
-                _ => format!("PAR2 over the seeds: {mission}"),
+                "" => format!("{metric} over the seeds"),
+                _ => format!("{metric} over the seeds: {mission}"),
             };
             let svg = svg(&title, height_px, |area| {
                 for (place, block) in blocks.iter().enumerate() {
@@ -57,7 +58,7 @@ pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result
             Ok(Figure {
                 name: format!("distribution{}", ending(mission)),
                 caption: format!(
-                    "{title}, in s, logarithmic scale. Thin line: minimum to maximum; thick line: 5 to 95 %; box: 25 to 75 %; dark stroke: median; red stroke: mean."
+                    "{title}, logarithmic scale. Thin line: minimum to maximum; thick line: 5 to 95 %; box: 25 to 75 %; dark stroke: median; red stroke: mean."
                 ),
                 svg,
             })

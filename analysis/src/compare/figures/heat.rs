@@ -1,11 +1,11 @@
-//! Heat maps of mean PAR2: allocators against classes of faults.
+//! Heat maps of the mean of the primary metric: allocators against classes of faults.
 
 use plotters::element::Rectangle;
 use plotters::style::{Color, RGBColor};
 
 use super::{AT_RIGHT, CENTERED, Figure, ending};
 use crate::compare::answer::best;
-use crate::compare::data::{Block, ComparisonData};
+use crate::compare::data::ComparisonData;
 use crate::compare::metrics::Metric;
 use crate::report::figures::canvas::{
     Area, DrawResult, FAINT, INK, TextLabel, WIDTH_PX, line, px, rows_for, svg,
@@ -17,7 +17,7 @@ const ROW_PX: f64 = 30.0;
 const HEAD_PX: f64 = 44.0;
 const LEGEND_PX: f64 = 46.0;
 
-/// The ratio to the best allocator's value at which the color is darkest.
+/// The ratio of the worse to the better value at which the color is darkest.
 const DARKEST: f64 = 4.0;
 const LIGHT: RGBColor = RGBColor(236, 244, 251);
 const DARK: RGBColor = RGBColor(8, 64, 129);
@@ -30,9 +30,18 @@ pub(super) fn draw(data: &ComparisonData) -> anyhow::Result<Vec<Figure>> {
             let blocks: Vec<usize> = (0..data.blocks.len())
                 .filter(|block| data.blocks[*block].mission == mission)
                 .collect();
+            (mission, blocks)
+        })
+        // A map of equal values shows nothing.
+        .filter(|(_, blocks)| {
+            let mut blocks = blocks.iter();
+            blocks.any(|block| !data.are_equal(*block, &data.blocks[*block].primary))
+        })
+        .map(|(mission, blocks)| {
+            let metric = data.blocks[blocks[0]].primary.heading();
             let title = match mission {
-                "" => "Mean PAR2 in s".to_owned(),
-                _ => format!("Mean PAR2 in s: {mission}"),
+                "" => format!("Mean {metric}"),
+                _ => format!("Mean {metric}: {mission}"),
             };
             let rows = data.allocators.len() as f64;
             let svg = svg(&title, HEAD_PX + rows * ROW_PX + LEGEND_PX, |area| {
@@ -45,7 +54,7 @@ pub(super) fn draw(data: &ComparisonData) -> anyhow::Result<Vec<Figure>> {
             Ok(Figure {
                 name: format!("heat{}", ending(mission)),
                 caption: format!(
-                    "{title}, by allocator and class of faults. A darker color means a larger ratio to the best allocator of the column (except the oracle). \
+                    "{title}, by allocator and class of faults. A darker color means a worse value, as a ratio to the best allocator of the column (except the oracle). \
                      Small print: the share of runs that completed the mission, if below 100 %. Hatched: no data."
                 ),
                 svg,
@@ -62,7 +71,7 @@ fn heads(area: &Area<'_>, data: &ComparisonData, blocks: &[usize]) -> DrawResult
     let width = width_px(blocks.len());
     let x_px = |place: usize| LEFT_PX + (place as f64 + 0.5) * width;
     let name = |block: &usize| match data.blocks[*block].faults.as_str() {
-        "" => "PAR2".to_owned(),
+        "" => "all runs".to_owned(),
         faults => faults.to_owned(),
     };
     let places: Vec<(f64, f64)> = blocks
@@ -116,24 +125,27 @@ fn cell(
     corners: [(i32, i32); 2],
     (middle_px, top_px): (f64, f64),
 ) -> DrawResult {
-    let found = &data.blocks[block].cells[rival];
-    let par2 = data.metric_index(&Metric::Par2);
-    let Some(mean) = found.mean(par2) else {
+    let primary = &data.blocks[block].primary;
+    let Some(mean) = data.mean(block, rival, primary) else {
         return empty(area, corners);
     };
-    let least = best(data, block).and_then(|best| data.blocks[block].cells[best].mean(par2));
-    let share = depth(mean, least);
+    let best = best(data, block).and_then(|best| data.mean(block, best, primary));
+    let share = match best {
+        Some(best) if primary.more_is_better() => depth(best, Some(mean)),
+        best => depth(mean, best),
+    };
     area.draw(&Rectangle::new(corners, between(share).filled()))?;
     let color = if share > 0.55 { WHITE } else { INK };
     let letters = TextLabel { color, ..CENTERED };
-    let completed = completion(&data.blocks[block], rival, data);
+    let completed = completion(block, rival, data);
     let y_px = top_px
         + if completed.is_some() {
             10.0
         } else {
             ROW_PX / 2.0
         };
-    letters.write(area, &format!("{mean:.0}"), (middle_px, y_px))?;
+    let value = primary.show(mean);
+    letters.write(area, value.trim_end_matches(" s"), (middle_px, y_px))?;
     if let Some(share) = completed {
         let small = TextLabel {
             size_px: 9.0,
@@ -145,15 +157,16 @@ fn cell(
 }
 
 /// Returns the share of complete runs as text, or `None` if all completed.
-fn completion(block: &Block, rival: usize, data: &ComparisonData) -> Option<String> {
-    let share = block.cells[rival].mean(data.metric_index(&Metric::Completion))?;
+fn completion(block: usize, rival: usize, data: &ComparisonData) -> Option<String> {
+    let share = data.mean(block, rival, &Metric::Completion)?;
     (share < 1.0).then(|| format!("{:.0} % done", (100.0 * share).floor()))
 }
 
-/// Returns 0 for the best value and 1 for [`DARKEST`] times it.
-fn depth(mean: f64, least: Option<f64>) -> f64 {
-    match least {
-        Some(least) if least > 0.0 => ((mean / least).ln() / DARKEST.ln()).clamp(0.0, 1.0),
+/// Returns 0 for equal values and 1 if `more` is [`DARKEST`] times `less`.
+fn depth(more: f64, less: Option<f64>) -> f64 {
+    match less {
+        Some(less) if less > 0.0 => ((more / less).ln() / DARKEST.ln()).clamp(0.0, 1.0),
+        Some(_) if more > 0.0 => 1.0,
         _ => 0.0,
     }
 }

@@ -18,10 +18,10 @@ pub struct Figure {
     pub svg: String,
 }
 
-/// Draws heat maps, critical differences, curves and distributions, in this order.
+/// Draws critical differences, heat maps, curves and distributions, in this order. The first figure shows the main result.
 pub fn figures(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
-    let mut all = heat::draw(data)?;
-    all.extend(ranks::draw(data, analysis)?);
+    let mut all = ranks::draw(data, analysis)?;
+    all.extend(heat::draw(data)?);
     all.extend(curves::draw(data, analysis)?);
     all.extend(distributions::draw(data, analysis)?);
     Ok(all)

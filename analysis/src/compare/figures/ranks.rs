@@ -19,7 +19,7 @@ pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result
     let rankings = analysis.rankings.iter();
     rankings
         .map(|ranking| {
-            let name = ranking.metric.name();
+            let name = &ranking.name;
             let title = format!("Mean ranks by {name}");
             let bars = bars(ranking);
             let half = data.allocators.len().div_ceil(2) as f64;
@@ -27,14 +27,14 @@ pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result
             let svg = svg(&title, labels_px + (half + 0.5) * LABEL_PX, |area| {
                 diagram(area, data, ranking, &bars, labels_px)
             })?;
-            let better = if ranking.metric.more_is_better() { "most" } else { "least" };
+            let first = ranking.first;
             let left = match ranking.omitted_blocks.len() {
                 0 => String::new(),
                 count => format!(" Omitted: {}, because an allocator has no data or all allocators are equal.", counted(count, "block")),
             };
             Ok(Figure {
                 caption: format!(
-                    "Mean ranks of {} allocators by {name} over {} blocks; rank 1: {better}. Friedman: χ² = {:.1}, p {}. \
+                    "Mean ranks of {} allocators by {name} over {} blocks; rank 1: {first}. Friedman: χ² = {:.1}, p {}. \
                      Ranks that are CD = {:.2} or more apart differ significantly (Nemenyi, 5 %). A bar joins allocators without a significant difference.{left}",
                     data.allocators.len(),
                     ranking.friedman.blocks,
@@ -42,7 +42,7 @@ pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result
                     p_value(ranking.friedman.p),
                     ranking.critical
                 ),
-                name: format!("ranks-{}", super::plain(&name)),
+                name: format!("ranks-{}", super::plain(name)),
                 svg,
             })
         })
@@ -130,13 +130,14 @@ fn diagram(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::metrics::Metric;
     use crate::compare::statistics::friedman::Friedman;
 
     #[test]
     fn bars_join_groups_without_difference_and_none_contains_another() {
         let ranking = |mean_ranks: Vec<f64>, critical| Ranking {
-            metric: Metric::Par2,
+            name: "par2_s".to_owned(),
+            is_primary: true,
+            first: "best",
             friedman: Friedman {
                 blocks: 9,
                 mean_ranks,

@@ -112,7 +112,7 @@ struct Reception {
     task: String,
     progress: Option<u32>,
     sent_ms: u64,
-    fate: String,
+    delivery: String,
 }
 
 #[derive(Encode)]
@@ -282,7 +282,7 @@ impl TableTopics {
             task: row.task,
             progress: row.progress,
             sent_ms: row.sent_ms.0,
-            fate: row.delivery,
+            delivery: row.delivery,
         };
         self.messages.message(row.t_ms, &message)
     }

@@ -7,7 +7,7 @@ use plotters::style::RGBColor;
 use scenario::time::SimTime;
 
 /// The frame in which the room is at rest.
-pub const WORLD: &str = "world";
+pub const WORLD: &str = scenario::names::WORLD;
 
 /// Converts a simulated time to a timestamp.
 pub fn stamp(time: SimTime) -> Timestamp {

@@ -25,6 +25,8 @@ pub enum Values<R> {
     /// 32-bit floats; null for missing values.
     OptionalSingle(fn(&R) -> Option<f32>),
     Double(fn(&R) -> f64),
+    /// 64-bit floats; null for missing values.
+    OptionalDouble(fn(&R) -> Option<f64>),
     Flag(fn(&R) -> bool),
     /// A column of mission.csv: counts, optional times, or optional 64-bit floats.
     Declared(ColumnKind, fn(&R, &str) -> Option<f64>),
@@ -32,7 +34,9 @@ pub enum Values<R> {
     Text(for<'r> fn(&'r R) -> Cow<'r, str>),
 }
 
-use Values::{Declared, Double, Flag, Integer, Optional, OptionalSingle, Single, Text};
+use Values::{
+    Declared, Double, Flag, Integer, Optional, OptionalDouble, OptionalSingle, Single, Text,
+};
 
 impl<R> Column<R> {
     /// Returns the column's type in the file.
@@ -41,14 +45,15 @@ impl<R> Column<R> {
             Declared(ColumnKind::Real, _) => (PhysicalType::DOUBLE, None),
             Integer(_) | Optional(_) | Declared(..) => (PhysicalType::INT64, None),
             Single(_) | OptionalSingle(_) => (PhysicalType::FLOAT, None),
-            Double(_) => (PhysicalType::DOUBLE, None),
+            Double(_) | OptionalDouble(_) => (PhysicalType::DOUBLE, None),
             Flag(_) => (PhysicalType::BOOLEAN, None),
             Text(_) => (PhysicalType::BYTE_ARRAY, Some(LogicalType::String)),
         };
         let repetition = match self.1 {
-            Optional(_) | OptionalSingle(_) | Declared(ColumnKind::Time | ColumnKind::Real, _) => {
-                Repetition::OPTIONAL
-            }
+            Optional(_)
+            | OptionalSingle(_)
+            | OptionalDouble(_)
+            | Declared(ColumnKind::Time | ColumnKind::Real, _) => Repetition::OPTIONAL,
             _ => Repetition::REQUIRED,
         };
         let column = Type::primitive_type_builder(self.0, physical)
@@ -73,6 +78,7 @@ impl<R> Column<R> {
             Single(of) => required::<FloatType>(column, rows.map(of).collect()),
             OptionalSingle(of) => optional::<FloatType>(column, rows.map(of).collect()),
             Double(of) => required::<DoubleType>(column, rows.map(of).collect()),
+            OptionalDouble(of) => optional::<DoubleType>(column, rows.map(of).collect()),
             Flag(of) => required::<BoolType>(column, rows.map(of).collect()),
             Declared(kind, of) => {
                 let values = rows.map(|row| of(row, self.0));
@@ -83,7 +89,10 @@ impl<R> Column<R> {
                         let times = values.map(|value| value.map(whole));
                         optional::<Int64Type>(column, times.collect())
                     }
-                    ColumnKind::Done | ColumnKind::Left | ColumnKind::Count => {
+                    ColumnKind::Done
+                    | ColumnKind::Left
+                    | ColumnKind::Count
+                    | ColumnKind::Expired => {
                         let counts = values.map(|value| value.map_or(0, whole));
                         required::<Int64Type>(column, counts.collect())
                     }

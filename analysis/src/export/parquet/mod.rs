@@ -18,8 +18,8 @@ use ::parquet::file::writer::SerializedFileWriter;
 use ::parquet::schema::types::Type;
 use anyhow::{Context, anyhow, bail};
 use run_log::{
-    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, Table,
-    TableRow, TargetRow, TickRow,
+    AllocationMessageRow, AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow,
+    RunLog, Table, TableRow, TargetRow, TickRow,
 };
 
 use super::facts;
@@ -39,9 +39,13 @@ type WriteTable = fn(&RunLog, &mut NewFile) -> anyhow::Result<()>;
 /// Returns an error when the log has no tables, a row is invalid, or a file cannot be written. Older files remain until
 /// all new files are written.
 pub fn write(log: &RunLog, folder: &Path) -> anyhow::Result<Vec<&'static str>> {
-    let tables: [(Table, WriteTable); 8] = [
+    let tables: [(Table, WriteTable); 9] = [
         (MotivationRow::TABLE, write_known::<MotivationRow>),
         (AllocationRow::TABLE, write_known::<AllocationRow>),
+        (
+            AllocationMessageRow::TABLE,
+            write_known::<AllocationMessageRow>,
+        ),
         (MessageRow::TABLE, write_known::<MessageRow>),
         (EventRow::TABLE, write_known::<EventRow>),
         (PoseRow::TABLE, write_known::<PoseRow>),

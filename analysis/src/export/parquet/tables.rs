@@ -1,14 +1,14 @@
 //! The columns of each table, in the order of the CSV.
 
 use run_log::{
-    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TargetRow,
-    TickRow,
+    AllocationMessageRow, AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow,
+    TableRow, TargetRow, TickRow,
 };
 use scenario::mission::columns as declared;
 
 use super::column::Column;
 use super::column::Values::{
-    Declared, Double, Flag, Integer, Optional, OptionalSingle, Single, Text,
+    Declared, Double, Flag, Integer, Optional, OptionalDouble, OptionalSingle, Single, Text,
 };
 
 /// Returns the columns of mission.csv, as the mission declares them.
@@ -52,6 +52,26 @@ impl Columns for AllocationRow {
     ];
 }
 
+impl Columns for AllocationMessageRow {
+    const COLUMNS: &'static [Column<Self>] = &[
+        Column("t_ms", Integer(|row| row.t_ms.0)),
+        Column("sender", Text(|row| (&row.sender).into())),
+        Column("incarnation", Integer(|row| row.incarnation.into())),
+        Column("seq", Integer(|row| row.seq)),
+        Column("kind", Text(|row| (&row.kind).into())),
+        Column("task", Text(|row| (&row.task).into())),
+        Column("slot", Optional(|row| row.slot.map(u64::from))),
+        Column("robot", Text(|row| (&row.robot).into())),
+        Column("bid", OptionalSingle(|row| row.bid)),
+        Column("round_ms", Optional(|row| row.round_ms.map(|time| time.0))),
+        Column("time_ms", Optional(|row| row.time_ms.map(|time| time.0))),
+        Column("auction", Text(|row| (&row.auction).into())),
+        Column("evolution", Optional(|row| row.evolution)),
+        Column("stamp", OptionalDouble(|row| row.stamp)),
+        Column("detail", Text(|row| (&row.detail).into())),
+    ];
+}
+
 impl Columns for MessageRow {
     const COLUMNS: &'static [Column<Self>] = &[
         Column("t_ms", Integer(|row| row.t_ms.0)),
@@ -66,7 +86,7 @@ impl Columns for MessageRow {
         Column("task", Text(|row| (&row.task).into())),
         Column("progress", Optional(|row| row.progress.map(u64::from))),
         Column("sent_ms", Integer(|row| row.sent_ms.0)),
-        Column("fate", Text(|row| (&row.delivery).into())),
+        Column("delivery", Text(|row| (&row.delivery).into())),
     ];
 }
 
@@ -129,6 +149,7 @@ mod tests {
     fn every_column_under_its_name() {
         check::<MotivationRow>();
         check::<AllocationRow>();
+        check::<AllocationMessageRow>();
         check::<MessageRow>();
         check::<EventRow>();
         check::<PoseRow>();

@@ -5,6 +5,7 @@ mod gantt;
 mod map;
 mod motivation;
 mod motivation_rows;
+mod motivation_scale;
 mod progress;
 mod room;
 mod rows;
@@ -14,6 +15,7 @@ mod timeline;
 
 use std::ops::Range;
 
+use crate::progress::Progress;
 use plotters::style::RGBColor;
 use proto::view::LevelUnit;
 use scenario::ids::TaskId;
@@ -118,6 +120,11 @@ pub fn figures(
             );
         }
     }
+    let count = match wanted.only.len() {
+        0 => planned.len(),
+        few => few,
+    };
+    let mut progress = Progress::new("drawing the figures", "figures", count as u64);
     let chosen = planned.into_iter();
     let chosen =
         chosen.filter(|figure| wanted.only.is_empty() || wanted.only.contains(&figure.name));
@@ -128,6 +135,7 @@ pub fn figures(
              draw,
          }| {
             let svg = draw(&run)?;
+            progress.step();
             Ok(Figure { name, caption, svg })
         },
     );

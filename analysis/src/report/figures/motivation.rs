@@ -8,6 +8,7 @@ use super::canvas::{
     horizontal_line, line, part, px, rows_for,
 };
 use super::motivation_rows;
+use super::motivation_scale::{Row, ceiling};
 use super::timeline::{Sample, Timeline, y_title};
 use super::{ABSENT, RunFigures, WHITE, task_measures, what};
 use crate::report::history::{Reset, SetHistory};
@@ -19,9 +20,6 @@ use scenario::time::SimTime;
 const LEFT_PX: f64 = 58.0;
 const TITLE_PX: f64 = 25.0;
 const X_AXIS_PX: f64 = 40.0;
-
-/// The rank of a robot, and one of its behavior sets.
-pub(super) type Row<'s> = (usize, &'s SetHistory);
 
 /// Draws all behavior sets of one robot.
 pub fn of_robot(run: &RunFigures<'_>, rank: usize) -> anyhow::Result<String> {
@@ -112,14 +110,6 @@ fn legend(of_motivations: bool) -> Vec<(Sample, &'static str)> {
     legend
 }
 
-/// Returns the upper end of a robot's curves: the threshold, or the highest utility in the run.
-pub(super) fn ceiling(run: &RunFigures<'_>, rank: usize) -> f64 {
-    match run.history.robots[rank].measure {
-        LevelUnit::Motivation => run.history.setup.alliance.threshold,
-        LevelUnit::Utility => run.highest_utility,
-    }
-}
-
 /// Draws a panel. The last argument gives its upper edge, px, the height of its plot, px, and `true` if it has the time
 /// axis.
 fn panel(
@@ -174,7 +164,12 @@ fn panel(
         horizontal_line(&chart, timeline.window.clone(), threshold, line(INK, 0.75))?;
     }
     let width = run.sheet.width_px;
-    for points in lines(set, run.history.step, (&timeline.window, width), threshold) {
+    for points in lines(
+        set,
+        run.history.level_step,
+        (&timeline.window, width),
+        threshold,
+    ) {
         curve(&chart, points, line(color, 1.75))?;
     }
 
@@ -278,7 +273,7 @@ mod tests {
             let width = (window.end - window.start) / WIDTH_PX / 2.0;
             let threshold = history.setup.alliance.threshold;
             for set in history.robots.iter().flat_map(|robot| &robot.sets) {
-                let drawn = lines(set, history.step, (&window, WIDTH_PX), threshold).concat();
+                let drawn = lines(set, history.level_step, (&window, WIDTH_PX), threshold).concat();
                 let highest = |at: f64| {
                     let near = drawn.iter().filter(|(x, _)| (x - at).abs() <= width);
                     near.map(|(_, level)| *level).fold(f64::MIN, f64::max)

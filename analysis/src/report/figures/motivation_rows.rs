@@ -6,7 +6,7 @@ use plotters::style::RGBColor;
 use scenario::time::SimTime;
 
 use super::canvas::{Axes, Chart, DrawResult, FAINT, Frame, INK, Mark, chart, fill, part};
-use super::motivation::{Row, ceiling};
+use super::motivation_scale::{Row, ceiling};
 use super::rows::{CELL_PX, Rows, heat, shares};
 use super::timeline::{Sample, Timeline};
 use super::{ABSENT, RunFigures};
@@ -146,7 +146,7 @@ fn draw_row(
                 let share = (at.as_secs_f64() - window.start) / (window.end - window.start);
                 (share * parts as f64).clamp(0.0, parts as f64)
             };
-            let cells = cell(*at) as usize..cell(*at + run.history.step).ceil() as usize;
+            let cells = cell(*at) as usize..cell(*at + run.history.level_step).ceil() as usize;
             for cell in &mut highest[cells] {
                 *cell = cell.max(level / full);
             }

@@ -57,7 +57,7 @@ pub fn axes(columns: &[Column]) -> Vec<Vec<Column>> {
     let is_count = |kind| {
         matches!(
             kind,
-            ColumnKind::Done | ColumnKind::Left | ColumnKind::Count
+            ColumnKind::Done | ColumnKind::Left | ColumnKind::Count | ColumnKind::Expired
         )
     };
     let counts: Vec<Column> = of(is_count).collect();

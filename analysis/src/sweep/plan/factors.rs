@@ -7,7 +7,7 @@ use scenario::{PathStep, Preset, ScenarioError, TomlFile};
 use serde::Deserialize;
 use toml::Value;
 
-use super::file::Seeds;
+use super::seeds::Seeds;
 use super::{MAX_RUNS, table_of};
 use crate::random_mission::RandomMission;
 use crate::sweep::design::{Cell, Change, FAULTS, Factor, Level, PRESET, SEED};

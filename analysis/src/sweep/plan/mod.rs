@@ -6,6 +6,7 @@
 mod factors;
 mod file;
 pub mod hypothesis;
+pub mod seeds;
 mod several;
 #[cfg(test)]
 mod tests;
@@ -13,6 +14,7 @@ pub mod tuning;
 
 use anyhow::{Context, bail};
 use missions::Registry;
+use scenario::mission::registry::Mission;
 use scenario::{PathStep, Scenario, Setup, TomlFile, Vocabulary};
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -47,6 +49,31 @@ pub struct Plan {
     pub tuning: Option<SearchSettings>,
 }
 
+/// Refuses a file that states a scenario and nothing of a plan.
+fn refuse_scenario(file: &TomlFile<'_>) -> anyhow::Result<()> {
+    let missions = vocabulary().missions;
+    let sections = missions.iter().map(Mission::name);
+    let mut keys = sections.chain(["robots", "room", "body", "obstacles", "step_ms"]);
+    if ["scenario", "missions", "grid", "seeds"]
+        .iter()
+        .any(|of_plan| file.has_key(of_plan))
+    {
+        return Ok(());
+    }
+    let Some(of_scenario) = keys.find(|of_scenario| file.has_key(of_scenario)) else {
+        return Ok(());
+    };
+    let name = file.name();
+    let remedy =
+        format!("run it with `alliance run {name}`, or write a plan with scenario = \"{name}\"");
+    let error = file.error_at(
+        &[key(of_scenario)],
+        "this is a scenario, not a plan",
+        remedy,
+    );
+    Err(error.into())
+}
+
 impl Plan {
     /// Reads a plan. `scenario` loads a scenario by name or file; `file_name` is for error messages. Each value is validated by
     /// itself, so a run can only fail on a combination of values.
@@ -59,6 +86,7 @@ impl Plan {
         scenario: impl Fn(&str) -> anyhow::Result<Scenario>,
     ) -> anyhow::Result<Self> {
         let file = TomlFile::parse(file_name, text)?;
+        refuse_scenario(&file)?;
         let contents: PlanFile = file.deserialize()?;
         let place = |at: &[PathStep]| format!("{file_name}:{}", file.line_of(at));
 

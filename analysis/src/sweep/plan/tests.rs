@@ -36,6 +36,29 @@ fn refused(text: &str, expected: &str) {
 }
 
 #[test]
+fn a_scenario_is_no_plan() {
+    for (text, place) in [
+        (
+            "name = 'a'\n[waste]\nspill_radius_m = 1",
+            "plan.toml:2: waste",
+        ),
+        ("[[robots]]\nname = 'a'", "plan.toml:1: robots"),
+        (
+            "limit_s = 9\nalliance.threshold = 50\nroom.width_m = 9",
+            "plan.toml:3: room",
+        ),
+    ] {
+        let what = "this is a scenario, not a plan; run it with `alliance run plan.toml`, or ";
+        refused(text, &format!("{place}: {what}"));
+    }
+    // A plan that misspells a key of a scenario keeps its own message.
+    refused(
+        "seeds = 2\nroom.width_m = 9",
+        "plan.toml:2: room: unknown key; ",
+    );
+}
+
+#[test]
 fn an_empty_plan_is_one_run_of_the_default_mission() {
     let plan = parse("").unwrap();
     assert_eq!(runs(&plan), ["1"]);

@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::file::Seeds;
+use super::seeds::Seeds;
 use crate::tune::space::Range;
 
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SearchSettings {
-    /// The name of the metric to optimize.
-    #[serde(default = "metric")]
-    pub metric: String,
+    /// The name of the metric to optimize; by default the measure that ranks the runs of the missions.
+    #[serde(default)]
+    pub metric: Option<String>,
     /// The weight of the sent bytes in the score; 0 ignores them.
     #[serde(default)]
     pub bytes_weight: f64,
@@ -84,10 +84,6 @@ impl SearchSettings {
         found.sort_by_key(|(_, range)| range.times.is_some());
         Ok(found)
     }
-}
-
-fn metric() -> String {
-    "par2_s".to_owned()
 }
 
 const fn one() -> u64 {
