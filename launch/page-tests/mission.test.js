@@ -16,6 +16,8 @@ const COLUMNS = [
 test("the progress of a mission comes from its own columns", () => {
   assert.deepEqual(progress(COLUMNS, [2, 3, 61_000, 7.5]), { done: 3, total: 5, what: "places visited" });
   assert.equal(progress(COLUMNS.slice(2), [61_000, 7.5]), null);
+  const expires = [{ name: "open", kind: "left" }, { name: "done", kind: "done" }, { name: "expired", kind: "expired" }];
+  assert.deepEqual(progress(expires, [1, 2, 237]), { done: 2, total: 240, what: "done" });
 });
 
 test("the other columns are shown with their labels", () => {

@@ -15,7 +15,7 @@ export type ActuatorMode = "dead" | {
 
 export type AgentState = "absent" | "dead" | "coming" | "present" | "silent";
 
-/** A behavior set: its index in [`crate::scenario::Catalog::sets`], the same for every robot that has the set. */
+/** A behavior set: its index in [`crate::Catalog::sets`], the same for every robot that has the set. */
 export type BehaviorId = number;
 
 /** The state of a behavior set (thesis §3.3.1). */
@@ -28,28 +28,20 @@ export type BehaviorView = {
   since: SimTime;
 };
 
-/** A corner of the curve of a motivation or utility. The curve is a straight line between two corners, except for a reset, which is a step. */
-export type Bend = {
-  /** The time of the step, as in motivations.csv. */
-  at: SimTime;
-  /** `true` if the curve ends here, because the robot did not take part in the next step. */
-  last: boolean;
-  level: number;
-  robot: RobotId;
-  set: BehaviorId;
-  /** The state at the end of the step, valid until the next corner. */
-  state: BehaviorState;
-};
-
 /** The kinds of broadcast. Each has its own key below `team/<robot>/`. */
 export type BroadcastKind = "Heartbeat" | "FirstBulletin" | "SecondBulletin" | "Allocation";
 
-/** A random effect on messages of directed links. */
-export type Chance = {
-  from: Who;
-  /** The share of affected messages, 0 to 1. */
-  p: number;
-  to: Who;
+/** The logged part of a broadcast's contents. */
+export type BroadcastSummary = {
+  kind: BroadcastKind;
+  progress: number | null;
+  seq: number;
+  set: BehaviorId | null;
+  /** The start of the sender's state; heartbeats only. */
+  since: SimTime | null;
+  /** The sender's state; heartbeats only. */
+  state: TaskState | null;
+  task: TaskId | null;
 };
 
 /** The state of the step clock. */
@@ -66,14 +58,27 @@ export type ClockStatus = {
   waits_for: string | null;
 };
 
+/** A corner of the curve of a motivation or utility. The curve is a straight line between two corners, except for a reset, which is a step. */
+export type Corner = {
+  /** The time of the step, as in motivations.csv. */
+  at: SimTime;
+  /** `true` if the curve ends here, because the robot did not take part in the next step. */
+  last: boolean;
+  level: number;
+  robot: RobotId;
+  set: BehaviorId;
+  /** The state at the end of the step, valid until the next corner. */
+  state: BehaviorState;
+};
+
 /** Delay of messages on directed links. */
 export type Delay = {
   /** The delay of every message, s. */
   delay_s: number;
-  from: Who;
+  from: LinkEnd;
   /** The maximum additional delay, uniformly distributed, s. */
   jitter_s: number;
-  to: Who;
+  to: LinkEnd;
 };
 
 /** The delivery of a broadcast at one receiver. */
@@ -81,6 +86,9 @@ export type Delivery = "Heard" | "Lost" | "Delayed" | "Duplicate" | "Dropped" | 
 
 /** The name of a sensing device: one of [`Device::COMMON`] or one of the mission's own. */
 export type Device = string;
+
+/** A trigger by the next event that matches `ROBOT|any VERB [SUBJECT]`. */
+export type EventTrigger = string;
 
 /** A failure and its target. Robots are identified by name. */
 export type Fault = {
@@ -102,11 +110,11 @@ export type Fault = {
 } | {
   delay: Delay;
 } | {
-  duplicate: Chance;
+  duplicate: LinkChance;
 } | {
-  reorder: Chance;
+  reorder: LinkChance;
 } | {
-  hold: Link;
+  hold: LinkSelection;
 } | {
   partition: Partition;
 } | {
@@ -176,20 +184,34 @@ export type ItemView = {
   radius_m: number;
 };
 
+/** The quantity that an allocator computes for each behavior set, and that its curve shows. */
+export type LevelUnit = "motivation" | "utility";
+
+/** A random effect on messages of directed links. */
+export type LinkChance = {
+  from: LinkEnd;
+  /** The share of affected messages, 0 to 1. */
+  p: number;
+  to: LinkEnd;
+};
+
+/** An end of a link: a robot by its name, or `all`. */
+export type LinkEnd = string;
+
 /** Directed links from senders to receivers. */
-export type Link = {
-  from: Who;
-  to: Who;
+export type LinkSelection = {
+  from: LinkEnd;
+  to: LinkEnd;
 };
 
 /** Loss of messages on directed links. */
 export type Loss = {
   /** The mean length of a burst in which every message is lost, s; 0 makes losses independent (Gilbert 1960). */
   burst_s: number;
-  from: Who;
+  from: LinkEnd;
   /** The share of messages that get lost in the long run, 0 to 1. */
   p: number;
-  to: Who;
+  to: LinkEnd;
 };
 
 /** A visible object of a mission, in a form that is independent of the mission. */
@@ -229,9 +251,6 @@ export type MarkOutline = {
 
 /** The role of a mark. Observers use one color per role. */
 export type MarkRole = "item" | "target" | "zone" | "goal" | "range" | "link";
-
-/** The quantity that an allocator computes for each behavior set, and that its curve shows. */
-export type Measure = "motivation" | "utility";
 
 export type MessageView = {
   receiver: RobotId;
@@ -294,10 +313,10 @@ export type Order = {
   /** The id that clears the fault; absent lets the world choose one. */
   id: string | null;
   /** The event whose next occurrence triggers the fault. */
-  when: When | null;
+  when: EventTrigger | null;
 };
 
-export type Outcome = "complete" | "time-limit" | "interrupted" | "no-robot-left";
+export type Outcome = "complete" | "time-limit" | "interrupted" | "no-robot-left" | "expired";
 
 export type Partition = {
   /** The groups of robots. A robot is in one group at most. */
@@ -355,7 +374,7 @@ export type Reception = {
   delivery: Delivery;
   incarnation: number;
   /** The logged contents; `None` if the broadcast did not arrive. */
-  said: Said | null;
+  said: BroadcastSummary | null;
   sender: RobotId;
   sent: SimTime;
 };
@@ -371,7 +390,7 @@ export type RobotView = {
   /** The incarnation of the agent, if it is alive. */
   incarnation: number | null;
   /** The unit of the levels of the robot's behavior sets. */
-  measure: Measure;
+  measure: LevelUnit;
   /** The process id of the agent; `None` in views from a log. */
   pid: number | null;
   pose: Pose;
@@ -384,19 +403,6 @@ export type RobotView = {
   /** The speed in the last step, m/s. */
   speed_m_s: number;
   state: AgentState;
-};
-
-/** The logged part of a broadcast's contents. */
-export type Said = {
-  kind: BroadcastKind;
-  progress: number | null;
-  seq: number;
-  set: BehaviorId | null;
-  /** The start of the sender's state; heartbeats only. */
-  since: SimTime | null;
-  /** The sender's state; heartbeats only. */
-  state: TaskState | null;
-  task: TaskId | null;
 };
 
 /** The size of an error: the standard deviation of noise, or the amount of a bias. Distances and both coordinates have an error in meters, the heading in degrees. */
@@ -435,7 +441,7 @@ export type SkillFault = {
   skill: string;
 };
 
-/** A task of the mission: its index in [`crate::scenario::Catalog::tasks`]. */
+/** A task of the mission: its index in [`crate::Catalog::tasks`]. */
 export type TaskId = number;
 
 /** The state of a robot with respect to a task, as in its heartbeats. */
@@ -443,7 +449,7 @@ export type TaskState = "Executing" | "Waiting" | "Idle" | "Released";
 
 export type View = {
   /** The corners of the motivation curves since the previous view, by time for each robot. The first view contains none. */
-  bends: (Bend)[];
+  bends: (Corner)[];
   /** The step clock; `None` for a run that is shown from its log. */
   clock: ClockStatus | null;
   faults: (FaultStatus)[];
@@ -464,9 +470,3 @@ export type View = {
   robots: (RobotView)[];
   tick: number;
 };
-
-/** A trigger by the next event that matches `ROBOT|any VERB [SUBJECT]`. */
-export type When = string;
-
-/** An end of a link: a robot by its name, or `all`. */
-export type Who = string;

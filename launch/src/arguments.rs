@@ -3,40 +3,55 @@
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::Parser;
-use clap::error::ErrorKind;
-use scenario::Vocabulary;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Command, Error, FromArgMatches, Parser};
+use scenario::{Vocabulary, name_remedy};
 use terminal::stderr_line;
 use world_server::size::with_size_options;
 
-/// Parses the arguments of this process. The size options of the missions are accepted like `--size`.
+/// Parses the arguments of this process by the complete `command`.
 ///
 /// # Errors
 /// The exit status, after the message or the help has been printed.
-pub fn parse<C: Parser>(vocabulary: &Vocabulary) -> Result<C, ExitCode> {
-    read(vocabulary, std::env::args_os()).map_err(|error| match error.kind() {
+pub fn parse<C: FromArgMatches>(command: &Command) -> Result<C, ExitCode> {
+    let words: Vec<OsString> = std::env::args_os().collect();
+    read(command.clone(), words.clone()).map_err(|error| match error.kind() {
         // Without any argument the help is printed.
         ErrorKind::DisplayHelp
         | ErrorKind::DisplayVersion
         | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
         _ => {
-            stderr_line!("alliance: {}; try --help", one_line(&error.to_string()));
+            let line = unknown_command(command, &words, &error);
+            let line = line.unwrap_or_else(|| one_line(&error.to_string()));
+            stderr_line!("alliance: {line}; try --help");
             ExitCode::from(2)
         }
     })
 }
 
-/// Parses arguments from a list; the first is the name of the command.
+/// Parses arguments from a list; the first is the name of the command. The size options of the missions are accepted like `--size`.
 pub fn parse_list<C: Parser>(vocabulary: &Vocabulary, words: &[String]) -> Result<C, String> {
-    read(vocabulary, words.iter().map(OsString::from)).map_err(|error| one_line(&error.to_string()))
+    read(with_size_options(C::command(), vocabulary), words)
+        .map_err(|error| one_line(&error.to_string()))
 }
 
-fn read<C: Parser>(
-    vocabulary: &Vocabulary,
-    words: impl Iterator<Item = OsString>,
+fn read<C: FromArgMatches>(
+    command: Command,
+    words: impl IntoIterator<Item = impl Into<OsString> + Clone>,
 ) -> Result<C, clap::Error> {
-    let command = with_size_options(C::command(), vocabulary);
     C::from_arg_matches_mut(&mut command.try_get_matches_from(words)?)
+}
+
+/// Returns the message for an unknown command with the most similar one; clap finds none for short names such as "rn".
+fn unknown_command(command: &Command, words: &[OsString], error: &Error) -> Option<String> {
+    let Some(ContextValue::String(unknown)) = error.get(ContextKind::InvalidSubcommand) else {
+        return None;
+    };
+    let before = words.iter().take_while(|word| *word != unknown.as_str());
+    let parent = before.fold(command, |at, word| at.find_subcommand(word).unwrap_or(at));
+    let known = parent.get_subcommands().filter(|part| !part.is_hide_set());
+    let remedy = name_remedy(unknown, known.map(Command::get_name));
+    Some(format!("there is no command '{unknown}'; {remedy}"))
 }
 
 /// Converts a message of clap to one line without the usage.
@@ -59,7 +74,7 @@ fn one_line(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use clap::{Arg, Command};
+    use clap::Arg;
 
     use super::*;
 
@@ -76,6 +91,31 @@ mod tests {
         let all = std::iter::once(&"alliance").chain(arguments);
         let error = command.try_get_matches_from(all).unwrap_err();
         assert_eq!(one_line(&error.to_string()), expected);
+    }
+
+    #[test]
+    fn an_unknown_command_has_a_suggestion() {
+        let command = Command::new("alliance")
+            .subcommand(Command::new("run"))
+            .subcommand(Command::new("shell").hide(true))
+            .subcommand(Command::new("list").subcommand(Command::new("runs")))
+            .subcommand_required(true);
+        let message = |words: &[&str]| {
+            let words: Vec<OsString> = words.iter().map(OsString::from).collect();
+            let error = command.clone().try_get_matches_from(&words).unwrap_err();
+            unknown_command(&command, &words, &error)
+        };
+        assert_eq!(
+            message(&["alliance", "rn"]).unwrap(),
+            "there is no command 'rn'; did you mean 'run'? (there are run, list)"
+        );
+        let nested = message(&["alliance", "list", "rns"]).unwrap();
+        assert!(
+            nested.contains("'rns'; there is only 'runs'")
+                || nested.contains("did you mean 'runs'"),
+            "{nested}"
+        );
+        assert_eq!(message(&["alliance", "run", "--x"]), None);
     }
 
     #[test]

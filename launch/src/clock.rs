@@ -8,7 +8,7 @@ use world_server::pace::Speed;
 
 use crate::control::{ControlArgs, unexpected};
 
-/// Pause, resume, step or change the speed of a live run.
+/// Pause, resume, step or change the speed of a live run
 #[derive(Args, Clone, Debug)]
 #[command(arg_required_else_help = true)]
 pub struct ClockArgs {

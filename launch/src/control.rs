@@ -24,11 +24,11 @@ const CLOSE_DEADLINE: Duration = Duration::from_millis(200);
 
 #[derive(Args, Clone, Debug)]
 pub struct ControlArgs {
-    /// Id of the run [default: the only live run; with several, read-only commands use the newest]
-    #[arg(long, value_name = "ID", global = true)]
+    /// Id of the run [default: the only live run; the newest for status and list]
+    #[arg(long, value_name = "ID", global = true, help_heading = "Run")]
     run: Option<String>,
     /// Print the reply as JSON on stdout
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = "Run")]
     json: bool,
 }
 
@@ -225,7 +225,7 @@ mod tests {
                 password: "def".to_owned(),
             },
             started: 0,
-            far: None,
+            remote: None,
         };
         let wire = ControlTopic::new(
             &KeyExpressions::new(&run.run),

@@ -1,59 +1,67 @@
 //! `alliance status`: shows the state of a live run.
 
-use std::io::{IsTerminal, stderr};
 use std::process::ExitCode;
 use std::thread::sleep;
 use std::time::Duration;
 
 use analysis::table;
-use clap::{Args, value_parser};
+use clap::Args;
 use cluster::rendezvous;
 use comfy_table::{CellAlignment, Table};
 use proto::control::{ControlCommand, Reply, RobotStatus, Status};
 use scenario::mission::columns::details;
+use scenario::time::seconds;
 use terminal::stderr_line;
 
 use crate::clock::describe;
 use crate::control::{ControlArgs, unexpected};
 use crate::fault;
 
-/// Show the state of a live run: robots, processes, tasks, motivations, faults.
+/// Show robots, processes, tasks and faults of a live run
 #[derive(Args, Clone, Debug)]
 pub struct StatusArgs {
     #[command(flatten)]
     control: ControlArgs,
     /// Repeat at this interval in wall-clock time until the run is over
-    #[arg(long, value_name = "SECONDS", num_args = 0..=1, default_missing_value = "1", value_parser = value_parser!(u64).range(1..=3600))]
-    watch: Option<u64>,
+    #[arg(long, value_name = "TIME", num_args = 0..=1, default_missing_value = "1s", value_parser = interval)]
+    watch: Option<Duration>,
 }
 
-const CLEAR: &str = "\x1b[2J\x1b[H";
+/// Parses an interval from 0.1 s to an hour.
+fn interval(text: &str) -> Result<Duration, String> {
+    let span_s = seconds(text)?;
+    if (0.1..=3600.0).contains(&span_s) {
+        Ok(Duration::from_secs_f64(span_s))
+    } else {
+        Err("use a time from 100ms to 60min".to_owned())
+    }
+}
 
 impl StatusArgs {
     /// Prints the state once or repeatedly. Exit status 0, or 3 if no run is live or none answers.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         // If no run is live, `show` prints the error.
-        let (Some(seconds), Some((run, control))) = (self.watch, self.control.fixed_to_run())
+        let (Some(interval), Some((run, control))) = (self.watch, self.control.fixed_to_run())
         else {
-            return show(&self.control, "");
+            return show(&self.control);
         };
-        let clear = if stderr().is_terminal() { CLEAR } else { "" };
         let is_live =
             || rendezvous::live().is_ok_and(|live| live.iter().any(|live| live.run == run));
         while is_live() {
             // An error is no reason to stop: the run may have just ended, or its world may be stopped and resume later.
-            let _ = show(&control, clear);
-            sleep(Duration::from_secs(seconds));
+            terminal::clear_screen();
+            let _ = show(&control);
+            sleep(interval);
         }
         stderr_line!("run {run} is over");
         ExitCode::SUCCESS
     }
 }
 
-fn show(control: &ControlArgs, before: &str) -> ExitCode {
+fn show(control: &ControlArgs) -> ExitCode {
     control.send_command("status", ControlCommand::Status, |reply| match reply {
-        Reply::Status(status) => format!("{before}{}", text(status)),
+        Reply::Status(status) => text(status),
         other => unexpected(other),
     })
 }

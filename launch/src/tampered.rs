@@ -9,6 +9,7 @@ use analysis::report::command::{FigureOptions, report};
 use in_process::Team;
 use run_log::recorder::Folder;
 use run_log::{LogLevel, RunLog};
+use scenario::testkit::entry;
 use scenario::{Scenario, Setup};
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -162,30 +163,21 @@ fn errors_contain_value_rule_and_position() {
     let folder = run();
     let text = fs::read(folder.path().join("run.json")).unwrap();
     let run: Value = serde_json::from_slice(&text).unwrap();
-    let refusal = |modified: &Value| {
+    let answer = |what: &str, modified: &Value| {
         fs::write(folder.path().join("run.json"), modified.to_string()).unwrap();
         let line = format!("{:#}", use_run(folder.path()).unwrap_err());
         let (_, message) = line.split_once("run.json: ").unwrap();
-        message.to_owned()
+        entry(what, message)
     };
-    let width = "/scenario/room/width_m";
-    assert_eq!(
-        refusal(&with(&run, width, json!(0))),
-        "scenario.room.width_m: 0 is out of range; it must be above 0 and at most 1000 m"
-    );
     let slow = "/alliance/robots/blue/sets/report-progress/slow_impatience/gold";
-    assert_eq!(
-        refusal(&without(&run, slow)),
-        "alliance.robots.blue.sets.report-progress.slow_impatience: 'gold' is missing; \
-         state every value in force, as the run wrote it"
-    );
-    assert_eq!(
-        refusal(&with(&run, slow, json!(50))),
-        "alliance.robots.blue.sets.report-progress.slow_impatience.gold: blue's report-progress has slow impatience 50 \
-         toward gold with fast impatience 20; the rule is 0 < slow < fast"
-    );
-    assert_eq!(
-        refusal(&with(&run, "/result/ticks", json!(u64::MAX))),
-        "result.ticks: 18446744073709551615 is out of range; it must be at most 20 because the run ends at limit_s"
-    );
+    let mut answers = answer(&format!("without {slow}"), &without(&run, slow));
+    for (pointer, value) in [
+        ("/scenario/room/width_m", json!(0)),
+        (slow, json!(50)),
+        ("/result/ticks", json!(u64::MAX)),
+    ] {
+        let modified = with(&run, pointer, value.clone());
+        answers += &answer(&format!("{pointer} = {value}"), &modified);
+    }
+    insta::assert_snapshot!(answers);
 }

@@ -151,18 +151,18 @@ impl RouteCost for PythonController {
 impl AgentMission for PythonController {
     fn perceive(
         &mut self,
-        moment: &ControllerInput<'_>,
-        heard: &[Arc<Broadcast>],
+        input: &ControllerInput<'_>,
+        received: &[Arc<Broadcast>],
         perception: &mut Perception,
     ) {
-        self.position = moment.readings.pose.map(|pose| pose.position);
-        self.is_laden = moment.readings.mission.items().holding == Some(true);
-        let tick = moment.now.0 / self.object.common.setup.scenario.step_ms;
+        self.position = input.readings.pose.map(|pose| pose.position);
+        self.is_laden = input.readings.mission.items().holding == Some(true);
+        let tick = input.now.0 / self.object.common.setup.scenario.step_ms;
         self.result = if self.object.has_failed() {
             StepResult::default()
         } else {
             Python::attach(|py| {
-                let stepped = self.try_step(py, moment, tick, heard);
+                let stepped = self.try_step(py, input, tick, received);
                 self.object
                     .store_error(py, tick, stepped)
                     .unwrap_or_default()
@@ -197,12 +197,12 @@ impl AgentMission for PythonController {
         }
     }
 
-    fn act(&mut self, _: &ControllerInput<'_>, _: Option<BehaviorId>, action: &mut StepOutput) {
-        action.actuation = self.result.actuation;
+    fn act(&mut self, _: &ControllerInput<'_>, _: Option<BehaviorId>, output: &mut StepOutput) {
+        output.actuation = self.result.actuation;
     }
 
-    fn lore(&self, lore: &mut SharedKnowledge) {
-        *lore = SharedKnowledge::Nothing;
+    fn shared_knowledge(&self, knowledge: &mut SharedKnowledge) {
+        *knowledge = SharedKnowledge::Nothing;
     }
 
     fn position(&self) -> Option<Vec2> {
@@ -222,17 +222,17 @@ impl PythonController {
     fn try_step(
         &self,
         py: Python<'_>,
-        moment: &ControllerInput<'_>,
+        input: &ControllerInput<'_>,
         tick: u64,
-        heard: &[Arc<Broadcast>],
+        received: &[Arc<Broadcast>],
     ) -> PyResult<StepResult> {
         let setup = &self.object.common.setup;
         let draws = RandomDraws::new(setup.seed, self.object.me, tick);
-        let arguments = |heard| {
-            let readings = readings::to_python(py, moment.readings, setup)?;
-            (moment.now.as_secs_f64(), readings, heard).into_pyobject(py)
+        let arguments = |received| {
+            let readings = readings::to_python(py, input.readings, setup)?;
+            (input.now.as_secs_f64(), readings, received).into_pyobject(py)
         };
-        let Some((controller, action)) = self.object.step(py, draws, arguments, heard)? else {
+        let Some((controller, action)) = self.object.step(py, draws, arguments, received)? else {
             return Ok(StepResult::default());
         };
         let class = py.import(intern!(py, "alliance_sim._minds"))?;
@@ -242,7 +242,7 @@ impl PythonController {
                 "step returned {class_name}; it must return a Deed"
             )));
         }
-        let result = self.step_result(&action.extract()?, moment)?;
+        let result = self.step_result(&action.extract()?, input)?;
         controller.call_method1(
             intern!(py, "_speak"),
             (action.getattr(intern!(py, "say"))?,),
@@ -254,7 +254,7 @@ impl PythonController {
     fn step_result(
         &self,
         action: &ActionFields,
-        moment: &ControllerInput<'_>,
+        input: &ControllerInput<'_>,
     ) -> PyResult<StepResult> {
         let wrong = |text: String| Err(PyValueError::new_err(text));
         for (name, value) in [("speed", action.speed), ("turn", action.turn)] {
@@ -285,7 +285,7 @@ impl PythonController {
             actuation: Actuation {
                 speed_m_s: action.speed,
                 turn_rad_s: action.turn,
-                deed: self.mission_action(action, moment)?,
+                action: self.mission_action(action, input)?,
             },
             doing: doing.map(|set| set.id),
             progressed: doing.filter(|_| action.progress).map(|set| set.task),
@@ -296,7 +296,7 @@ impl PythonController {
     fn mission_action(
         &self,
         action: &ActionFields,
-        moment: &ControllerInput<'_>,
+        input: &ControllerInput<'_>,
     ) -> PyResult<Action> {
         let gripper = match action.gripper.as_str() {
             "keep" => Gripper::Keep,
@@ -319,7 +319,7 @@ impl PythonController {
             }
             .into()),
             // A robot with a dead device cannot observe.
-            "observe" if action.watch && readings::sees_targets(moment.readings) => {
+            "observe" if action.watch && readings::sees_targets(input.readings) => {
                 open(Bytes::encode(&observe::bus::ObserveAction))
             }
             "service" => open(Bytes::encode(&service::bus::Action {

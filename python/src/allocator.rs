@@ -78,14 +78,14 @@ impl Allocator for PythonAllocator {
 impl PythonAllocator {
     fn try_step(&self, py: Python<'_>, input: &Input<'_>, decision: &mut Decision) -> PyResult<()> {
         let active = decision.active;
-        let arguments = |heard| {
+        let arguments = |received| {
             let sets = self.object.sets.iter().zip(&self.since).zip(input.choices);
             let sets = sets.map(|((set, since), choice)| {
                 let is_active = active == Some(set.id);
                 Bound::new(py, Set::new(Arc::clone(set), *choice, is_active, *since))
             });
             let sets = PyList::new(py, sets.collect::<PyResult<Vec<_>>>()?)?;
-            (input.now.as_secs_f64(), heard, sets).into_pyobject(py)
+            (input.now.as_secs_f64(), received, sets).into_pyobject(py)
         };
         let stepped = self
             .object

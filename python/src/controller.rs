@@ -3,7 +3,7 @@
 
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use proto::allocation::{AllocationMessage, OpenMessage};
@@ -11,16 +11,12 @@ use proto::team::Broadcast;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyList, PyType};
-use robot_agent::allocator::{
-    AllocatorKind, ConfigError, ConfiguredAllocator, OwnBehavior, RandomDraws,
-};
+use robot_agent::allocator::{OwnBehavior, RandomDraws};
+use scenario::Setup;
 use scenario::ids::RobotId;
-use scenario::{AllocatorSpec, Setup};
 
-use crate::agent::PythonAgents;
-use crate::allocator::PythonAllocators;
 use crate::errors::MindError;
-use crate::values::{Heard, SetDefinition, Stream, loads};
+use crate::values::{Heard, SetDefinition, Stream};
 
 /// The reaction to an error of a controller.
 #[derive(Clone)]
@@ -64,96 +60,17 @@ impl FailureReaction {
     }
 }
 
-/// A controller class with its name.
-pub struct ControllerClass {
-    name: &'static str,
-    class: Py<PyType>,
-    failure: FailureReaction,
-    twice: bool,
-}
-
-impl ControllerClass {
-    /// Creates a class. With `twice`, each step is executed twice from a copy, and the controller fails if the results
-    /// differ.
-    pub fn new(name: &str, class: Py<PyType>, failure: FailureReaction, twice: bool) -> Self {
-        Self {
-            name: interned(name),
-            class,
-            failure,
-            twice,
-        }
-    }
-}
-
-/// Returns a copy of the name that lives as long as the program. Each name is stored once.
-fn interned(name: &str) -> &'static str {
-    static NAMES: OnceLock<Mutex<Vec<&'static str>>> = OnceLock::new();
-    let names = NAMES.get_or_init(Mutex::default);
-    let mut names = names.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(known) = names.iter().find(|known| **known == name) {
-        return known;
-    }
-    let name: &'static str = name.to_owned().leak();
-    names.push(name);
-    name
-}
-
-impl fmt::Debug for ControllerClass {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Class").field(&self.name).finish()
-    }
-}
-
-impl AllocatorKind for ControllerClass {
-    fn spec(&self) -> AllocatorSpec {
-        AllocatorSpec {
-            name: self.name,
-            about: "a controller in Python",
-            parameters: Vec::new(),
-            needs_ground_truth: false,
-            learns_times: false,
-        }
-    }
-
-    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
-        let failure = |reason: String| ConfigError {
-            subject: format!("mind '{}'", self.name),
-            why: reason,
-        };
-        let text = serde_json::to_string(setup).map_err(|error| failure(error.to_string()))?;
-        let prepared = Python::attach(|py| {
-            let is_agent = self.class.getattr(py, intern!(py, "_is_whole"))?;
-            let common = Arc::new(ClassData {
-                name: self.name,
-                class: self.class.clone_ref(py),
-                failure: self.failure.clone(),
-                twice: self.twice,
-                setup: setup.clone(),
-                setup_object: loads(py, &text)?.unbind(),
-                is_slow: AtomicBool::new(false),
-            });
-            let prepared: Arc<dyn ConfiguredAllocator> = if is_agent.extract(py)? {
-                Arc::new(PythonAgents::new(common))
-            } else {
-                Arc::new(PythonAllocators(common))
-            };
-            Ok(prepared)
-        });
-        prepared.map_err(|error: PyErr| failure(error.to_string()))
-    }
-}
-
 /// The data that all controllers of a class share in a run.
 pub struct ClassData {
     pub name: &'static str,
-    class: Py<PyType>,
+    pub class: Py<PyType>,
     pub failure: FailureReaction,
-    twice: bool,
+    pub twice: bool,
     pub setup: Setup,
     /// The setup as a Python object.
-    setup_object: Py<PyAny>,
+    pub setup_object: Py<PyAny>,
     /// `true` after the warning about slow copies.
-    is_slow: AtomicBool,
+    pub is_slow: AtomicBool,
 }
 
 impl ClassData {
@@ -304,22 +221,22 @@ impl ControllerObject {
         py: Python<'py>,
         draws: RandomDraws,
         given: impl FnOnce(Bound<'py, PyList>) -> PyResult<Bound<'py, pyo3::types::PyTuple>>,
-        heard: &[Arc<Broadcast>],
+        received: &[Arc<Broadcast>],
     ) -> PyResult<Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>> {
         let Some(controller) = &self.controller else {
             return Ok(None);
         };
         let controller = controller.bind(py).clone();
         self.stream.get().begin(draws);
-        let heard = heard
+        let received = received
             .iter()
             .filter_map(|message| Heard::from_broadcast(message, self.common.name))
             .map(|message| Bound::new(py, message));
-        let heard = PyList::new(py, heard.collect::<PyResult<Vec<_>>>()?)?;
-        let given = given(heard)?;
+        let received = PyList::new(py, received.collect::<PyResult<Vec<_>>>()?)?;
+        let given = given(received)?;
         let done = if self.common.twice {
-            let minds = py.import(intern!(py, "alliance_sim._minds"))?;
-            minds.call_method1(intern!(py, "step_twice"), (&controller, given))?
+            let module = py.import(intern!(py, "alliance_sim._minds"))?;
+            module.call_method1(intern!(py, "step_twice"), (&controller, given))?
         } else {
             controller.call_method1(intern!(py, "step"), given)?
         };

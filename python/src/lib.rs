@@ -15,6 +15,7 @@ use pyo3::prelude::*;
 mod agent;
 mod allocator;
 mod controller;
+mod controller_class;
 mod env;
 mod errors;
 mod math;
@@ -42,7 +43,8 @@ mod _engine {
     use crate::values::{Heard, Set, Stream};
 
     #[pymodule_init]
-    fn with_math(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    fn prepare(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        proto::program_build::set(launch::BUILD);
         let math = PyModule::new(module.py(), "math")?;
         crate::math::add(&math)?;
         module.add_submodule(&math)

@@ -10,7 +10,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyType;
 use robot_agent::args::{AgentArgs, log_to_stderr};
 
-use crate::controller::{ControllerClass, FailureReaction};
+use crate::controller::FailureReaction;
+use crate::controller_class::ControllerClass;
 use crate::errors::scenario_error;
 
 #[derive(Parser)]

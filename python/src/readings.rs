@@ -18,8 +18,8 @@ pub fn to_python<'py>(
     setup: &Setup,
 ) -> PyResult<Bound<'py, PyAny>> {
     let text = to_json(readings, setup).to_string();
-    let minds = py.import(intern!(py, "alliance_sim._minds"))?;
-    minds.call_method1(intern!(py, "readings"), (text,))
+    let module = py.import(intern!(py, "alliance_sim._minds"))?;
+    module.call_method1(intern!(py, "readings"), (text,))
 }
 
 fn to_json(readings: &Readings, setup: &Setup) -> Value {

@@ -10,7 +10,8 @@ use pyo3::types::PyType;
 use scenario::{Robot, Scenario, Setup};
 use world_server::mission_args::{Known, MissionArgs};
 
-use crate::controller::{ControllerClass, FailureReaction};
+use crate::controller::FailureReaction;
+use crate::controller_class::ControllerClass;
 use crate::errors::scenario_error;
 
 /// The key for all robots without their own entry.
@@ -128,9 +129,9 @@ impl RunRequest {
         {
             if let Some((name, is_class)) = default {
                 assign(robot, name, is_class);
-            } else if let Some(mind) = &robot.mind {
+            } else if let Some(controller) = &robot.mind {
                 return Err(scenario_error(format!(
-                    "minds: the scenario gives the mind '{mind}' to {robot}; give its class: minds={{'{robot}': …}}",
+                    "minds: the scenario gives the controller '{controller}' to {robot}; give its class: minds={{'{robot}': …}}",
                     robot = robot.name
                 )));
             }

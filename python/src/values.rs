@@ -230,7 +230,7 @@ impl Heard {
         let Some(heartbeat) = self.heartbeat() else {
             return Ok(None);
         };
-        let text = serde_json::to_string(&heartbeat.lore).map_err(alliance_error)?;
+        let text = serde_json::to_string(&heartbeat.shared_knowledge).map_err(alliance_error)?;
         loads(py, &text).map(Some)
     }
 

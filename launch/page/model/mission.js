@@ -13,7 +13,7 @@ export function progress(columns, values) {
   const first = columns.find(({ kind }) => kind === "done");
   if (!first) return null;
   const done = sum("done");
-  return { done, total: done + sum("left"), what: label(first.name) };
+  return { done, total: done + sum("left") + sum("expired"), what: label(first.name) };
 }
 
 /** Returns the other columns as texts, times first. `now` is in ms. */

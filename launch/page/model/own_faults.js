@@ -11,7 +11,7 @@ export function fieldsOf({ arguments: all, place }) {
   return all.filter(({ key }) => !place?.includes(key));
 }
 
-/** Returns the fault of an order. `values` are numbers by key; NaN selects the default. `point` is its place, m. */
+/** Returns the fault of an order. `values` are numbers and names by key; NaN selects the default. `point` is its place, m. */
 export function ownFault({ name, place }, values, point) {
   const stated = Object.entries(values).filter(([, value]) => !Number.isNaN(value));
   const at = place ? [[place[0], point.x], [place[1], point.y]] : [];

@@ -38,7 +38,7 @@ export function drawState(model, state) {
   ended.hidden = model.ended === null;
   if (model.ended) {
     const { outcome, folder, isDisconnected } = model.ended;
-    const next = model.run.stays ? "Its log opens here." : `View it again with: alliance view ${folder}`;
+    const next = model.run.stays ? "Its log opens here." : `View it again with: alliance watch ${folder}`;
     const result = outcome ? `The run is over: ${outcome}.` : "The run stopped unexpectedly.";
     text(
       ended,

@@ -75,21 +75,24 @@ export class FaultTools {
 
   #arm({ spec, fields }, point) {
     if (!byId("fault-fields").reportValidity()) return;
-    const values = Object.fromEntries([...fields].map(([key, { input }]) => [key, input.valueAsNumber]));
+    const valueOf = (input) => (input.localName === "select" ? input.value : input.valueAsNumber);
+    const values = Object.fromEntries([...fields].map(([key, { input }]) => [key, valueOf(input)]));
     this.#orders.arm(ownFault(spec, values, point));
   }
 }
 
-/** Creates the field of an argument: `{element, input}`. */
-function field({ key, label: words, unit, about, from, to, is_whole, default: value }) {
-  const input = el("input", {
-    type: "number",
-    min: from,
-    max: to,
-    step: is_whole ? 1 : "any",
-    value,
-    required: value === null,
-    "data-field": key,
-  });
+/** Creates the field of an argument: `{element, input}`. An argument with names has a list of them. */
+function field({ key, label: words, unit, about, from, to, is_whole, default: value, names }) {
+  const input = names
+    ? el("select", { "data-field": key }, ...names.map((name) => el("option", { value: name }, name)))
+    : el("input", {
+        type: "number",
+        min: from,
+        max: to,
+        step: is_whole ? 1 : "any",
+        value,
+        required: value === null,
+        "data-field": key,
+      });
   return { input, element: el("label", { class: "inline", title: sentence(about) }, words, input, unit) };
 }

@@ -3,8 +3,8 @@
 
 /** The maximum number of chunks in memory. */
 const MAX_CHUNKS = 24;
-/** The number of views in a chunk, times the number of robots. */
-const ROBOT_VIEWS_PER_CHUNK = 1200;
+/** The number of views in the overview of a run. */
+const OVERVIEW = 300;
 
 export class Log {
   /** The number of views, and the simulated time between two of them, ms. */
@@ -29,7 +29,7 @@ export class Log {
     this.#every = run.log.every;
     this.count = Math.floor(run.log.ticks / run.log.every) + 1;
     this.step_ms = run.scenario.step_ms * run.log.every;
-    this.#size = Math.max(40, Math.min(400, Math.round(ROBOT_VIEWS_PER_CHUNK / run.scenario.robots.length)));
+    this.#size = run.log.chunk;
     this.#arrived = arrived;
     this.#failed = failed;
   }
@@ -62,10 +62,10 @@ export class Log {
     return this.#api.get(`/api/bends?robot=${rank}`);
   }
 
-  /** Returns some hundred views of the whole run. */
+  /** Returns some hundred views of the whole run, with only the poses and states of the robots. */
   async overview() {
-    const step = Math.max(1, Math.ceil(this.count / this.#size)) * this.#every;
-    return this.#api.get(`/api/views?from=0&count=${this.#size}&step=${step}`);
+    const step = Math.max(1, Math.ceil(this.count / OVERVIEW)) * this.#every;
+    return this.#api.get(`/api/views?from=0&count=${OVERVIEW}&step=${step}&brief=true`);
   }
 
   #chunk(level, chunk) {

@@ -7,13 +7,14 @@ use robot_agent::args::AgentArgs;
 
 /// Run one robot of a mission, with its allocator and controller, connected to the world and the team over zenoh.
 #[derive(Parser)]
-#[command(version)]
+#[command(name = "robot-agent", version = launch::VERSION)]
 struct AgentCli {
     #[command(flatten)]
     agent: AgentArgs,
 }
 
 fn main() -> ExitCode {
+    proto::program_build::set(launch::BUILD);
     cluster::session::prepare_process();
     robot_agent::args::log_to_stderr();
     AgentCli::parse()

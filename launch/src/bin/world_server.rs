@@ -7,13 +7,14 @@ use world_server::args::{WorldArgs, log_to_stderr};
 
 /// Run the world of a mission: physics, sensing and the step clock. Without a scenario it runs the default mission.
 #[derive(Parser)]
-#[command(version)]
+#[command(name = "world-server", version = launch::VERSION)]
 struct WorldCli {
     #[command(flatten)]
     world: WorldArgs,
 }
 
 fn main() -> ExitCode {
+    proto::program_build::set(launch::BUILD);
     cluster::session::prepare_process();
     log_to_stderr();
     WorldCli::parse().world.run(&launch::program_content())

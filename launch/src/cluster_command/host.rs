@@ -1,4 +1,4 @@
-//! `alliance host`: the daemon of another host in a run, and `alliance router`: the same without agent processes.
+//! `alliance cluster host`: the daemon of another host in a run, and `alliance cluster router`: the same without agent processes.
 
 use std::io;
 use std::path::PathBuf;
@@ -19,25 +19,38 @@ use proto::process::ProcessAction;
 use scenario::names::is_name;
 use terminal::stderr_line;
 use tokio::signal::unix::{Signal, SignalKind, signal};
-use tokio::time::sleep;
+use tokio::time::{Instant, sleep};
 
 use crate::run::bus::{BusMessage, LauncherBus};
+use crate::run::child_processes::Ending;
 use crate::run::crew::AgentProcesses;
-use crate::run::supervise::{GRACE, end_processes};
+use crate::run::supervise::end_processes;
 use crate::runtime;
 use cluster::host_router::Relay;
 
-/// The interval between checks of processes and the world if no order arrives.
+/// The interval between checks of processes if no order arrives.
 const INTERVAL: Duration = Duration::from_millis(200);
 
-/// Start, signal and watch the agents of one host in runs over several machines, one run after another
+/// The time for agents to end by themselves when the world is gone.
+const FAREWELL: Duration = Duration::from_secs(1);
+
+/// The end of a run for its host.
+enum HostEnd {
+    /// The run is over, or the host has no agents that could tell.
+    Over,
+    /// The world or the connection to it is gone before the end of this run.
+    Lost(String),
+    Interrupted,
+}
+
+/// Start and watch one host's agents, in one run after another
 #[derive(Args, Clone, Debug)]
 pub struct HostCommand {
     /// Name of this host, as given to the world
     #[arg(long, value_name = "HOST", value_parser = host_name)]
     name: String,
     #[command(flatten)]
-    far: RemoteArgs,
+    remote: RemoteArgs,
     /// Folder for the output of the agents [default: runs/RUN.HOST]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -46,14 +59,14 @@ pub struct HostCommand {
     once: bool,
 }
 
-/// Route messages between a remote host's robots, which are started by hand, and the world
+/// Connect one host's robots, started by hand, to the world
 #[derive(Args, Clone, Debug)]
 pub struct RouterCommand {
     /// Name of this host, as given to the world
     #[arg(long, value_name = "HOST", value_parser = host_name)]
     name: String,
     #[command(flatten)]
-    far: RemoteArgs,
+    remote: RemoteArgs,
     /// Also listen for robots on a network, such as at tls/10.0.0.2:7447
     #[arg(long, value_name = "LOCATOR")]
     listen: Vec<String>,
@@ -69,7 +82,7 @@ impl HostCommand {
     /// failed.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        let daemon = Daemon::new(&self.name, &self.far, &[], self.once);
+        let daemon = Daemon::new(&self.name, &self.remote, &[], self.once);
         let daemon = daemon.map(|daemon| Daemon {
             starts_agents: true,
             out: self.out.clone(),
@@ -83,7 +96,7 @@ impl RouterCommand {
     /// Routes messages until it is interrupted. The exit status is that of [`HostCommand::run`].
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        let daemon = Daemon::new(&self.name, &self.far, &self.listen, self.once);
+        let daemon = Daemon::new(&self.name, &self.remote, &self.listen, self.once);
         serve("router", daemon)
     }
 }
@@ -100,13 +113,13 @@ struct Daemon {
 }
 
 impl Daemon {
-    fn new(name: &str, far: &RemoteArgs, listen: &[String], once: bool) -> anyhow::Result<Self> {
+    fn new(name: &str, remote: &RemoteArgs, listen: &[String], once: bool) -> anyhow::Result<Self> {
         let mut places = Vec::new();
         for at in listen {
-            let locator = Locator::from_option(at, far.unencrypted).context("--listen")?;
+            let locator = Locator::from_option(at, remote.unencrypted).context("--listen")?;
             places.push(locator.to_string());
         }
-        let (login, keys) = far.login(&identity::host(name))?.context(
+        let (login, keys) = remote.login(&identity::host(name))?.context(
             "the address of the world is missing; give --connect LOCATOR and --keys DIR",
         )?;
         Ok(Self {
@@ -120,11 +133,11 @@ impl Daemon {
         })
     }
 
-    /// Takes part in one run. Returns `true` if the daemon was interrupted.
-    async fn take_part(&self, signals: &mut Signals) -> anyhow::Result<bool> {
+    /// Takes part in one run.
+    async fn take_part(&self, signals: &mut Signals) -> anyhow::Result<HostEnd> {
         let relay = tokio::select! {
             relay = Relay::open(&self.name, &self.login, &self.keys, &self.listen) => relay?,
-            () = signals.interrupted() => return Ok(true),
+            () = signals.interrupted() => return Ok(HostEnd::Interrupted),
         };
         let robots = relay.enlisted.robots.join(", ");
         say(&format!("run {}: robots {robots}", relay.run));
@@ -141,13 +154,50 @@ impl Daemon {
                 say(&format!("{robot} is process {pid}"));
             }
         }
-        let interrupted = self.watch(&relay, &mut crew, &mut bus, signals).await;
-        end_processes(crew.all().collect(), GRACE, &say).await;
+        let is_interrupted = self.watch(&relay, &mut crew, &mut bus, signals).await;
+        let until = Instant::now() + FAREWELL;
+        while matches!(is_interrupted, Ok(false)) && crew.is_any_alive() && Instant::now() < until {
+            crew.poll(Some(&mut bus), &say, true).await?;
+            sleep(FAREWELL / 50).await;
+        }
+        // An agent that has received the end of the run returns 0. Without it, an agent waits for the world.
+        let is_over = crew.agents.is_empty()
+            || crew
+                .agents
+                .iter()
+                .any(|agent| agent.ending() == Some(Ending::Exit(0)));
+        end_processes(crew.all().collect(), Duration::ZERO, &say).await;
+        let run = relay.run.clone();
         relay.close().await;
-        interrupted
+        Ok(match (is_interrupted?, is_over) {
+            (true, _) => HostEnd::Interrupted,
+            (false, true) => {
+                say(&format!("run {run} is over"));
+                HostEnd::Over
+            }
+            (false, false) => {
+                say(&format!("run {run}: the world is gone"));
+                HostEnd::Lost(run)
+            }
+        })
     }
 
-    /// Handles orders and process changes until the run is over. Returns `true` if the daemon was interrupted.
+    /// Returns whether the daemon takes part in another run, or again in the same one.
+    async fn continues_after(&self, end: HostEnd, signals: &mut Signals) -> bool {
+        match end {
+            HostEnd::Interrupted => {
+                say(&format!("host {}: ended by a signal", self.name));
+                false
+            }
+            HostEnd::Lost(run) if self.once => tokio::select! {
+                returns = remote::does_return(&self.login, &run) => returns,
+                () = signals.interrupted() => false,
+            },
+            HostEnd::Over | HostEnd::Lost(_) => !self.once,
+        }
+    }
+
+    /// Handles orders and process changes until the world is gone. Returns `true` if the daemon was interrupted.
     async fn watch(
         &self,
         relay: &Relay,
@@ -159,6 +209,7 @@ impl Daemon {
         loop {
             tokio::select! {
                 () = signals.interrupted() => return Ok(true),
+                () = relay.lost() => return Ok(false),
                 _ = children.recv() => {}
                 call = bus.call() => if let BusMessage::Order(order, query) = call {
                     let done = crew.execute(&order).await;
@@ -170,12 +221,6 @@ impl Daemon {
                 () = sleep(INTERVAL) => {}
             }
             crew.poll(Some(bus), &say, false).await?;
-            // Agents that have lost the world try to reconnect for a while.
-            let is_any_alive = crew.agents.iter().any(|agent| agent.ending().is_none());
-            if !is_any_alive && !remote::is_world_there(&relay.session, &relay.keys).await {
-                say(&format!("run {} is over", relay.run));
-                return Ok(false);
-            }
         }
     }
 }
@@ -198,7 +243,7 @@ fn serve(command: &str, daemon: anyhow::Result<Daemon>) -> ExitCode {
     let daemon = match daemon {
         Ok(daemon) => daemon,
         Err(error) => {
-            stderr_line!("alliance {command}: {error:#}");
+            stderr_line!("alliance cluster {command}: {error:#}");
             return ExitCode::from(2);
         }
     };
@@ -211,14 +256,17 @@ fn serve(command: &str, daemon: anyhow::Result<Daemon>) -> ExitCode {
             if matches!(daemon.keys, KeyFiles::Memory(_)) {
                 end_with_input();
             }
-            while !daemon.take_part(&mut signals).await? && !daemon.once {}
+            while daemon
+                .continues_after(daemon.take_part(&mut signals).await?, &mut signals)
+                .await
+            {}
             anyhow::Ok(())
         })
     });
     match served {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            stderr_line!("alliance {command}: {error:#}");
+            stderr_line!("alliance cluster {command}: {error:#}");
             ExitCode::from(3)
         }
     }

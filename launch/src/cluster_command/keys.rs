@@ -1,4 +1,4 @@
-//! `alliance keys`: certificates and secrets that authenticate the members of a team on several machines.
+//! `alliance cluster keys`: certificates and secrets that authenticate the members of a team on several machines.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -18,7 +18,7 @@ use cluster::file::{Cluster, HostEntry};
 use cluster::store;
 use cluster::team::{Team, robot_names};
 
-/// Create certificates and secrets for a team on several machines.
+/// Create certificates and secrets for a team on several machines
 #[derive(Args, Clone, Debug)]
 pub struct KeysCommand {
     /// Cluster file; with --at, a built-in scenario or a TOML file
@@ -29,7 +29,7 @@ pub struct KeysCommand {
     /// Address or name by which others connect to the world; repeatable
     #[arg(long, value_name = "ADDRESS", value_parser = address)]
     at: Vec<String>,
-    /// Machine that runs `alliance host` or `alliance router`, and the addresses by which others connect to it; repeatable
+    /// Host of robots, with the addresses by which others connect to it; repeatable
     #[arg(long = "host", value_name = "NAME[=ADDRESS,…]", value_parser = host, requires = "at")]
     hosts: Vec<HostEntry>,
     /// Folder to create [default: keys, or the folder in the cluster file]
@@ -54,12 +54,16 @@ impl KeysCommand {
             Err(error) => (2, error),
             Ok((team, folder)) => match self.carry_out(&team, &folder) {
                 Ok(text) => {
-                    return terminal::print_result("alliance keys", text, ExitCode::SUCCESS);
+                    return terminal::print_result(
+                        "alliance cluster keys",
+                        text,
+                        ExitCode::SUCCESS,
+                    );
                 }
                 Err(error) => (3, error),
             },
         };
-        stderr_line!("alliance keys: {error:#}");
+        stderr_line!("alliance cluster keys: {error:#}");
         ExitCode::from(status)
     }
 
@@ -76,7 +80,7 @@ impl KeysCommand {
             "{folder}: keys of {} members, valid for {days}\n\n",
             members.len()
         );
-        Ok(text + &distribution(&team))
+        Ok(text + &distribution(team))
     }
 
     /// Returns the team and the folder of its keys.

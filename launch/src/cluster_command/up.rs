@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, bail};
-use clap::{Args, Subcommand};
+use clap::Args;
 use cluster::key_files::{KeyFiles, STANDARD_INPUT};
 use cluster::keyring::Keyring;
 use cluster::locator::Transport;
@@ -17,48 +17,32 @@ use crate::run::args::{RemoteSettings, RunCommand};
 use cluster::file::Cluster;
 use cluster::start::StartPlan;
 
-/// Run a mission over several machines
-#[derive(Args, Clone, Debug)]
-pub struct ClusterCommand {
-    #[command(subcommand)]
-    what: ClusterAction,
-}
-
-#[derive(Subcommand, Clone, Debug)]
-enum ClusterAction {
-    Up(Box<Up>),
-}
-
 /// Start the world and the robots of this host, and wait for the other hosts
 #[derive(Args, Clone, Debug)]
-struct Up {
+pub struct Up {
     /// Cluster file: scenario, hosts, the robots of each host, and the address of the world
     #[arg(value_name = "CLUSTER.toml")]
     cluster: PathBuf,
-    /// Start `alliance host` on each other host with this shell command, such as 'ssh {at} alliance'; {name} and {at} are the host's
-    /// name and address, and new keys are sent by standard input
+    /// Start the other hosts by a command with {name} and {at} (a host's name and address), with new keys
     #[arg(long, value_name = "COMMAND")]
     start: Option<String>,
     #[command(flatten)]
     run: RunCommand,
 }
 
-impl ClusterCommand {
+impl Up {
     /// Runs the command. The exit status is that of `alliance run`.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        let ClusterAction::Up(up) = &self.what;
-        match up.command() {
+        match self.command() {
             Ok(command) => command.run(),
             Err(error) => {
-                stderr_line!("alliance cluster: {error:#}");
+                stderr_line!("alliance cluster up: {error:#}");
                 ExitCode::from(2)
             }
         }
     }
-}
 
-impl Up {
     /// Returns the `alliance run` command for the cluster file.
     fn command(&self) -> anyhow::Result<RunCommand> {
         let (cluster, scenario) = Cluster::read(&self.cluster, |asked| {

@@ -91,6 +91,7 @@ pub struct NoArguments;
 #[derive(Args, Clone, Debug)]
 pub struct OneRobot {
     /// Name of the robot
+    #[arg(value_name = "ROBOT")]
     robot: String,
 }
 
@@ -164,6 +165,7 @@ pub struct RadioArgs {
 #[derive(Args, Clone, Debug)]
 pub struct SensorArgs {
     /// Name of the robot
+    #[arg(value_name = "ROBOT")]
     robot: String,
     /// Name of the sensor
     #[arg(value_parser = device())]
@@ -182,11 +184,12 @@ pub struct SensorArgs {
 #[derive(Args, Clone, Debug)]
 pub struct ActuatorArgs {
     /// Name of the robot
+    #[arg(value_name = "ROBOT")]
     robot: String,
     /// Failure mode, such as dead or slowed
     #[arg(value_parser = ACTUATOR_MODES)]
     mode: String,
-    /// Size: for slowed the remaining share of the speed; for turn-bias degrees/s; for one-wheel left or right
+    /// Size: slowed: remaining share of the speed; turn-bias: degrees/s; one-wheel: left or right
     #[arg(value_name = "SIZE", allow_negative_numbers = true)]
     size: Option<String>,
 }
@@ -194,6 +197,7 @@ pub struct ActuatorArgs {
 #[derive(Args, Clone, Debug)]
 pub struct SkillArgs {
     /// Name of the robot
+    #[arg(value_name = "ROBOT")]
     robot: String,
     /// Name of the skill in the scenario
     skill: String,
@@ -224,6 +228,7 @@ pub struct ObstacleArgs {
 #[derive(Args, Clone, Debug)]
 pub struct MoveRobotArgs {
     /// Name of the robot
+    #[arg(value_name = "ROBOT")]
     robot: String,
     /// New center: x, m
     #[arg(value_name = "X", allow_negative_numbers = true)]

@@ -3,7 +3,7 @@
 use clap::error::ErrorKind;
 use clap::{Arg, ArgMatches, Args, Command, Error, FromArgMatches, Subcommand};
 use missions::Registry;
-use scenario::fault::{FaultArgument, FaultSpec, MissionFault};
+use scenario::fault::{FaultArgument, FaultRange, FaultSpec, FaultValue, MissionFault};
 
 use super::timing::Timing;
 
@@ -44,6 +44,24 @@ impl Subcommand for OwnFault {
     }
 }
 
+/// Returns the example of a mission's fault; `None` if no mission has a fault with this name.
+pub fn example_of(name: &str) -> Option<String> {
+    specs().iter().find(|spec| spec.name == name).map(example)
+}
+
+/// Returns a command line with the required arguments of a fault, all of which accept the number.
+fn example(spec: &FaultSpec) -> String {
+    let required = spec
+        .arguments
+        .iter()
+        .filter(|argument| argument.default.is_none());
+    format!(
+        "alliance fault {}{}",
+        spec.name,
+        " 2".repeat(required.count())
+    )
+}
+
 impl FromArgMatches for OwnFault {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
         let missing = || Error::new(ErrorKind::MissingSubcommand);
@@ -52,10 +70,13 @@ impl FromArgMatches for OwnFault {
         let spec = specs.iter().find(|spec| spec.name == name);
         let spec = spec.ok_or_else(missing)?;
         let stated = spec.arguments.iter().filter_map(|argument| {
-            let by_place = matches.get_one::<f64>(argument.key);
-            let by_name = || matches.try_get_one::<f64>(&named(argument)).ok().flatten();
-            let value = by_place.or_else(by_name).copied();
-            Some((argument.key.to_owned(), value.or(argument.default)?))
+            let value = match argument.range {
+                FaultRange::Name => value_of::<String>(matches, argument).map(FaultValue::Name),
+                _ => value_of(matches, argument)
+                    .or(argument.default)
+                    .map(FaultValue::Number),
+            };
+            Some((argument.key.to_owned(), value?))
         });
         Ok(Self {
             fault: MissionFault {
@@ -72,34 +93,42 @@ impl FromArgMatches for OwnFault {
     }
 }
 
-/// Adds an argument to a fault command. A required argument is positional, and also an option as in the text form of the fault. An
-/// argument with a default is an option only.
+/// Returns the value of an argument that was given by place or by name.
+fn value_of<T: Clone + Send + Sync + 'static>(
+    matches: &ArgMatches,
+    argument: &FaultArgument,
+) -> Option<T> {
+    let by_place = matches.get_one::<T>(argument.key);
+    by_place
+        .or_else(|| matches.get_one(&named(argument)))
+        .cloned()
+}
+
+/// Adds an argument to a fault command. It is positional, and also an option as in the text form of the fault.
 fn with_argument(command: Command, argument: &FaultArgument) -> Command {
     let (stem, _) = argument.stem_and_unit();
-    let number = |id: String| {
-        Arg::new(id)
-            .value_name(stem.to_uppercase())
-            .value_parser(clap::value_parser!(f64))
-            .allow_negative_numbers(true)
+    let is_name = argument.range == FaultRange::Name;
+    let with_id = |id: String| {
+        let value = Arg::new(id).value_name(stem.to_uppercase());
+        if is_name {
+            value.value_parser(clap::value_parser!(String))
+        } else {
+            value
+                .value_parser(clap::value_parser!(f64))
+                .allow_negative_numbers(true)
+        }
     };
     let help = sentence(argument.about);
-    match argument.default {
-        Some(default) => {
-            let help = format!("{help} [default: {default}]");
-            command.arg(
-                number(argument.key.to_owned())
-                    .long(long(argument))
-                    .help(help),
-            )
-        }
-        None => {
-            let by_name = named(argument);
-            let by_place = number(argument.key.to_owned());
-            command
-                .arg(by_place.required_unless_present(&by_name).help(help))
-                .arg(number(by_name).long(long(argument)).hide(true))
-        }
-    }
+    let by_name = named(argument);
+    let by_place = with_id(argument.key.to_owned());
+    let by_place = match argument.default {
+        Some(_) if is_name => by_place.help(format!("{help} [default: the first]")),
+        Some(default) => by_place.help(format!("{help} [default: {default}]")),
+        None => by_place.required_unless_present(&by_name).help(help),
+    };
+    command
+        .arg(by_place.conflicts_with(&by_name))
+        .arg(with_id(by_name).long(long(argument)).hide(true))
 }
 
 fn named(argument: &FaultArgument) -> String {

@@ -19,7 +19,9 @@ use terminal::stderr_line;
 
 use crate::control::{ControlArgs, print, unexpected};
 
-/// Inject, list and clear faults in a live run.
+pub(crate) use mission_fault::example_of;
+
+/// Inject, list and clear faults in a live run
 #[derive(Args, Clone, Debug)]
 #[command(arg_required_else_help = true)]
 pub struct FaultArgs {
@@ -27,7 +29,7 @@ pub struct FaultArgs {
     action: Option<Action>,
     #[command(flatten)]
     control: ControlArgs,
-    /// Print the JSON Schema of the control topic's requests; the key `reply` contains that of the replies
+    /// Print the JSON Schema of control requests, and of replies (key `reply`)
     #[arg(long)]
     schema: bool,
 }

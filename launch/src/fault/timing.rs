@@ -6,14 +6,15 @@ use scenario::time::seconds;
 
 // No doc comment, because clap would use it as the description of the mission's fault commands.
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Time")]
 pub struct Timing {
-    /// Simulated time at which the fault starts, such as 60s, 1.5s or 2min; a past time means now
+    /// Simulated time of its start, such as 60s or 2min; a past time means now
     #[arg(long = "at", value_name = "TIME", value_parser = seconds)]
     at_s: Option<f64>,
     /// Repeat the fault at this interval
     #[arg(long = "every", value_name = "TIME", value_parser = seconds)]
     every_s: Option<f64>,
-    /// Next event that starts the fault: "ROBOT|any VERB [SUBJECT]", as in "blue activates report-progress"
+    /// Event that starts it: "ROBOT|any VERB [SUBJECT]", as in "blue picks any"
     #[arg(long, value_name = "EVENT")]
     when: Option<EventTrigger>,
     /// Duration [default: until it is cleared]

@@ -1,8 +1,8 @@
 //! The constant description of a run for the page.
 
-use scenario::fault::{Device, Fault, FaultSpec};
+use scenario::fault::{Device, Fault, FaultRange, FaultSpec};
 use scenario::mission::registry::Mission;
-use scenario::{Room, Setup};
+use scenario::{Scenario, Setup};
 use serde_json::{Value, json};
 
 /// Returns the answer to `GET /api/run`: catalog, setup and possible faults. `mode`, `folder` and `log` depend on the source of the run.
@@ -22,14 +22,13 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
         .map(|set| json!({"name": set.name, "task": set.task}))
         .collect();
     let terms = catalog.mission.vocabulary();
-    let room = setup.scenario.room;
     let mission_faults = catalog.mission.faults().iter();
     let mission = json!({
         "name": catalog.mission.name(),
         "columns": terms.columns,
         "events": terms.events,
         "bulletins": terms.bulletins,
-        "faults": mission_faults.map(|spec| mission_fault(spec, room)).collect::<Vec<_>>(),
+        "faults": mission_faults.map(|spec| mission_fault(spec, &setup.scenario)).collect::<Vec<_>>(),
     });
     let setup_file = json!(setup);
     json!({
@@ -71,10 +70,12 @@ fn momentary(mission: Mission) -> Vec<&'static str> {
 }
 
 /// Returns a fault of the mission with its arguments. `place` and `item` name the arguments that select a position or an item.
-fn mission_fault(spec: &FaultSpec, room: Room) -> Value {
+fn mission_fault(spec: &FaultSpec, scenario: &Scenario) -> Value {
     let arguments = spec.arguments.iter().map(|argument| {
         let (stem, unit) = argument.stem_and_unit();
-        let (from, to) = argument.range.bounds(room);
+        let (from, to) = argument.range.bounds(scenario.room);
+        let names = (argument.range == FaultRange::Name)
+            .then(|| scenario.mission().fault_names(scenario, argument.key));
         json!({
             "key": argument.key,
             "label": stem.replace('_', " "),
@@ -84,6 +85,7 @@ fn mission_fault(spec: &FaultSpec, room: Room) -> Value {
             "to": to,
             "is_whole": argument.range.is_whole(),
             "default": argument.default,
+            "names": names,
         })
     });
     json!({
@@ -136,7 +138,7 @@ mod tests {
         let argument = |key: &str, label: &str, unit: &str, about: &str| {
             json!({
                 "key": key, "label": label, "unit": unit, "about": about,
-                "from": 0.0, "to": 12.0, "is_whole": false, "default": null,
+                "from": 0.0, "to": 12.0, "is_whole": false, "default": null, "names": null,
             })
         };
         assert_eq!(shake["arguments"][0], argument("x_m", "x", "m", "where, m"));
@@ -144,7 +146,7 @@ mod tests {
             shake["arguments"][2],
             json!({
                 "key": "times", "label": "times", "unit": "", "about": "how often",
-                "from": 1.0, "to": 9.0, "is_whole": true, "default": 1.0,
+                "from": 1.0, "to": 9.0, "is_whole": true, "default": 1.0, "names": null,
             })
         );
     }

@@ -12,11 +12,12 @@ use proto::secret;
 const TOKEN: &str = "ALLIANCE_PAGE_TOKEN";
 
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Page")]
 pub struct LinkArgs {
     /// Port of the page on this machine [default: a free port]
     #[arg(long, value_name = "PORT")]
     pub port: Option<u16>,
-    /// Open the page in a browser; other users of this machine may then see the link in the list of processes
+    /// Open the page in a browser; the process list then shows the link
     #[arg(long)]
     pub open: bool,
 }

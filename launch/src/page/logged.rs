@@ -1,17 +1,17 @@
-//! A finished run in memory, for display in any order of ticks.
+//! A finished run in memory, for display in any order of ticks. The memory is bounded: views and curves of long runs are thinned.
 
 use missions::Registry;
 use std::future::Future;
 use std::path::Path;
 use std::time::Duration;
 
-use analysis::replay_views::retrace;
+use analysis::replay_views::retrace_into;
 use axum::extract::ws::WebSocket;
 use proto::control::AgentState;
 use proto::event::EventLine;
 use proto::tick::Outcome;
-use proto::view::{Corner, MESSAGES_MAX, View};
-use run_log::{EventRow, LogLevel, RunLog, RunOutcome};
+use proto::view::{Corner, View};
+use run_log::{EventRow, LogLevel, MemoryLog, RunLog, RunOutcome};
 use scenario::ids::{RobotId, Tick};
 use scenario::time::SimTime;
 use serde_json::{Value, json};
@@ -19,12 +19,8 @@ use tokio::sync::watch;
 use tokio::time::timeout;
 
 use super::about::about;
-
-/// The maximum number of views in memory. Longer runs keep every second, third, … tick.
-const VIEWS_MAX: u64 = 20_000;
-
-/// The maximum number of robots in all views together; each needs about half a kilobyte.
-const ROBOTS_MAX: u64 = 400_000;
+use super::corners::Corners;
+use super::views::{Views, remove_idle_sets};
 
 /// The time without an open page after which the server ends.
 const DESERTED: Duration = Duration::from_secs(5);
@@ -35,10 +31,8 @@ pub const COUNT_MAX: u64 = 1000;
 /// The data of `GET /api/run`, `/api/views`, `/api/bends` and `/api/events`.
 pub struct Logged {
     about: Value,
-    views: Vec<View>,
-    every: u64,
-    /// The corners of all curves of motivation, by robot rank.
-    bends: Vec<Vec<Corner>>,
+    views: Views,
+    corners: Corners,
     events: Vec<EventLine>,
     pages: watch::Sender<usize>,
     interrupted: bool,
@@ -53,42 +47,29 @@ impl Logged {
     /// If the folder contains no run, or a run without a complete tick.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
         let logged = RunLog::open(folder, &Registry::current().vocabulary())?;
-        let team = logged.run.setup.scenario.robots.len().max(1) as u64;
-        let views_max = (ROBOTS_MAX / team).clamp(1, VIEWS_MAX);
-        let every = logged.run.result.ticks.max(last_tick(&logged)) / views_max + 1;
-        let mut views = Vec::new();
-        let mut messages = Vec::new();
-        let mut left_out = 0;
-        let mut bends = vec![Vec::new(); logged.run.setup.scenario.robots.len()];
-        let step = SimTime(logged.run.setup.scenario.step_ms);
-        let mut ends = Vec::new();
-        let replayed = retrace(&logged, LogLevel::Summary, |mut view| {
-            messages.append(&mut view.messages);
-            left_out += view.messages_left_out;
-            for bend in view.bends.drain(..) {
-                bends[bend.robot.index()].push(bend);
-            }
-            ends = last_levels(&view, step);
-            if view.tick % every == 0 {
-                let surplus = messages.len().saturating_sub(MESSAGES_MAX);
-                view.messages = messages.drain(..).skip(surplus).collect();
-                view.messages_left_out = std::mem::take(&mut left_out) + surplus as u64;
-                views.push(view);
+        let scenario = &logged.run.setup.scenario;
+        let step = SimTime(scenario.step_ms);
+        let mut views = Views::new();
+        let mut corners = Corners::new(scenario.robots.len(), step);
+        let memory = MemoryLog::default();
+        let replayed = retrace_into(&logged, LogLevel::Summary, memory, |simulation| {
+            corners.add(simulation.take_corners());
+            if views.wants(simulation.tick()) {
+                let mut view = simulation.view();
+                remove_idle_sets(&mut view);
+                views.add(view);
             }
         })?;
-        for bend in ends {
-            bends[bend.robot.index()].push(bend);
-        }
-        let events = replayed
-            .log
-            .each_row()
-            .map(|row| row.map(line))
-            .collect::<Result<Vec<_>, _>>()?;
-        let ticks = replayed.log.run.result.ticks;
+        corners.add(last_levels(&replayed.end, step));
+        let log = RunLog::from_memory(&replayed.sink, &Registry::current().vocabulary())?;
+        let events = log.each_row().map(|row| row.map(line));
+        let events = events.collect::<Result<Vec<_>, _>>()?;
+        let result = &replayed.run.result;
         let log = json!({
-            "ticks": ticks,
-            "every": every,
-            "duration_ms": replayed.log.run.result.sim_time_ms,
+            "ticks": result.ticks,
+            "every": views.every(),
+            "chunk": views.chunk(),
+            "duration_ms": result.sim_time_ms,
             "outcome": logged.run.outcome,
             "hash": logged.run.hash,
             "warning": replayed.differs,
@@ -106,8 +87,7 @@ impl Logged {
         Ok(Self {
             about,
             views,
-            every,
-            bends,
+            corners,
             events,
             pages: watch::Sender::new(0),
             interrupted: logged.run.outcome == RunOutcome::Ended(Outcome::Interrupted),
@@ -159,7 +139,7 @@ impl Logged {
         (0..count.min(COUNT_MAX))
             .map_while(|index| {
                 let tick = from.checked_add(index.checked_mul(step.max(1))?)?;
-                self.views.get(usize::try_from(tick / self.every).ok()?)
+                self.views.at(tick)
             })
             .collect()
     }
@@ -167,7 +147,7 @@ impl Logged {
     /// Returns the corners of all curves of a robot by time; empty for an unknown robot.
     #[must_use]
     pub fn corners(&self, rank: usize) -> &[Corner] {
-        self.bends.get(rank).map_or(&[], Vec::as_slice)
+        self.corners.of(rank)
     }
 
     #[must_use]
@@ -192,11 +172,6 @@ fn last_levels(view: &View, step: SimTime) -> Vec<Corner> {
             })
         })
         .collect()
-}
-
-/// Returns the number of ticks in a log without an end.
-fn last_tick(logged: &RunLog) -> Tick {
-    logged.last.map_or(0, |last| last.tick + 1)
 }
 
 fn line(row: EventRow) -> EventLine {

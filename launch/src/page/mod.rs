@@ -1,6 +1,6 @@
 //! The page: display and control of a run in a browser on this machine.
 //!
-//! - [`watch`]: `alliance watch`, the page of a live run in a separate process. [`view`]: `alliance view`, the page of a finished run.
+//! - [`watch`]: `alliance watch`. [`view`]: the page of a finished run.
 //! - [`link`]: socket, token and link. `gate`: access control. `server`: the HTTP server. `assets`: the files of `launch/page/`.
 //! - `live`: a live run, received over the bus. `past`: the history for pages that open later. `logged`: a finished run, from its log.
 //!
@@ -14,7 +14,7 @@
 //! | `GET /api/run` | mode `live` or `log`, seed, scenario and ALLIANCE parameters as in run.json, catalog of tasks and behavior sets, length of a log |
 //! | WebSocket `/api/live` | first `{"past": {"views", "messages", "bends", "events"}}`; then `{"view"}` (the newest [`View`](proto::view::View) without its messages and bends), `{"messages": {"receptions", "left_out"}}` and `{"bends"}` (of the view), `{"events"}` (rows of events.csv) and `{"missed"}` (the number of frames of the latter three that a slow page lost); finally `{"ended": {"outcome", "folder"}}`, unless only this server ends |
 //! | `POST /api/control` | a command as in `docs/CONTROL.md`; returns the world's reply |
-//! | `GET /api/views?from=TICK&count=N&step=K` | of a finished run: at most 1000 views |
+//! | `GET /api/views?from=TICK&count=N&step=K&brief=true` | of a finished run: at most 1000 views; with `brief` only the poses and states of the robots |
 //! | `GET /api/bends?robot=RANK` | of a finished run: the corners of all curves of motivations of that robot ([`Corner`](proto::view::Corner)) |
 //! | WebSocket `/api/page` | of a finished run: nothing; it stays open as long as the page |
 //! | `GET /api/events` | of a finished run: all rows of events.csv |
@@ -23,6 +23,7 @@
 
 mod about;
 mod assets;
+mod corners;
 mod gate;
 pub mod link;
 mod live;
@@ -30,6 +31,7 @@ pub(crate) mod logged;
 mod past;
 pub mod server;
 pub mod view;
+mod views;
 pub mod watch;
 
 /// Runs a file of `launch/page-tests/` with `node --test`. Without Node.js it fails, or is skipped with `ALLIANCE_SKIP_TESTS=1`.

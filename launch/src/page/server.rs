@@ -27,6 +27,7 @@ use super::assets;
 use super::gate::{AccessControl, SUBPROTOCOL};
 use super::live::Live;
 use super::logged::Logged;
+use super::views::in_brief;
 
 /// The maximum size of a command in bytes, as on the control topic.
 const COMMAND_MAX: usize = 256 * 1024;
@@ -43,7 +44,7 @@ const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-
 
 pub enum Shown {
     Live(Arc<Live>),
-    Logged(Logged),
+    Logged(Box<Logged>),
 }
 
 /// Serves the page until `until` resolves, and then at most for the returned time.
@@ -78,7 +79,7 @@ pub async fn serve(
                 .route("/api/page", get(accompany))
                 .route("/api/bends", get(bends))
                 .route("/api/events", get(events))
-                .with_state(Arc::new(logged)),
+                .with_state(Arc::from(logged)),
         })
         .layer(middleware::from_fn_with_state(gate, guard));
     let (stop, stopped) = oneshot::channel();
@@ -176,6 +177,8 @@ struct ViewsQuery {
     count: u64,
     #[serde(default = "one")]
     step: u64,
+    #[serde(default)]
+    brief: bool,
 }
 
 fn one() -> u64 {
@@ -183,7 +186,12 @@ fn one() -> u64 {
 }
 
 async fn views(State(logged): State<Arc<Logged>>, Query(query): Query<ViewsQuery>) -> Response {
-    Json(logged.views(query.from, query.count, query.step)).into_response()
+    let views = logged.views(query.from, query.count, query.step);
+    if query.brief {
+        let brief: Vec<_> = views.into_iter().map(in_brief).collect();
+        return Json(brief).into_response();
+    }
+    Json(views).into_response()
 }
 
 #[derive(Deserialize)]

@@ -1,11 +1,10 @@
-//! `alliance view`: the page of a finished run.
+//! The page of a finished run.
 
 use std::future::Future;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Context;
-use clap::Args;
 use terminal::stderr_line;
 use tokio::signal::ctrl_c;
 
@@ -13,54 +12,34 @@ use super::link::{LinkArgs, PageLink};
 use super::logged::Logged;
 use super::server::{INTERRUPT_TIMEOUT, Shown, serve};
 
-/// Show a finished run on a page.
-#[derive(Args, Clone, Debug)]
-pub struct ViewCommand {
-    /// Folder of the run
-    folder: PathBuf,
-    #[command(flatten)]
-    link: LinkArgs,
+/// Shows the finished run in `folder` until it is interrupted.
+///
+/// Exit status 0, 2 if the folder contains no usable run or the port is in use, 3 if the server fails.
+pub fn show_folder(folder: &Path, options: &LinkArgs) -> ExitCode {
+    let prepared = PageLink::new(options.port).and_then(|link| Ok((link, Logged::open(folder)?)));
+    let (status, shown) = match prepared {
+        Ok((link, logged)) => (3, show(folder, options, link, logged)),
+        Err(error) => (2, Err(error)),
+    };
+    match shown {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            stderr_line!("alliance watch: {error:#}");
+            ExitCode::from(status)
+        }
+    }
 }
 
-impl ViewCommand {
-    /// Serves the page until it is interrupted.
-    ///
-    /// Exit status 0, 2 if the folder contains no usable run or the port is in use, 3 if the server fails.
-    #[must_use]
-    pub fn run(&self) -> ExitCode {
-        let prepared =
-            PageLink::new(self.link.port).and_then(|link| Ok((link, Logged::open(&self.folder)?)));
-        let (link, logged) = match prepared {
-            Ok(prepared) => prepared,
-            Err(error) => {
-                stderr_line!("alliance view: {error:#}");
-                return ExitCode::from(2);
-            }
-        };
-        match self.serve(link, logged) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(error) => {
-                stderr_line!("alliance view: {error:#}");
-                ExitCode::from(3)
-            }
-        }
+fn show(folder: &Path, options: &LinkArgs, link: PageLink, logged: Logged) -> anyhow::Result<()> {
+    if let Some(warning) = &logged.warning {
+        stderr_line!("{warning}");
     }
-
-    fn serve(&self, link: PageLink, logged: Logged) -> anyhow::Result<()> {
-        if let Some(warning) = &logged.warning {
-            stderr_line!("{warning}");
-        }
-        stderr_line!(
-            "{}: {} (press Ctrl-C to end)",
-            self.folder.display(),
-            link.url()
-        );
-        if self.link.open {
-            // The link has been printed in any case.
-            let _ = link.open().map_err(|error| stderr_line!("{error:#}"));
-        }
-        serve_log(link, logged, std::future::pending())
+    stderr_line!("{}: {} (press Ctrl-C to end)", folder.display(), link.url());
+    if options.open {
+        // The link has been printed in any case.
+        let _ = link.open().map_err(|error| stderr_line!("{error:#}"));
     }
+    serve_log(link, logged, std::future::pending())
 }
 
 /// Shows the log of a run at the link of its live page, until it is interrupted or no page is open. A run that the user ended is not
@@ -98,6 +77,6 @@ fn serve_log(
             }
             INTERRUPT_TIMEOUT
         };
-        serve(listener, token, Shown::Logged(logged), until).await
+        serve(listener, token, Shown::Logged(Box::new(logged)), until).await
     })
 }

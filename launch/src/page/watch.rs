@@ -1,10 +1,14 @@
-//! `alliance watch`: the page of a live run, in a process that only observes. Its failure does not affect the run.
+//! `alliance watch`: the page of a live run, in a process that only observes, or of a finished run. Its failure does not affect a
+//! live run.
 
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use clap::Args;
+use analysis::LATEST;
+use clap::{Args, ValueHint};
 use cluster::rendezvous::Rendezvous;
+use scenario::names::is_name;
 use terminal::stderr_line;
 use tokio::signal::ctrl_c;
 use tokio::time::{Instant, sleep};
@@ -12,15 +16,17 @@ use tokio::time::{Instant, sleep};
 use super::link::{LinkArgs, PageLink};
 use super::live::Live;
 use super::server::{END_OF_RUN_TIMEOUT, INTERRUPT_TIMEOUT, Shown, serve};
+use super::view::show_folder;
 use crate::runtime;
 
 /// The time for a run given by id to be announced.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Serve a page to watch and control a live run.
+/// Show a live or finished run on a page
 #[derive(Args, Clone, Debug)]
 pub struct WatchCommand {
-    /// Id of the run [default: the newest live run]
+    /// Id of a live run, or folder of a finished one [default: the newest live run, else runs/latest]
+    #[arg(value_name = "RUN", value_hint = ValueHint::AnyPath)]
     run: Option<String>,
     #[command(flatten)]
     link: LinkArgs,
@@ -28,16 +34,19 @@ pub struct WatchCommand {
     #[arg(long, hide = true)]
     inherited: bool,
     /// Announce that the launcher shows the log at the same link afterwards
-    #[arg(long, hide = true)]
+    #[arg(long = "stays", hide = true)]
     shows_log_afterwards: bool,
 }
 
 impl WatchCommand {
-    /// Serves the page until the run ends or the command is interrupted.
+    /// Serves the page until a live run ends or the command is interrupted.
     ///
-    /// Exit status 0, 2 if the port is in use, 3 if no run is live or the bus fails.
+    /// Exit status 0, 2 if the folder contains no usable run or the port is in use, 3 if no run is live or the bus fails.
     #[must_use]
     pub fn run(&self) -> ExitCode {
+        if let Some(folder) = self.folder() {
+            return show_folder(folder, &self.link);
+        }
         let link = if self.inherited {
             PageLink::inherited()
         } else {
@@ -85,6 +94,18 @@ impl WatchCommand {
             };
             serve(listener, token, Shown::Live(live), until).await
         })
+    }
+
+    /// Returns the folder of the finished run to show, or `None` for a live run. A live run precedes a folder of the same name.
+    fn folder(&self) -> Option<&Path> {
+        let run = self.run.as_deref();
+        if self.inherited || Rendezvous::find(run).is_ok() {
+            return None;
+        }
+        let folder = Path::new(run.unwrap_or(LATEST));
+        // Text that cannot be an id is a path, so that the message is about a folder.
+        let is_path = folder.exists() || run.is_some_and(|run| !is_name(run));
+        is_path.then_some(folder)
     }
 
     /// Finds the run. Waits a while for a run given by id, because it may be starting.

@@ -41,20 +41,20 @@ pub fn compare(
     kept: LoggedAnswers,
 ) -> anyhow::Result<Box<dyn AnswerSource>> {
     let setup = logged.run.setup.clone();
-    let minds = setup.scenario.external_controllers();
+    let controllers = setup.scenario.external_controllers();
     let mut commands = BTreeMap::new();
     for word in words {
-        let mind = ControllerCommand::parse(word)
+        let command = ControllerCommand::parse(word)
             .map_err(|why| anyhow::anyhow!("--mind {word}: {why}"))?;
-        if !minds.contains(mind.name.as_str()) {
-            let names: Vec<&str> = minds.iter().copied().collect();
+        if !controllers.contains(command.name.as_str()) {
+            let names: Vec<&str> = controllers.iter().copied().collect();
             bail!(
                 "--mind {}: no robot of this run has that controller; there are {}",
-                mind.name,
+                command.name,
                 names.join(", ")
             );
         }
-        commands.insert(mind.name, mind.command);
+        commands.insert(command.name, command.command);
     }
     let runtime = runtime::start_runtime()?;
     let stage = runtime.block_on(Stage::open(&setup))?;
@@ -107,11 +107,11 @@ impl Comparison {
             pairs: None,
         };
         self.stage
-            .heard
+            .received
             .lock()
             .welcomes
             .insert(name.clone(), welcome);
-        let log = self.stage.logs.join(format!("{name}.log"));
+        let log = self.stage.logs.path().join(format!("{name}.log"));
         let started = Process::start_controller(&name, &log, &command, &self.stage.run);
         let mut process = started.map_err(|error| format!("{name}: {error:#}"))?;
         let has_joined =
@@ -133,17 +133,17 @@ impl Comparison {
         let Some(process) = self.processes.get_mut(&robot) else {
             return Err("its controller is not running".to_owned());
         };
-        stage.heard.lock().broadcasts.remove(&robot);
+        stage.received.lock().broadcasts.remove(&robot);
         let bulletins = setup.catalog.mission.vocabulary().bulletins;
         for broadcast in arrived.iter().flatten() {
             let kind = broadcast.body.kind().name(bulletins);
             let sender = setup.roster.name(broadcast.sender);
             stage.say(&stage.keys.team(sender, kind), &**broadcast)?;
         }
-        let message = if tick.truth.is_empty() {
+        let message = if tick.ground_truth.is_empty() {
             ToAgent::Tick(tick)
         } else {
-            ToAgent::Informed(tick, tick.truth.clone())
+            ToAgent::Informed(tick, tick.ground_truth.clone())
         };
         stage.send_to_robot(setup.roster.name(robot), &message)?;
         let is_current =
@@ -157,7 +157,7 @@ impl Comparison {
         });
         let report = self.runtime.block_on(report)?;
         // The broadcasts of a tick arrive before its report.
-        let broadcasts = stage.heard.lock().broadcasts.remove(&robot);
+        let broadcasts = stage.received.lock().broadcasts.remove(&robot);
         let mut broadcasts = broadcasts.unwrap_or_default();
         broadcasts.retain(|broadcast| {
             (broadcast.tick, broadcast.incarnation) == (tick.tick, tick.incarnation)
@@ -280,7 +280,6 @@ fn end(process: &mut Process) {
 impl Drop for Comparison {
     fn drop(&mut self) {
         self.processes.values_mut().for_each(end);
-        let _ = std::fs::remove_dir_all(&self.stage.logs);
         // Closing may hang; the process ends in any case.
         let close = self.stage.session.close();
         let _ = self

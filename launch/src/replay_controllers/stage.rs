@@ -1,7 +1,6 @@
 //! The world's side of the bus for a replay with external controllers: announcement, joins, ticks and broadcasts.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -16,6 +15,7 @@ use proto::tick::Report;
 use scenario::Setup;
 use scenario::ids::{Incarnation, RobotId};
 use serde::Serialize;
+use tempfile::TempDir;
 use tokio::sync::Notify;
 use tokio::time::{Instant, timeout};
 use zenoh::liveliness::LivelinessToken;
@@ -38,8 +38,9 @@ pub(super) struct Stage {
     pub session: Session,
     pub keys: KeyExpressions,
     token: String,
-    pub logs: PathBuf,
-    pub heard: Arc<ReceivedMessages>,
+    /// The folder for the output of the controllers, which nobody else can prepare.
+    pub logs: TempDir,
+    pub received: Arc<ReceivedMessages>,
     _token: LivelinessToken,
     _announcement: Announcement,
 }
@@ -79,22 +80,21 @@ impl Stage {
         let mut rendezvous = Rendezvous::new(run.clone())?;
         let session = router::open_for_team(&mut rendezvous, None).await?;
         let (keys, token) = (KeyExpressions::new(&run), rendezvous.token.clone());
-        let heard = Arc::new(ReceivedMessages::default());
-        subscribe(&session, &keys, &token, &heard, setup)
+        let received = Arc::new(ReceivedMessages::default());
+        subscribe(&session, &keys, &token, &received, setup)
             .await
             .map_err(anyhow::Error::from_boxed)?;
         let alive = session.liveliness().declare_token(keys.alive_world());
         let alive = alive.await.map_err(anyhow::Error::from_boxed)?;
         let announcement = rendezvous.announce()?;
-        let logs = std::env::temp_dir().join(format!("alliance-{run}"));
-        std::fs::create_dir_all(&logs).with_context(|| logs.display().to_string())?;
+        let logs = TempDir::with_prefix("alliance-replay-").context("folder for logs")?;
         Ok(Self {
             run,
             session,
             keys,
             token,
             logs,
-            heard,
+            received,
             _token: alive,
             _announcement: announcement,
         })
@@ -131,10 +131,13 @@ impl Stage {
     ) -> Result<T, String> {
         let until = Instant::now() + PATIENCE;
         loop {
-            if let Some(found) = look(&mut self.heard.lock()) {
+            if let Some(found) = look(&mut self.received.lock()) {
                 return Ok(found);
             }
-            if timeout(GLANCE, self.heard.changed.notified()).await.is_ok() {
+            if timeout(GLANCE, self.received.changed.notified())
+                .await
+                .is_ok()
+            {
                 continue;
             }
             while let Ok(Some(_)) = process.poll() {}
@@ -160,11 +163,11 @@ async fn subscribe(
     session: &Session,
     keys: &KeyExpressions,
     token: &str,
-    heard: &Arc<ReceivedMessages>,
+    messages: &Arc<ReceivedMessages>,
     setup: &Setup,
 ) -> zenoh::Result<()> {
     for robot in &setup.scenario.robots {
-        let (received, opener) = (Arc::clone(heard), Secret::of_robot(token, &robot.name));
+        let (received, opener) = (Arc::clone(messages), Secret::of_robot(token, &robot.name));
         session
             .declare_subscriber(keys.report(&robot.name))
             .callback(move |sample| {
@@ -178,7 +181,7 @@ async fn subscribe(
             .background()
             .await?;
 
-        let (received, opener) = (Arc::clone(heard), Secret::from_token(token));
+        let (received, opener) = (Arc::clone(messages), Secret::from_token(token));
         session
             .declare_subscriber(keys.team(&robot.name, "*"))
             .allowed_origin(zenoh::sample::Locality::Remote)
@@ -197,7 +200,7 @@ async fn subscribe(
             .await?;
     }
 
-    let (received, run_token, run_keys) = (Arc::clone(heard), token.to_owned(), keys.clone());
+    let (received, run_token, run_keys) = (Arc::clone(messages), token.to_owned(), keys.clone());
     session
         .liveliness()
         .declare_subscriber(keys.alive_agents())
@@ -217,7 +220,7 @@ async fn subscribe(
         .background()
         .await?;
 
-    let (received, run_token, run_keys) = (Arc::clone(heard), token.to_owned(), keys.clone());
+    let (received, run_token, run_keys) = (Arc::clone(messages), token.to_owned(), keys.clone());
     session
         .declare_queryable(keys.joins())
         .callback(move |query| {

@@ -10,7 +10,7 @@ use clap::Args;
 use missions::Registry;
 use run_log::RunLog;
 use terminal::stderr_line;
-use world_server::args::{RunArgs, random_run_id, run_id_for};
+use world_server::args::{OUTPUT, RunArgs, random_run_id, run_id_for};
 use world_server::mission_args::MissionArgs;
 
 use super::controllers::{self, ControllerCommand};
@@ -22,32 +22,32 @@ use crate::page::link::{LinkArgs, PageLink};
 use crate::page::view::show_log;
 use cluster::start::StartPlan;
 
-/// Run a mission with one world process and one process per robot.
+/// Run a mission with one process per robot
 #[derive(Args, Clone, Debug)]
 pub struct RunCommand {
     #[command(flatten)]
     mission: MissionArgs,
     #[command(flatten)]
     run: RunArgs,
-    /// Start the external controller NAME with this shell command; repeat for each external controller of the scenario
-    #[arg(long = "mind", value_name = "NAME[@VERSION]=COMMAND", value_parser = ControllerCommand::parse)]
-    minds: Vec<ControllerCommand>,
-    /// Run the world and all robots in this process: no page, no signals to robots, no pace, and the same log
-    #[arg(long, conflicts_with_all = ["open", "port", "paused", "speed", "stall_after"])]
+    /// Shell command of the external controller NAME; repeatable
+    #[arg(long = "mind", value_name = "NAME[@VERSION]=COMMAND", value_parser = ControllerCommand::parse, help_heading = "Execution")]
+    controllers: Vec<ControllerCommand>,
+    /// Run everything in this process: the same log, but no page and no pace
+    #[arg(long, help_heading = "Execution", conflicts_with_all = ["open", "port", "paused", "speed", "stall_after"])]
     in_process: bool,
     /// Check invariants after every tick, then replay the run and compare
-    #[arg(long, requires = "in_process")]
+    #[arg(long, requires = "in_process", help_heading = "Execution")]
     check: bool,
     #[command(flatten)]
     page: LinkArgs,
     /// Do not serve a page
-    #[arg(long, conflicts_with_all = ["open", "port"])]
+    #[arg(long, help_heading = "Page", conflicts_with_all = ["open", "port"])]
     no_page: bool,
-    /// Write run.mcap for Foxglove, Lichtblick and PlotJuggler to the run folder at the end
-    #[arg(long)]
+    /// Write run.mcap for Foxglove and PlotJuggler to the folder at the end
+    #[arg(long, help_heading = OUTPUT)]
     mcap: bool,
     /// Print the result as JSON on stdout
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     json: bool,
     #[arg(skip)]
     over: Option<RemoteSettings>,
@@ -78,8 +78,8 @@ impl RunCommand {
             if !self.in_process {
                 limits::check_run_limits(setup.scenario.robots.len())?;
             }
-            let minds = controllers::commands(&setup.scenario, &self.minds)?;
-            if self.in_process && let Some((robot, _)) = minds.first_key_value() {
+            let controllers = controllers::commands(&setup.scenario, &self.controllers)?;
+            if self.in_process && let Some((robot, _)) = controllers.first_key_value() {
                 bail!(
                     "--in-process: the controller of {robot} is an external program; leave --in-process out"
                 );
@@ -91,9 +91,9 @@ impl RunCommand {
                 mcap_is_there()?;
             }
             let link = self.link()?;
-            Ok((self.run.folder(&setup)?, setup, minds, link))
+            Ok((self.run.folder(&setup)?, setup, controllers, link))
         });
-        let (folder, setup, minds, link) = match prepared {
+        let (folder, setup, controllers, link) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
                 stderr_line!("alliance run: {error:#}");
@@ -122,7 +122,7 @@ impl RunCommand {
             run,
             world_arguments: self.world_arguments(),
             setup,
-            minds,
+            controllers,
             elsewhere: over.map_or_else(BTreeSet::new, |over| over.remote_robots.clone()),
             start: over.and_then(|over| over.start.clone()),
             folder,
@@ -228,9 +228,9 @@ impl RunCommand {
         if let Some(limit) = mission.limit {
             push("limit", limit.to_string());
         }
-        for mind in &self.minds {
-            if let Some(version) = &mind.version {
-                push("mind-version", format!("{}={version}", mind.name));
+        for controller in &self.controllers {
+            if let Some(version) = &controller.version {
+                push("mind-version", format!("{}={version}", controller.name));
             }
         }
         let over = self.over.iter().flat_map(|over| &over.arguments);

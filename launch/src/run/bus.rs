@@ -129,6 +129,8 @@ impl LauncherBus {
                     self.reply(&query).await;
                 }
                 Some(line) = self.events.recv() => return BusMessage::Event(line),
+                // The session is closed. Callers wait for the end of processes, too.
+                else => return std::future::pending().await,
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Child processes of a run: start, state changes, signals and the end of their logs.
 
 use std::fs::File;
-use std::io;
+use std::io::{self, Write};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -19,6 +19,12 @@ use cluster::start::{HostCommandLine, InputHold};
 
 /// The number of log lines that are shown when a process fails.
 const LAST_LINES: usize = 12;
+
+/// The size of a log above which it is trimmed, bytes.
+const LOG_MAX: u64 = 64_000_000;
+
+/// The text at the place of a removed part.
+const TRIMMED: &[u8] = b"\n... output was removed here ...\n";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProcessChange {
@@ -41,6 +47,8 @@ pub struct Process {
     has_group: bool,
     stopped: bool,
     ending: Option<Ending>,
+    /// `true` if a part of the log has been removed.
+    is_trimmed: bool,
 }
 
 impl Process {
@@ -69,7 +77,7 @@ impl Process {
     pub fn start_host(host: &HostCommandLine, logs: &Path) -> anyhow::Result<(Self, InputHold)> {
         let (input, hold) = host.input().context("standard input of a host")?;
         let name = format!("host {}", host.name);
-        let log = logs.join(format!("host-{}.log", host.name));
+        let log = logs.join(format!("host.{}.log", host.name));
         let arguments = shell::invocation(&host.command, &host.arguments);
         let process = Self::start_with(&name, &log, &arguments, input.into(), &[], true)?;
         Ok((process, hold))
@@ -108,6 +116,7 @@ impl Process {
             has_group,
             stopped: false,
             ending: None,
+            is_trimmed: false,
         })
     }
 
@@ -171,13 +180,43 @@ impl Process {
         }
     }
 
+    /// Removes the newer part of a log that is larger than [`LOG_MAX`]. Returns `true` the first time. A program that writes
+    /// without a pause would fill the disk within minutes.
+    pub fn trim_log(&mut self) -> bool {
+        let is_large = std::fs::metadata(&self.log).is_ok_and(|log| log.len() > LOG_MAX);
+        if !is_large {
+            return false;
+        }
+        // The process appends to the file, so it continues at the new end. A failure leaves the log as it is.
+        let log = File::options().append(true).open(&self.log);
+        let _ = log.and_then(|mut log| {
+            log.set_len(LOG_MAX / 2)?;
+            log.write_all(TRIMMED)
+        });
+        !std::mem::replace(&mut self.is_trimmed, true)
+    }
+
+    /// Returns the line for a log that is trimmed for the first time.
+    #[must_use]
+    pub fn trimmed(&self) -> String {
+        format!(
+            "{} writes much output: {} keeps only the first {} MB and the newest",
+            self.name,
+            self.log.display(),
+            LOG_MAX / 2 / 1_000_000
+        )
+    }
+
     /// Returns the last log lines for an error message, or the reason why there are none.
     #[must_use]
     pub fn failure_output(&self) -> String {
         let lines = self.last_log_lines();
         if lines.is_empty() {
             let log = self.log.display();
-            format!("its log {log} is empty: check whether the disk is full")
+            match self.ending {
+                Some(Ending::Signal(_)) => format!("its log {log} is empty"),
+                _ => format!("its log {log} is empty: check whether the disk is full"),
+            }
         } else {
             format!("its last output:\n{lines}")
         }
@@ -218,9 +257,7 @@ pub fn die_with_launcher() -> anyhow::Result<()> {
         return Ok(());
     };
     // The world receives SIGTERM, so that it completes its log. Agents receive SIGKILL, because SIGTERM does not end a stopped process.
-    let is_world = std::env::args()
-        .nth(1)
-        .is_some_and(|command| command == "world");
+    let is_world = std::env::args().skip(1).take(2).eq(["cluster", "world"]);
     let signal = if is_world {
         Signal::SIGTERM
     } else {

@@ -54,8 +54,8 @@ pub fn commands(
     stated: &[ControllerCommand],
 ) -> anyhow::Result<BTreeMap<String, String>> {
     let names = scenario.external_controllers();
-    for (index, mind) in stated.iter().enumerate() {
-        let name = mind.name.as_str();
+    for (index, command) in stated.iter().enumerate() {
+        let name = command.name.as_str();
         if stated[..index].iter().any(|other| other.name == name) {
             bail!("--mind {name}: it is given twice; a controller has one command");
         }
@@ -75,10 +75,12 @@ pub fn commands(
     }
     let mut commands = BTreeMap::new();
     for robot in &scenario.robots {
-        let Some(mind) = &robot.mind else { continue };
-        let Some(stated) = stated.iter().find(|stated| stated.name == *mind) else {
+        let Some(controller) = &robot.mind else {
+            continue;
+        };
+        let Some(stated) = stated.iter().find(|stated| stated.name == *controller) else {
             bail!(
-                "the controller '{mind}' of {} is an external program; give its command: --mind {mind}=COMMAND",
+                "the controller '{controller}' of {} is an external program; give its command: --mind {controller}=COMMAND",
                 robot.name
             );
         };

@@ -22,12 +22,12 @@ pub struct AgentProcesses {
 
 impl AgentProcesses {
     #[must_use]
-    pub fn new(run: String, minds: BTreeMap<String, String>, logs: PathBuf) -> Self {
+    pub fn new(run: String, controllers: BTreeMap<String, String>, logs: PathBuf) -> Self {
         Self {
             agents: Vec::new(),
             former: Vec::new(),
             run,
-            controllers: minds,
+            controllers,
             logs,
         }
     }
@@ -38,8 +38,8 @@ impl AgentProcesses {
         let process = match self.controllers.get(robot) {
             Some(command) => Process::start_controller(robot, &log, command, &self.run)?,
             None => {
-                let arguments =
-                    ["agent", "--robot", robot, "--run", &self.run].map(ToOwned::to_owned);
+                let arguments = ["cluster", "agent", "--robot", robot, "--run", &self.run];
+                let arguments = arguments.map(ToOwned::to_owned);
                 Process::start(robot, &log, &arguments)?
             }
         };
@@ -59,6 +59,12 @@ impl AgentProcesses {
         self.agents.iter_mut().chain(&mut self.former)
     }
 
+    /// Returns whether the latest process of a robot has not ended.
+    #[must_use]
+    pub fn is_any_alive(&self) -> bool {
+        self.agents.iter().any(|agent| agent.ending().is_none())
+    }
+
     /// Reports process state changes to the world, and prints them unless the run is over.
     pub async fn poll(
         &mut self,
@@ -67,6 +73,9 @@ impl AgentProcesses {
         over: bool,
     ) -> anyhow::Result<()> {
         for agent in self.all() {
+            if agent.trim_log() {
+                say(&agent.trimmed());
+            }
             while let Some(change) = agent.poll()? {
                 let name = agent.name();
                 let state = match change {

@@ -14,7 +14,7 @@ pub struct RunPlan {
     /// The arguments of the world process, without folder and run id.
     pub world_arguments: Vec<String>,
     /// The commands of external controllers, by robot.
-    pub minds: BTreeMap<String, String>,
+    pub controllers: BTreeMap<String, String>,
     pub elsewhere: BTreeSet<String>,
     /// The hosts that the launcher starts, and the keys of this run.
     pub start: Option<StartPlan>,

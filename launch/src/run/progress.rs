@@ -8,6 +8,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use proto::control::AgentState;
 use proto::event::EventLine;
 use proto::view::{RobotView, View};
+use scenario::ids::Tick;
 use scenario::mission::columns::{Column, ColumnValue, Progress as MissionProgress, short_summary};
 use scenario::{Catalog, Setup};
 use terminal::stderr_line;
@@ -15,6 +16,9 @@ use tokio::time::Instant;
 
 /// The minimum time between two lines if stderr is not a terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
+
+/// The maximum length of a line if stderr is not a terminal.
+const LINE_WIDTH: usize = 80;
 
 /// The maximum number of robots in the display; the first ones of larger teams.
 const ROBOTS_SHOWN: usize = 12;
@@ -37,7 +41,8 @@ enum Style {
         robots: Vec<ProgressBar>,
     },
     Lines {
-        last: Option<Instant>,
+        /// The time and the tick of the last line.
+        last: Option<(Instant, Tick)>,
     },
 }
 
@@ -110,9 +115,6 @@ impl ProgressDisplay {
             .map(|(name, robot)| self.describe(name, robot))
             .collect();
         let others = self.names.len().saturating_sub(ROBOTS_SHOWN);
-        if others > 0 {
-            doing.push(format!("and {others} more"));
-        }
         let columns = self.columns.iter().zip(&view.mission);
         let row: Vec<ColumnValue> = columns
             .map(|(column, number)| column.with_number(*number))
@@ -127,14 +129,22 @@ impl ProgressDisplay {
                     mission.set_position(done);
                 }
                 mission.set_message(format!("{}  {clock}", short_summary(&row)));
+                if others > 0 {
+                    doing.push(format!("and {others} more"));
+                }
                 for (line, doing) in robots.iter().zip(doing) {
-                    line.set_message(doing);
+                    line.set_message(terminal::escaped(&doing).into_owned());
                 }
             }
             Style::Lines { last } => {
-                if last.is_none_or(|last| now.duration_since(last) >= LINE_INTERVAL) {
-                    *last = Some(now);
-                    stderr_line!("{clock}, {}; {}", short_summary(&row), doing.join("; "));
+                // While the clock is held or stands still, the line would not change.
+                let due = last.is_none_or(|(at, tick)| {
+                    tick != view.tick && now.duration_since(at) >= LINE_INTERVAL
+                });
+                if due {
+                    *last = Some((now, view.tick));
+                    let start = format!("{clock}, {}", short_summary(&row));
+                    stderr_line!("{}", bounded_line(start, &doing, others));
                 }
             }
         }
@@ -143,7 +153,7 @@ impl ProgressDisplay {
     pub fn print_line(&self, line: &str) {
         match &self.style {
             // Errors of a closed terminal are ignored.
-            Style::Terminal { bars, .. } => drop(bars.println(line)),
+            Style::Terminal { bars, .. } => drop(bars.println(terminal::escaped(line))),
             Style::Lines { .. } => stderr_line!("{line}"),
         }
     }
@@ -184,6 +194,58 @@ impl ProgressDisplay {
     }
 }
 
+/// Appends entries to a line as far as they fit into [`LINE_WIDTH`], then the number of the entries that do not, and of `others`.
+fn bounded_line(mut line: String, entries: &[String], others: usize) -> String {
+    let width = |text: &str| text.chars().count();
+    for (index, entry) in entries.iter().enumerate() {
+        let left = entries.len() - index - 1 + others;
+        let rest = if left > 0 {
+            format!("; and {left} more")
+        } else {
+            String::new()
+        };
+        if width(&line) + width(entry) + width(&rest) + 2 > LINE_WIDTH {
+            return format!("{line}; and {} more", left + 1);
+        }
+        line += &format!("; {entry}");
+    }
+    match others {
+        0 => line,
+        others => format!("{line}; and {others} more"),
+    }
+}
+
 fn template(text: &str) -> ProgressStyle {
     ProgressStyle::with_template(text).unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_has_at_most_80_columns_and_counts_the_other_robots() {
+        let start = || "12.0 s simulated, 10x, 0 of 24 done".to_owned();
+        let robots = |count: usize| -> Vec<String> {
+            (1..=count).map(|robot| format!("r{robot}: idle")).collect()
+        };
+        assert_eq!(
+            bounded_line(start(), &robots(3), 0),
+            "12.0 s simulated, 10x, 0 of 24 done; r1: idle; r2: idle; r3: idle"
+        );
+        assert_eq!(
+            bounded_line(start(), &robots(12), 18),
+            "12.0 s simulated, 10x, 0 of 24 done; r1: idle; r2: idle; r3: idle; and 27 more"
+        );
+        for count in 0..40 {
+            for others in [0, 1, 18] {
+                let line = bounded_line(start(), &robots(count), others);
+                assert!(line.chars().count() <= LINE_WIDTH, "{line}");
+                let shown = line.matches(": idle").count();
+                let more = line.split("and ").nth(1);
+                let more = more.map_or(0, |more| more.split(' ').next().unwrap().parse().unwrap());
+                assert_eq!(shown + more, count + others, "{line}");
+            }
+        }
+    }
 }

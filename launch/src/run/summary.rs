@@ -1,7 +1,10 @@
 //! The result of a finished run, as a table or as JSON.
 
+use analysis::report::takeovers::takeover_lines;
+use analysis::sweep::shell_quoted;
 use analysis::table;
 use comfy_table::{CellAlignment, Table};
+use missions::Registry;
 use proto::control::FaultStatus;
 use run_log::{LogLevel, RunFile, RunOutcome};
 use scenario::mission::FigureValue;
@@ -17,6 +20,12 @@ pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
     if run.unscripted {
         stderr_line!(
             "note: this run contains a stall or a loss that no fault explains (`unscripted` in run.json)"
+        );
+    }
+    for (robot, build) in &run.agent_builds {
+        stderr_line!(
+            "note: the agent of {robot} is of build {build}, the world of {}; a replay can differ",
+            run.build
         );
     }
     if plan.json {
@@ -44,6 +53,9 @@ pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
         result.sim_time_ms,
         result.ticks,
     );
+    for line in takeover_lines(&plan.folder, run, &Registry::current().vocabulary()) {
+        stderr_line!("{line}");
+    }
     if let Some(line) = faults(&run.faults) {
         stderr_line!("{line}");
     }
@@ -58,8 +70,8 @@ pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
         );
     }
     if !plan.open {
-        let folder = plan.folder.display();
-        stderr_line!("next    alliance view {folder}");
+        let folder = shell_quoted(&plan.folder);
+        stderr_line!("next    alliance watch {folder}");
         if run.log == LogLevel::Full {
             stderr_line!("        alliance report {folder}");
         }

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 
+use analysis::table::paragraph;
 use anyhow::{Context, Error, bail};
 use cluster::rendezvous::Rendezvous;
 use missions::Registry;
@@ -16,6 +17,7 @@ use proto::control::AgentState;
 use proto::process::{ProcessAction, ProcessState};
 use proto::view::View;
 use run_log::{RunFile, RunOutcome};
+use scenario::names::{PAGE, WORLD};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep, timeout};
@@ -84,23 +86,23 @@ impl RunProcesses {
         let logs = plan.folder.join("logs");
         std::fs::create_dir_all(&logs).with_context(|| logs.display().to_string())?;
 
-        let mut arguments = vec!["world".to_owned()];
+        let mut arguments = ["cluster", "world"].map(ToOwned::to_owned).to_vec();
         arguments.extend(plan.world_arguments.iter().cloned());
         arguments.push(format!("--out={}", plan.folder.display()));
         arguments.push(format!("--run={}", plan.run));
         arguments.push("--launched".to_owned());
         let command = [(invocation::COMMAND, invocation::command())];
-        let log = logs.join("world.log");
+        let log = logs.join(format!("{WORLD}.log"));
         let input = match &plan.start {
             Some(start) => in_memory(&start.world.to_line())
                 .context("standard input of the world")?
                 .into(),
             None => Stdio::null(),
         };
-        let world = Process::start_with("world", &log, &arguments, input, &command, false)?;
+        let world = Process::start_with(WORLD, &log, &arguments, input, &command, false)?;
         let mut team = Self {
             world,
-            crew: AgentProcesses::new(plan.run.clone(), plan.minds.clone(), logs),
+            crew: AgentProcesses::new(plan.run.clone(), plan.controllers.clone(), logs),
             hosts: Vec::new(),
             page: None,
             progress: ProgressDisplay::new(&plan.setup),
@@ -123,7 +125,7 @@ impl RunProcesses {
             .collect();
         team.progress.print_line(&format!("run {}", plan.run));
         team.progress
-            .print_line(&format!("process ids: {}", pids.join(", ")));
+            .print_line(&paragraph(&format!("process ids: {}", pids.join(", "))));
         if let Some(link) = link {
             team.start_page(link, plan.open);
         }
@@ -147,8 +149,8 @@ impl RunProcesses {
             arguments.push("--stays".to_owned());
         }
         let page = Process::start_with(
-            "page",
-            &self.crew.logs.join("page.log"),
+            PAGE,
+            &self.crew.logs.join(format!("{PAGE}.log")),
             &arguments,
             OwnedFd::from(socket).into(),
             &[token],
@@ -389,11 +391,16 @@ impl RunProcesses {
 
     /// Ends all processes. The page ends last, because it still sends the result to open browsers.
     async fn end_all(&mut self) {
+        // A world that ended abnormally has not told the agents the end of the run.
+        let patience = match self.world.ending() {
+            None | Some(Ending::Exit(0 | 1)) => GRACE,
+            Some(_) => Duration::ZERO,
+        };
         let team = std::iter::once(&mut self.world)
             .chain(self.crew.all())
             .collect();
         let say = |line: &str| self.progress.print_line(line);
-        end_processes(team, GRACE, &say).await;
+        end_processes(team, patience, &say).await;
         let mut hosts = Vec::new();
         for (host, hold) in self.hosts.drain(..) {
             drop(hold);

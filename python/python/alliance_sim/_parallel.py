@@ -12,7 +12,7 @@ from gymnasium.utils import EzPickle
 from pettingzoo import ParallelEnv as Parallel
 
 from ._run import Mind, Scenario
-from .env import Reward, VecEnv
+from ._vector import Reward, VecEnv
 
 
 class ParallelEnv(Parallel, EzPickle):
@@ -162,7 +162,7 @@ class ParallelEnv(Parallel, EzPickle):
         self._vec.record(folder)
 
     def render(self) -> None:
-        """Has no effect. Use `record`, then `alliance view`."""
+        """Has no effect. Use `record`, then `alliance watch`."""
 
     def close(self) -> None:
         """Ends the current episode and its log."""

@@ -22,7 +22,7 @@ Run one robot of a live run, with the controller '{mind}'.
 
 
 def main(mind: type[Allocator] | type[Agent]) -> NoReturn:
-    """Runs one robot of a live run, with the arguments `--robot NAME [--run ID]`, as `alliance agent` does.
+    """Runs one robot of a live run, with the arguments `--robot NAME [--run ID]`, as `alliance cluster agent` does.
 
     The process joins the run and exits with it. Exit statuses: 0 when the run is over or after SIGTERM, 2 for wrong arguments,
     3 when the run refused the robot or the world is lost, 101 when the controller failed. For the team and the world it is a robot

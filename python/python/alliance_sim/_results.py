@@ -79,25 +79,47 @@ def _is_installed(library: str) -> bool:
     return importlib.util.find_spec(library) is not None
 
 
+#: Columns of names and other words, in runs, sweeps and comparisons. They stay texts, also if all of them look like numbers: a robot may
+#: have the name "01". `name` and the others with a dot before them are the columns of scenario keys such as `robots.0.name`.
+TEXTS = frozenset(
+    "robot receiver sender target holder behavior_set task state kind subject reason detail delivery fate section hash content "
+    "allocator mission faults preset outcome metric first second hypothesis claim part "
+    "name description scenario mind policy region known".split()
+)
+
+
+def is_text(name: str) -> bool:
+    """Returns whether the column contains names or other words."""
+    return name.rpartition(".")[2] in TEXTS
+
+
 def read(path: Path, frame: str) -> Any:
-    """Reads one table up to its last complete line: a killed world leaves an incomplete one."""
+    """Reads one table up to its last complete line: a killed world leaves an incomplete one.
+
+    An empty cell is an empty text in a column of texts, and a missing number in any other column, as in the Parquet export.
+    """
     text = path.read_text()
     text = text[: text.rfind("\n") + 1]
+    header, *rows = csv.reader(io.StringIO(text)) if frame == "numpy" else [next(csv.reader(io.StringIO(text)), [])]
+    texts = [name for name in header if is_text(name)]
     if frame == "numpy":
-        header, *rows = csv.reader(io.StringIO(text))
         columns = zip(*rows, strict=True) if rows else ([] for _ in header)
-        return {name: column(values) for name, values in zip(header, columns, strict=True)}
+        return {name: column(name, values) for name, values in zip(header, columns, strict=True)}
     library = importlib.import_module(frame)
     if frame == "polars":
-        return library.read_csv(io.StringIO(text), infer_schema_length=None)
+        schema = dict.fromkeys(texts, library.String)
+        frame = library.read_csv(io.StringIO(text), infer_schema_length=None, schema_overrides=schema)
+        return frame.with_columns(library.col(texts).fill_null("")) if texts else frame
     # A robot or a state may have the name "none".
-    return library.read_csv(io.StringIO(text), keep_default_na=False, na_values=[""], low_memory=False)
+    missing = {name: [""] for name in header if name not in texts}
+    types = dict.fromkeys(texts, str)
+    return library.read_csv(io.StringIO(text), dtype=types, keep_default_na=False, na_values=missing, low_memory=False)
 
 
-def column(values: Any) -> np.ndarray:
-    """Converts a column to integers, floats with NaN for empty cells, booleans or texts."""
+def column(name: str, values: Any) -> np.ndarray:
+    """Converts a column to texts, integers, floats with NaN for empty cells, or booleans."""
     values = list(values)
-    if not values:
+    if not values or is_text(name):
         return np.array(values, dtype=str)
     if all(value in ("true", "false") for value in values):
         return np.array([value == "true" for value in values])

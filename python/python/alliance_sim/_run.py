@@ -13,6 +13,7 @@ from typing import Any
 from . import _engine
 from ._engine import ScenarioError
 from ._minds import Agent, Allocator
+from ._plain import plain
 from ._results import Results, load
 
 #: Controller of a robot: a class, or the name of a built-in allocator.
@@ -27,7 +28,7 @@ class Run:
 
     #: Hash of the run. It depends on scenario, seed and controllers only, not on the number of processes.
     hash: str
-    #: `complete`, `time-limit` or `no-robot-left`.
+    #: `complete`, `time-limit`, `no-robot-left`, or `expired` (no work is left, but some of it expired).
     outcome: str
     #: Figures: `ticks`, `sim_time_ms`, and those of the mission and of each robot.
     result: dict[str, Any] = field(repr=False)
@@ -93,7 +94,7 @@ def asked(
     twice: bool = False,
 ) -> dict[str, Any]:
     """Returns the arguments in the engine's format."""
-    document = json.dumps(scenario) if isinstance(scenario, Mapping) else None
+    document = json.dumps(plain(scenario, "scenario")) if isinstance(scenario, Mapping) else None
     words = ["run"] if scenario is None or document else ["run", os.fspath(scenario)]
     given = {"seed": seed, "robots": robots, "size": size, "limit": limit}
     words += [f"--{word}={value}" for word, value in given.items() if value is not None]
@@ -104,7 +105,7 @@ def asked(
     return {
         "words": words,
         "document": document,
-        "faults": None if faults is None else json.dumps(faults),
+        "faults": None if faults is None else json.dumps(plain(faults, "faults")),
         "minds": _named(minds or {}),
         "twice": twice,
     }

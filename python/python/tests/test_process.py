@@ -40,13 +40,13 @@ class Lab:
         return process
 
     def world(self, *words: str) -> subprocess.Popen[str]:
-        return self.start(program(), "world", "--out=run", *words)
+        return self.start(program(), "cluster", "world", "--out=run", *words)
 
     def greedy(self, robot: str) -> subprocess.Popen[str]:
         return self.start(sys.executable, str(EXAMPLES / "greedy.py"), "--robot", robot)
 
     def agent(self, robot: str) -> subprocess.Popen[str]:
-        return self.start(program(), "agent", "--robot", robot)
+        return self.start(program(), "cluster", "agent", "--robot", robot)
 
     def wait_until(self, holds) -> None:
         for _ in range(1200):

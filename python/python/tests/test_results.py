@@ -64,13 +64,54 @@ def test_missing_tables_are_reported(folder, tmp_path):
         load(folder, "excel")
 
 
+@pytest.fixture(scope="module")
+def odd_names(tmp_path_factory):
+    """A run of robots whose names look like numbers and missing values."""
+    folder = tmp_path_factory.mktemp("runs") / "odd"
+    names = ["01", "1", "1e1", "true", "None", "nan"]
+    scenario = {
+        "limit_s": 20.0,
+        "service": {"kinds": [{"name": "1e3", "work_s": {"min": 1.0, "max": 2.0}}], "random": [{"n": 6}]},
+        "robots": [{"name": name} for name in names],
+    }
+    run(scenario, {"*": "nearest"}, log=folder)
+    return folder, names
+
+
+@pytest.mark.parametrize("frame", ["numpy", "pandas", "polars"])
+def test_names_are_texts(odd_names, frame):
+    folder, names = odd_names
+    if frame != "numpy":
+        needed(frame)
+    results = load(folder, frame)
+    assert list(results.poses["robot"])[: len(names)] == names
+    assert set(results.events["robot"]) <= {*names, ""}
+    assert set(results.messages["sender"]) <= set(names) and set(results.messages["receiver"]) <= set(names)
+    # The other columns keep their types.
+    assert sum(results.poses["t_ms"]) > 0 and sum(results.poses["x_m"]) > 0.0
+    assert set(results.poses["carrying"]) == {False}
+
+
+def test_names_are_as_in_parquet(odd_names, alliance):
+    folder, _ = odd_names
+    polars = needed("polars")
+    alliance("export", str(folder), "--parquet")
+    results = load(folder, "polars")
+    for path in (folder / "parquet").glob("*.parquet"):
+        expected = polars.read_parquet(path)
+        texts = [name for name, type in expected.schema.items() if type == polars.String]
+        table = results[path.stem]
+        assert [name for name, type in table.schema.items() if type == polars.String] == texts, path.stem
+        assert table.select(texts).equals(expected.select(texts)), path.stem
+
+
 def test_load_reads_a_comparison(alliance, tmp_path):
     plan = """
 question = "Which of two?"
 seeds = 3
 [grid]
 allocator = ["nearest", "random"]
-[missions.default]
+[missions."01"]
 scenario = "waste-cleanup"
 set = { limit_s = 20.0 }
 [faults.none]
@@ -80,3 +121,5 @@ set = { limit_s = 20.0 }
     results = load(tmp_path / "compared", "numpy")
     assert set(results["cells"]["allocator"]) == {"nearest", "random"}
     assert len(results["results"]["seed"]) == 6
+    # The name of the mission looks like a number.
+    assert set(results["results"]["mission"]) == set(results["cells"]["mission"]) == {"01"}

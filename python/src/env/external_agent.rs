@@ -54,14 +54,14 @@ impl ExternalAgents {
     }
 
     pub fn lock(&self, robot: RobotId) -> MutexGuard<'_, ExternalAgent> {
-        let hand = self.0[robot.index()].lock();
-        hand.unwrap_or_else(PoisonError::into_inner)
+        let agent = self.0[robot.index()].lock();
+        agent.unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl fmt::Debug for ExternalAgents {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Hands")
+        f.write_str("ExternalAgents")
     }
 }
 
@@ -87,70 +87,70 @@ impl AllocatorKind for ExternalAllocators {
 
 impl ConfiguredAllocator for ExternalAllocators {
     fn start(&self, me: SelfState, _: &Setup) -> Box<dyn RunningAllocator> {
-        Box::new(AllocatorRunner::<Puppet>::new(me, &self.0))
+        Box::new(AllocatorRunner::<ExternalAllocator>::new(me, &self.0))
     }
 }
 
 #[derive(Clone, Debug)]
-struct Puppet {
+struct ExternalAllocator {
     me: RobotId,
-    hands: Arc<ExternalAgents>,
+    agents: Arc<ExternalAgents>,
 }
 
-impl Allocator for Puppet {
+impl Allocator for ExternalAllocator {
     type Config = Arc<ExternalAgents>;
 
-    fn new(me: &SelfState, hands: &Arc<ExternalAgents>) -> Self {
-        let mut hand = hands.lock(me.robot);
-        *hand = ExternalAgent {
-            wanted: hand.wanted,
+    fn new(me: &SelfState, agents: &Arc<ExternalAgents>) -> Self {
+        let mut agent = agents.lock(me.robot);
+        *agent = ExternalAgent {
+            wanted: agent.wanted,
             mates: vec![None; me.team],
             ..ExternalAgent::default()
         };
-        drop(hand);
+        drop(agent);
         Self {
             me: me.robot,
-            hands: Arc::clone(hands),
+            agents: Arc::clone(agents),
         }
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
-        let mut hand = self.hands.lock(self.me);
-        let hand = &mut *hand;
+        let mut agent = self.agents.lock(self.me);
+        let agent = &mut *agent;
         for broadcast in input.received {
             if let BroadcastContent::Heartbeat(heartbeat) = &broadcast.body
-                && let Some(mate) = hand.mates.get_mut(broadcast.sender.index())
+                && let Some(mate) = agent.mates.get_mut(broadcast.sender.index())
             {
-                *mate = Some(Mate::lock(heartbeat, input.now));
+                *mate = Some(Mate::from_heartbeat(heartbeat, input.now));
             }
         }
-        hand.choices.clear();
-        hand.choices.extend_from_slice(input.choices);
+        agent.choices.clear();
+        agent.choices.extend_from_slice(input.choices);
         let applies = |wanted: BehaviorId| {
             let mut choices = input.choices.iter();
             choices.any(|choice| choice.behavior == wanted && choice.applicable)
         };
         let before = decision.active;
-        decision.active = hand.wanted.filter(|wanted| applies(*wanted));
-        hand.has_ended |= before.is_some() && before == hand.wanted && decision.active.is_none();
+        decision.active = agent.wanted.filter(|wanted| applies(*wanted));
+        agent.has_ended |= before.is_some() && before == agent.wanted && decision.active.is_none();
         if before != decision.active {
-            hand.since = input.now;
+            agent.since = input.now;
         }
-        hand.now = input.now;
-        hand.position = input.position;
-        hand.is_laden = input.is_laden;
-        hand.active = decision.active;
+        agent.now = input.now;
+        agent.position = input.position;
+        agent.is_laden = input.is_laden;
+        agent.active = decision.active;
         rows(self.me, input, decision, |_| None);
     }
 }
 
 impl Mate {
-    fn lock(heartbeat: &Heartbeat, heard: SimTime) -> Self {
+    fn from_heartbeat(heartbeat: &Heartbeat, received: SimTime) -> Self {
         let executes = heartbeat.state == TaskState::Executing;
         Self {
             position: heartbeat.position,
             executing: heartbeat.task.filter(|_| executes).map(|task| task.0),
-            received: heard,
+            received,
         }
     }
 }

@@ -70,44 +70,44 @@ fn squash(seconds: f64) -> f32 {
 
 /// Writes the observation at level `decide`: the robot, its sets and its teammates. All robots have space for `sets`
 /// sets.
-pub fn decide(row: &mut Row<'_>, hand: &ExternalAgent, setup: &Setup, sets: usize) {
+pub fn decide(row: &mut Row<'_>, agent: &ExternalAgent, setup: &Setup, sets: usize) {
     let room = room(setup);
-    let now_s = hand.now.as_secs_f64();
-    let position = hand
+    let now_s = agent.now.as_secs_f64();
+    let position = agent
         .position
         .map(|position| 2.0 * position / room - Vec2::ONE);
     row.flag("position.works", position.is_some());
     row.number("position.x", position.map(|position| position.x));
     row.number("position.y", position.map(|position| position.y));
-    row.flag("laden", hand.is_laden);
+    row.flag("laden", agent.is_laden);
     row.number("time", Some((now_s / setup.scenario.limit_s) as f32));
-    for choice in &hand.choices {
+    for choice in &agent.choices {
         let name = |what: &str| {
             let set = setup.catalog.behavior_name(choice.behavior);
             format!("{set}.{what}")
         };
-        let is_active = hand.active == Some(choice.behavior);
-        let age_s = hand.now.since(hand.since).as_secs_f64();
+        let is_active = agent.active == Some(choice.behavior);
+        let age_s = agent.now.since(agent.since).as_secs_f64();
         row.put(|| name("applicable"), f32::from(choice.applicable));
         row.put(|| name("active"), f32::from(is_active));
         row.put(|| name("cost"), choice.cost_s.map_or(1.0, squash));
         row.put(|| name("age"), if is_active { squash(age_s) } else { 0.0 });
     }
-    for place in hand.choices.len()..sets {
+    for place in agent.choices.len()..sets {
         for what in ["applicable", "active", "cost", "age"] {
             row.put(|| format!("no-set{place}.{what}"), 0.0);
         }
     }
-    teammates(row, hand, setup);
+    teammates(row, agent, setup);
 }
 
 /// Writes the nearest teammates with a received heartbeat. Teammates without a position come last.
-fn teammates(row: &mut Row<'_>, hand: &ExternalAgent, setup: &Setup) {
+fn teammates(row: &mut Row<'_>, agent: &ExternalAgent, setup: &Setup) {
     let part_m = room(setup).max_element();
     let mut nearest: [Option<(f32, Mate)>; MATES] = [None; MATES];
     let mut count = 0;
-    for mate in hand.mates.iter().flatten() {
-        let offset = hand
+    for mate in agent.mates.iter().flatten() {
+        let offset = agent
             .position
             .zip(mate.position)
             .map(|(own, mate)| mate - own);
@@ -126,19 +126,19 @@ fn teammates(row: &mut Row<'_>, hand: &ExternalAgent, setup: &Setup) {
     let tasks = setup.catalog.tasks.len() as f32;
     for (place, mate) in nearest.iter().enumerate() {
         let mate = mate.map(|(_, mate)| mate);
-        let offset = mate.and_then(|mate| Some(mate.position? - hand.position?));
+        let offset = mate.and_then(|mate| Some(mate.position? - agent.position?));
         row.put(|| format!("mate{place}.heard"), f32::from(mate.is_some()));
         row.offset(|| format!("mate{place}"), offset, part_m);
         let task = mate.and_then(|mate| mate.executing);
         let task = task.map_or(0.0, |task| f32::from(task + 1) / tasks);
         row.put(|| format!("mate{place}.task"), task);
-        let age_s = mate.map(|mate| hand.now.since(mate.received).as_secs_f64());
+        let age_s = mate.map(|mate| agent.now.since(mate.received).as_secs_f64());
         row.put(|| format!("mate{place}.age"), age_s.map_or(0.0, squash));
     }
 }
 
 /// Writes the observation at level `drive`: the sensor readings and the teammates.
-pub fn drive(row: &mut Row<'_>, readings: &Readings, hand: &ExternalAgent, setup: &Setup) {
+pub fn drive(row: &mut Row<'_>, readings: &Readings, agent: &ExternalAgent, setup: &Setup) {
     let (room, sensors) = (room(setup), &setup.scenario.sensors);
     let pose = readings.pose;
     let position = pose.map(|pose| 2.0 * pose.position / room - Vec2::ONE);
@@ -192,10 +192,10 @@ pub fn drive(row: &mut Row<'_>, readings: &Readings, hand: &ExternalAgent, setup
     row.number("energy", energy.map(|(left, most)| left / most));
     row.number(
         "time",
-        Some((hand.now.as_secs_f64() / setup.scenario.limit_s) as f32),
+        Some((agent.now.as_secs_f64() / setup.scenario.limit_s) as f32),
     );
     mission(row, &readings.mission, setup);
-    teammates(row, hand, setup);
+    teammates(row, agent, setup);
 }
 
 fn beam_of(row: &mut Row<'_>, side: &str, beam: usize, hit: Option<Hit>, range_m: f32) {

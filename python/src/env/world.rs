@@ -129,19 +129,19 @@ impl Common {
         let Some(agent) = self.agents.get(agent) else {
             return names;
         };
-        let hand = ExternalAgent {
+        let external = ExternalAgent {
             choices: self.sets_of(*agent).into_iter().map(placeholder).collect(),
             ..ExternalAgent::default()
         };
         let row = &mut Row::new(&mut [], Some(&mut names));
-        self.show(&Readings::default(), &hand, row);
+        self.show(&Readings::default(), &external, row);
         names
     }
 
-    fn show(&self, readings: &Readings, hand: &ExternalAgent, row: &mut Row<'_>) {
+    fn show(&self, readings: &Readings, external: &ExternalAgent, row: &mut Row<'_>) {
         match self.level {
-            Level::Decide => features::decide(row, hand, &self.setup, self.sets),
-            Level::Drive => features::drive(row, readings, hand, &self.setup),
+            Level::Decide => features::decide(row, external, &self.setup, self.sets),
+            Level::Drive => features::drive(row, readings, external, &self.setup),
         }
     }
 
@@ -169,7 +169,7 @@ fn placeholder(behavior: BehaviorId) -> Choice {
 /// An environment with at most one episode in progress.
 pub struct Environment {
     team: Option<Team<Place>>,
-    hands: Arc<ExternalAgents>,
+    external_agents: Arc<ExternalAgents>,
     sets: Vec<Vec<BehaviorId>>,
     pub outcome: Option<Outcome>,
     /// The hash of the last ended episode.
@@ -195,7 +195,7 @@ impl Environment {
     pub fn new(common: &Common) -> Self {
         Self {
             team: None,
-            hands: Arc::new(ExternalAgents::new(common.setup.scenario.robots.len())),
+            external_agents: Arc::new(ExternalAgents::new(common.setup.scenario.robots.len())),
             sets: common
                 .agents
                 .iter()
@@ -223,15 +223,15 @@ impl Environment {
         };
         let mut setup = common.setup.clone();
         setup.seed = seed;
-        let puppets = || Arc::new(ExternalAllocators(Arc::clone(&self.hands)));
-        let mut registry = common.registry.clone().with_allocator_kind(puppets());
+        let allocators = || Arc::new(ExternalAllocators(Arc::clone(&self.external_agents)));
+        let mut registry = common.registry.clone().with_allocator_kind(allocators());
         if level != LogLevel::Off {
             // The log keeps the answers of external controllers. The decisions come from outside, so a replay needs
             // them.
-            registry = registry.with_controller(puppets());
+            registry = registry.with_controller(allocators());
         }
         for agent in &common.agents {
-            self.hands.lock(*agent).wanted = None;
+            self.external_agents.lock(*agent).wanted = None;
             if level != LogLevel::Off {
                 let robot = &mut setup.scenario.robots[agent.index()];
                 (robot.allocator, robot.mind) = (None, Some(NAME.to_owned()));
@@ -276,9 +276,9 @@ impl Environment {
                 )));
             }
         };
-        let mut hand = self.hands.lock(common.agents[agent]);
-        hand.wanted = wanted;
-        hand.has_ended = false;
+        let mut external = self.external_agents.lock(common.agents[agent]);
+        external.wanted = wanted;
+        external.has_ended = false;
         Ok(())
     }
 
@@ -302,7 +302,7 @@ impl Environment {
             let command = BodyCommand {
                 speed_m_s: speed.clamp(0.0, 1.0) * body.speed_m_s,
                 turn_rad_s: turn.clamp(-1.0, 1.0) * body.turn_deg_s.to_radians(),
-                action: action,
+                action,
             };
             team.drive(agent, Some(command));
         }
@@ -318,7 +318,9 @@ impl Environment {
         for _ in 0..common.period {
             reward += self.tick(common, spaces)?;
             let mut agents = common.agents.iter();
-            if self.outcome.is_some() || agents.any(|agent| self.hands.lock(*agent).has_ended) {
+            if self.outcome.is_some()
+                || agents.any(|agent| self.external_agents.lock(*agent).has_ended)
+            {
                 break;
             }
         }
@@ -389,7 +391,7 @@ impl Environment {
         let readings = &team.simulation().message(robot).readings;
         common.show(
             readings,
-            &self.hands.lock(robot),
+            &self.external_agents.lock(robot),
             &mut Row::new(numbers, None),
         );
     }
@@ -406,8 +408,8 @@ impl Environment {
         mask.fill(0);
         mask[0] = 1;
         if self.is_alive(robot) {
-            let hand = self.hands.lock(robot);
-            for (place, choice) in mask[1..].iter_mut().zip(&hand.choices) {
+            let external = self.external_agents.lock(robot);
+            for (place, choice) in mask[1..].iter_mut().zip(&external.choices) {
                 *place = i8::from(choice.applicable);
             }
         }

@@ -4,13 +4,13 @@
 use std::collections::BTreeMap;
 
 use scenario::ids::{RobotId, TaskId};
-use proto::team::Content;
+use proto::team::BroadcastContent;
 use scenario::time::SimTime;
-use robot_agent::allocator::{Allocator, Decision, Input, Me, NoParameters};
+use robot_agent::allocator::{Allocator, Decision, Input, SelfState, NoParameters};
 
 #[derive(Clone, Debug)]
 pub struct Greedy {
-    me: Me,
+    me: SelfState,
     /// The latest heartbeat of each teammate: the time of receipt and the reported task.
     reported: BTreeMap<RobotId, (SimTime, Option<TaskId>)>,
 }
@@ -18,13 +18,13 @@ pub struct Greedy {
 impl Allocator for Greedy {
     type Config = NoParameters;
 
-    fn new(me: &Me, _: &NoParameters) -> Self {
+    fn new(me: &SelfState, _: &NoParameters) -> Self {
         Self { me: me.clone(), reported: BTreeMap::new() }
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
-        for broadcast in input.heard.iter().filter(|broadcast| broadcast.sender.index() < self.me.team) {
-            if let Content::Heartbeat(heartbeat) = &broadcast.body {
+        for broadcast in input.received.iter().filter(|broadcast| broadcast.sender.index() < self.me.team) {
+            if let BroadcastContent::Heartbeat(heartbeat) = &broadcast.body {
                 self.reported.insert(broadcast.sender, (input.now, heartbeat.task));
             }
         }
@@ -49,6 +49,6 @@ mod tests {
 
     #[test]
     fn greedy_passes_the_allocator_testkit() {
-        robot_agent::testkit::allocator::<Greedy>(&NoParameters {});
+        robot_agent::testkit::check_allocator::<Greedy>(&NoParameters {});
     }
 }

@@ -21,7 +21,7 @@ fn greedy_continues_without_gold_and_all_run_modes_write_the_same_bytes() {
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     fs::write(folder.join("kill.toml"), SCENARIO).unwrap();
-    let (listed, all) = own_allocator(&folder, &["allocators"]);
+    let (listed, all) = own_allocator(&folder, &["list", "allocators"]);
     assert!(listed == Some(0) && all.contains("greedy"), "{all}");
 
     let run = ["run", "--no-page", "--out", "many", "kill.toml"];

@@ -1,13 +1,13 @@
 //! The `visit` mission: each place must be touched once, by any robot.
 
+pub mod controller;
 pub mod data;
-pub mod mind;
 pub mod world;
 
 use missions::MissionParts;
 
 /// The world part and the controller part of the mission, for registration.
-pub const VISIT: MissionParts = MissionParts::of::<world::Visit, mind::Visitor>(data::VISIT);
+pub const VISIT: MissionParts = MissionParts::new::<world::Visit, controller::Visitor>(data::VISIT);
 
 #[cfg(test)]
 mod tests {
@@ -15,6 +15,6 @@ mod tests {
 
     #[test]
     fn visit_passes_the_mission_testkit() {
-        missions::testkit::mission(super::VISIT, SCENARIO);
+        missions::testkit::check_mission(super::VISIT, SCENARIO);
     }
 }

@@ -1,3 +1,3 @@
 fn main() -> std::process::ExitCode {
-    launch::main(launch::Registry::built_in().mission(own_mission::VISIT))
+    launch::main(launch::Registry::built_in().with_mission(own_mission::VISIT))
 }

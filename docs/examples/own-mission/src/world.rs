@@ -15,7 +15,7 @@ pub struct Visit {
 
 /// The reading of the touch sensor. The default is the reading of a dead sensor.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub enum Felt {
+pub enum TouchReading {
     #[default]
     Nothing,
     /// No unvisited place is within reach.
@@ -36,7 +36,7 @@ impl Visit {
 }
 
 impl TypedMission for Visit {
-    type Reading = Felt;
+    type Reading = TouchReading;
     type Action = Touch;
 
     fn new(setup: &Setup, _: &Floor) -> Self {
@@ -53,8 +53,8 @@ impl TypedMission for Visit {
         }
     }
 
-    fn sense(&self, robot: RobotId, floor: &Floor) -> (Felt, Validity) {
-        (self.left_within_reach(robot, floor).map_or(Felt::Floor, Felt::Place), Validity::UntilChange)
+    fn sense(&self, robot: RobotId, floor: &Floor) -> (TouchReading, Validity) {
+        (self.left_within_reach(robot, floor).map_or(TouchReading::Floor, TouchReading::Place), Validity::UntilChange)
     }
 
     /// Applies the fault `touch`, the only fault of this mission.

@@ -21,7 +21,7 @@ fn broken(how: &str, arguments: &[&str]) -> (Option<i32>, String, PathBuf) {
 fn in_one_process_one_line_names_the_failed_part_and_the_log_stays_readable() {
     for (how, names) in [
         ("world", "panicked at own-mission/src/bin/broken.rs"),
-        ("mind", "panicked at own-mission/src/bin/broken.rs"),
+        ("controller", "panicked at own-mission/src/bin/broken.rs"),
         ("nan", "the mission's controller returned an invalid speed: NaN m/s"),
         ("allocator", "the allocator gives task 0 the utility NaN"),
     ] {
@@ -39,7 +39,7 @@ fn in_one_process_one_line_names_the_failed_part_and_the_log_stays_readable() {
 #[test]
 fn with_processes_the_agent_or_the_run_ends_and_one_line_names_the_failed_part() {
     let arguments = ["run", "--no-page", "--out", "run", "--limit", "20", "visit.toml"];
-    let (_, stderr, folder) = broken("mind", &arguments);
+    let (_, stderr, folder) = broken("controller", &arguments);
     assert!(stderr.contains("robot-agent blue (mission visit, allocator alliance): panicked at own-mission/src/bin/broken.rs"), "{stderr}");
     let events = fs::read_to_string(folder.join("run/events.csv")).unwrap();
     assert!(events.contains(",gone,blue,"), "{events}");
@@ -51,10 +51,10 @@ fn with_processes_the_agent_or_the_run_ends_and_one_line_names_the_failed_part()
 
 #[test]
 fn a_sweep_records_the_failure_as_a_failed_run() {
-    let (_, _, folder) = broken("none", &["missions"]);
+    let (_, _, folder) = broken("none", &["list", "missions"]);
     fs::write(folder.join("plan.toml"), "scenario = \"visit.toml\"\nseeds = 2\n").unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_broken"));
-    command.env("BREAKS", "mind").current_dir(&folder).env("XDG_RUNTIME_DIR", &folder);
+    command.env("BREAKS", "controller").current_dir(&folder).env("XDG_RUNTIME_DIR", &folder);
     let run = command.args(["sweep", "plan.toml", "--out", "swept"]).output().unwrap();
     let stderr = String::from_utf8_lossy(&run.stderr);
     let results = fs::read_to_string(folder.join("swept/failures.csv")).or_else(|_| fs::read_to_string(folder.join("swept/results.csv")));

@@ -36,9 +36,9 @@ fn read(folder: &Path, file: &str) -> String {
 #[test]
 fn all_places_are_visited_without_gold_and_all_run_modes_write_the_same_bytes() {
     let folder = folder("visit");
-    let (listed, all) = own_mission(&folder, &["missions"]);
+    let (listed, all) = own_mission(&folder, &["list", "missions"]);
     assert!(listed == Some(0) && all.contains("visit") && all.contains("waste"), "{all}");
-    let (_, described) = own_mission(&folder, &["missions", "visit"]);
+    let (_, described) = own_mission(&folder, &["list", "missions", "visit"]);
     assert!(described.contains("reach_m = 0.3"), "{described}");
 
     let (status, output) = own_mission(&folder, &["run", "--no-page", "--out", "many", "visit.toml"]);
@@ -70,10 +70,10 @@ fn all_places_are_visited_without_gold_and_all_run_modes_write_the_same_bytes() 
 
 /// Checks that the page of the finished run is served.
 fn check_page(folder: &Path) {
-    let mut view = command(folder).args(["view", "many"]).stderr(Stdio::piped()).spawn().unwrap();
+    let mut view = command(folder).args(["watch", "many"]).stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(view.stderr.take().unwrap()).lines().map_while(Result::ok);
     let link = lines.find_map(|line| line.split_whitespace().find(|word| word.starts_with("http://")).map(str::to_owned));
-    let link = link.expect("`view` must print its link");
+    let link = link.expect("`watch` must print its link");
     let rest = link.strip_prefix("http://").unwrap();
     let (address, path) = rest.split_at(rest.find('/').unwrap());
     let mut stream = TcpStream::connect(address).unwrap();

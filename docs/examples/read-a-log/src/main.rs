@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Counts the rows of events.csv by robot and kind.
 fn counts(folder: &Path) -> Result<BTreeMap<(String, String), usize>, Box<dyn Error>> {
-    let log = RunLog::open(folder, &Registry::of_this_program().vocabulary())?;
+    let log = RunLog::open(folder, &Registry::current().vocabulary())?;
     let mut counts = BTreeMap::new();
     for event in log.rows::<EventRow>()? {
         *counts.entry((event.robot, event.kind)).or_default() += 1;

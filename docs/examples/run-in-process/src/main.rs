@@ -2,13 +2,13 @@
 
 use std::error::Error;
 
-use run_log::{LogLevel, Memory, RunFile};
+use run_log::{LogLevel, MemoryLog, RunFile};
 use scenario::Setup;
 use missions::Registry;
 use in_process::Team;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    for allocator in Registry::of_this_program().vocabulary().allocators {
+    for allocator in Registry::current().vocabulary().allocators {
         let run = run(allocator.name, 1)?;
         println!("{}: {:?} at {}", allocator.name, run.outcome, run.result.sim_time_ms);
     }
@@ -17,10 +17,10 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Runs the default mission with the allocator and seed.
 fn run(allocator: &str, seed: u64) -> Result<RunFile, Box<dyn Error>> {
-    let mut scenario = Registry::of_this_program().vocabulary().default_scenario()?;
+    let mut scenario = Registry::current().vocabulary().default_scenario()?;
     scenario.allocator = Some(allocator.to_owned());
     let setup = Setup::resolve(scenario, seed, None)?.setup;
-    let team = Team::new(setup, LogLevel::Off, Memory::default())?;
+    let team = Team::new(setup, LogLevel::Off, MemoryLog::default())?;
     let mut finished = None;
     let mut team = Some(team);
     while let Some(mut running) = team.take() {

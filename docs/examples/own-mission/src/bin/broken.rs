@@ -1,13 +1,13 @@
 //! The visit program with parts that fail after three seconds.
 //!
-//! The environment variable `BREAKS` selects the part: `world`, `mind`, `nan` or `allocator`. The tests in
+//! The environment variable `BREAKS` selects the part: `world`, `controller`, `nan` or `allocator`. The tests in
 //! `tests/broken.rs` check the effect.
 
 use std::sync::Arc;
 
 use scenario::fault::Fault;
 use scenario::ids::{BehaviorId, ItemId, RobotId, TaskId};
-use proto::mission::{Deed, Lore, Sensed};
+use proto::mission::{Action, SensorReading, SharedKnowledge};
 use scenario::Setup;
 use proto::team::Broadcast;
 use proto::telemetry::{AllocationRow, BehaviorState};
@@ -17,9 +17,9 @@ use proto::view::View;
 use glam::Vec2;
 use missions::MissionParts;
 use own_mission::VISIT;
-use robot_agent::allocator::{Allocator, Choice, Decision, Input, Me, NoParameters, RouteCost};
-use robot_agent::mission::{StepOutput, AgentMission, MissionMind, Moment, Perception, SharedMission};
-use world_server::mission::{Happened, MissionWorld, TeamFigures, Validity, Value, WorldMission};
+use robot_agent::allocator::{Allocator, Choice, Decision, Input, SelfState, NoParameters, RouteCost};
+use robot_agent::mission::{AgentMission, ControllerInput, MissionController, Perception, SharedMission, StepOutput};
+use world_server::mission::{FigureValue, MissionWorld, StepEvents, TeamFigures, Validity, WorldMission};
 use world_server::world::{ChangeError, Floor};
 
 const WHEN: SimTime = SimTime(3000);
@@ -31,11 +31,14 @@ fn breaks(part: &str) -> bool {
 fn main() -> std::process::ExitCode {
     let parts = MissionParts {
         world: MissionWorld { new: |setup, floor| Box::new(World((VISIT.world.new)(setup, floor))), ..VISIT.world },
-        mind: MissionMind { shared: |setup| Arc::new(Team((VISIT.mind.shared)(setup))), ..VISIT.mind },
+        controller: MissionController {
+            shared: |setup| Arc::new(Team((VISIT.controller.shared)(setup))),
+            ..VISIT.controller
+        },
     };
-    let registry = launch::Registry::built_in().mission(parts);
+    let registry = launch::Registry::built_in().with_mission(parts);
     launch::main(if breaks("allocator") {
-        registry.allocator::<NotANumber>("alliance", "a utility that is not a number")
+        registry.with_allocator::<NotANumber>("alliance", "a utility that is not a number")
     } else {
         registry
     })
@@ -47,7 +50,7 @@ struct NotANumber;
 impl Allocator for NotANumber {
     type Config = NoParameters;
 
-    fn new(_: &Me, _: &NoParameters) -> Self {
+    fn new(_: &SelfState, _: &NoParameters) -> Self {
         Self
     }
 
@@ -62,20 +65,20 @@ impl Allocator for NotANumber {
 struct World(Box<dyn WorldMission>);
 
 impl WorldMission for World {
-    fn act(&mut self, robot: RobotId, deed: &Deed, floor: &mut Floor, happened: &mut Happened) {
-        self.0.act(robot, deed, floor, happened);
+    fn act(&mut self, robot: RobotId, action: &Action, floor: &mut Floor, happened: &mut StepEvents) {
+        self.0.act(robot, action, floor, happened);
     }
 
-    fn settle(&mut self, floor: &mut Floor, _: &mut Happened) {
+    fn settle(&mut self, floor: &mut Floor, _: &mut StepEvents) {
         assert!(!breaks("world") || floor.now() < WHEN, "the world fails on purpose");
     }
 
-    fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut Sensed) -> Validity {
+    fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut SensorReading) -> Validity {
         self.0.sense(robot, floor, sensed)
     }
 
-    fn lose(&mut self, robot: RobotId, floor: &mut Floor, happened: &mut Happened) {
-        self.0.lose(robot, floor, happened);
+    fn release_load(&mut self, robot: RobotId, floor: &mut Floor, happened: &mut StepEvents) {
+        self.0.release_load(robot, floor, happened);
     }
 
     fn change(&mut self, fault: &Fault, floor: &mut Floor) -> Option<Result<String, ChangeError>> {
@@ -90,24 +93,24 @@ impl WorldMission for World {
         self.0.load(robot)
     }
 
-    fn row(&self, row: &mut Vec<Value>) {
+    fn row(&self, row: &mut Vec<FigureValue>) {
         self.0.row(row);
     }
 
-    fn state(&self) -> u64 {
-        self.0.state()
+    fn state_hash(&self) -> u64 {
+        self.0.state_hash()
     }
 
     fn figures(&self, figures: &mut TeamFigures) {
         self.0.figures(figures);
     }
 
-    fn show(&self, floor: &Floor, view: &mut View) {
-        self.0.show(floor, view);
+    fn add_to_view(&self, floor: &Floor, view: &mut View) {
+        self.0.add_to_view(floor, view);
     }
 
-    fn boxed(&self) -> Box<dyn WorldMission> {
-        Box::new(Self(self.0.boxed()))
+    fn clone_boxed(&self) -> Box<dyn WorldMission> {
+        Box::new(Self(self.0.clone_boxed()))
     }
 }
 
@@ -115,54 +118,54 @@ impl WorldMission for World {
 struct Team(Arc<dyn SharedMission>);
 
 impl SharedMission for Team {
-    fn mind(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
-        Box::new(Mind { robot, mind: self.0.mind(robot, setup) })
+    fn create_controller(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
+        Box::new(Controller { robot, controller: self.0.create_controller(robot, setup) })
     }
 }
 
 #[derive(Debug)]
-struct Mind {
+struct Controller {
     robot: RobotId,
-    mind: Box<dyn AgentMission>,
+    controller: Box<dyn AgentMission>,
 }
 
-impl RouteCost for Mind {
+impl RouteCost for Controller {
     fn seconds(&self, after: &[TaskId], task: TaskId) -> Option<f64> {
-        self.mind.seconds(after, task)
+        self.controller.seconds(after, task)
     }
 }
 
-impl AgentMission for Mind {
-    fn perceive(&mut self, moment: &Moment<'_>, heard: &[Arc<Broadcast>], perception: &mut Perception) {
-        let breaks = breaks("mind") && self.robot == RobotId(0);
-        assert!(!breaks || moment.now < WHEN, "the controller fails on purpose");
-        self.mind.perceive(moment, heard, perception);
+impl AgentMission for Controller {
+    fn perceive(&mut self, input: &ControllerInput<'_>, received: &[Arc<Broadcast>], perception: &mut Perception) {
+        let breaks = breaks("controller") && self.robot == RobotId(0);
+        assert!(!breaks || input.now < WHEN, "the controller fails on purpose");
+        self.controller.perceive(input, received, perception);
     }
 
-    fn choices(&self, moment: &Moment<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
-        self.mind.choices(moment, applicable, choices);
+    fn choices(&self, input: &ControllerInput<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
+        self.controller.choices(input, applicable, choices);
     }
 
-    fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut StepOutput) {
-        self.mind.act(moment, active, action);
-        if breaks("nan") && moment.now >= WHEN {
-            action.actuation.speed_m_s = f32::NAN;
+    fn act(&mut self, input: &ControllerInput<'_>, active: Option<BehaviorId>, output: &mut StepOutput) {
+        self.controller.act(input, active, output);
+        if breaks("nan") && input.now >= WHEN {
+            output.actuation.speed_m_s = f32::NAN;
         }
     }
 
-    fn lore(&self, lore: &mut Lore) {
-        self.mind.lore(lore);
+    fn shared_knowledge(&self, knowledge: &mut SharedKnowledge) {
+        self.controller.shared_knowledge(knowledge);
     }
 
     fn position(&self) -> Option<Vec2> {
-        self.mind.position()
+        self.controller.position()
     }
 
     fn is_laden(&self) -> bool {
-        self.mind.is_laden()
+        self.controller.is_laden()
     }
 
     fn checkpoint(&self) -> Box<dyn AgentMission> {
-        Box::new(Self { robot: self.robot, mind: self.mind.checkpoint() })
+        Box::new(Self { robot: self.robot, controller: self.controller.checkpoint() })
     }
 }

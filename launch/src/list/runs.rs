@@ -1,8 +1,7 @@
-//! `alliance ls`: lists the live runs of this user and the recorded runs in a folder.
+//! `alliance list runs`: the live runs of this user and the recorded runs in a folder.
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::time::SystemTime;
 
 use analysis::table;
@@ -13,17 +12,18 @@ use cluster::rendezvous::{self, Rendezvous};
 use proto::control::{ControlCommand, Reply};
 use scenario::time::SimTime;
 use serde::{Deserialize, Serialize};
-use terminal::stderr_line;
 use tokio::runtime::Runtime;
 
 use crate::control::send_command;
 use crate::runtime;
 
-/// List live runs and the recorded runs in a folder, newest first
+const FOLDER: &str = "runs";
+
+/// List live and recorded runs, newest first
 #[derive(Args, Clone, Debug)]
-pub struct LsCommand {
+pub struct RunsCommand {
     /// Folder that contains the run folders
-    #[arg(value_name = "DIR", default_value = "runs")]
+    #[arg(value_name = "DIR", default_value = FOLDER)]
     folder: PathBuf,
     /// Print the list as JSON on stdout
     #[arg(long)]
@@ -61,26 +61,24 @@ struct Length {
     sim_time_ms: SimTime,
 }
 
-impl LsCommand {
-    /// Prints the list. Exit status 0, or 3 if the folder cannot be read.
-    #[must_use]
-    pub fn run(&self) -> ExitCode {
-        let listed = live().and_then(|mut runs| {
-            runs.extend(logs(&self.folder)?);
-            let text = if self.json {
-                serde_json::to_string_pretty(&runs)? + "\n"
-            } else {
-                in_words(&runs, &self.folder)
-            };
-            Ok(text)
-        });
-        match listed {
-            Ok(text) => terminal::print_result("alliance ls", text, ExitCode::SUCCESS),
-            Err(error) => {
-                stderr_line!("alliance ls: {error:#}");
-                ExitCode::from(3)
-            }
+impl Default for RunsCommand {
+    fn default() -> Self {
+        Self {
+            folder: FOLDER.into(),
+            json: false,
         }
+    }
+}
+
+impl RunsCommand {
+    /// Returns the list as text or as JSON.
+    pub fn text(&self) -> anyhow::Result<String> {
+        let mut runs = live()?;
+        runs.extend(logs(&self.folder)?);
+        if self.json {
+            return Ok(serde_json::to_string_pretty(&runs)? + "\n");
+        }
+        Ok(in_words(&runs, &self.folder))
     }
 }
 
@@ -185,14 +183,16 @@ fn in_words(runs: &[Listed], folder: &Path) -> String {
     let mut table = table::new(["run", "state", "scenario", "seed", "simulated", "hash"]);
     let or_dash = |text: Option<String>| text.unwrap_or_else(|| "–".to_owned());
     for run in runs {
-        table.add_row([
+        let cells = [
             run.run.clone(),
             run.state.clone(),
             or_dash(run.scenario.clone()),
             or_dash(run.seed.map(|seed| seed.to_string())),
             or_dash(run.sim_time_ms.map(|time| time.to_string())),
             or_dash(run.hash.clone()),
-        ]);
+        ];
+        // Names of folders and texts of logs can contain any character.
+        table.add_row(cells.map(|cell| terminal::in_one_line(&cell).into_owned()));
     }
     table::no_wrap(&mut table, &[2, 5]);
     table::hide_if_narrow(&mut table, 2);

@@ -1,47 +1,39 @@
-//! `alliance missions`: lists the missions, or the parameters of one.
-
-use std::process::ExitCode;
+//! `alliance list missions`: the missions, or the parameters of one.
 
 use analysis::table;
+use anyhow::bail;
 use clap::Args;
 use missions::Registry;
 use scenario::mission::registry::Mission;
 use scenario::name_remedy;
-use terminal::stderr_line;
 
-use crate::parameters::blocks;
+use super::parameters::blocks;
 
-/// List the missions, or the parameters of one.
-#[derive(Args, Clone, Debug)]
+/// List the missions, or the parameters of one
+#[derive(Args, Clone, Debug, Default)]
 pub struct MissionsCommand {
-    /// Mission whose parameters to list; they are the keys of its section in a scenario file
-    name: Option<String>,
+    /// Mission whose parameters to list: the keys of its section in a scenario file
+    #[arg(value_name = "MISSION")]
+    mission: Option<String>,
 }
 
 impl MissionsCommand {
-    /// Prints the list or the description. Exit status 0, or 2 for an unknown name.
-    #[must_use]
-    pub fn run(&self) -> ExitCode {
+    /// Returns the list or the description.
+    pub fn text(&self) -> anyhow::Result<String> {
         let missions = Registry::current().vocabulary().missions;
-        let Some(name) = &self.name else {
+        let Some(name) = &self.mission else {
             let listed = missions.iter();
             let listed = listed.map(|mission| (mission.name(), mission.about()));
-            return say(table::list(listed));
+            return Ok(table::list(listed));
         };
-        if let Some(mission) = missions.iter().find(|mission| mission.name() == name) {
-            return say(description(*mission));
+        match missions.iter().find(|mission| mission.name() == name) {
+            Some(mission) => Ok(description(*mission)),
+            None => bail!(
+                "there is no mission '{name}'; {}",
+                name_remedy(name, missions.iter().map(|mission| mission.name()))
+            ),
         }
-        let names = missions.iter().map(|mission| mission.name());
-        stderr_line!(
-            "alliance missions: there is no mission '{name}'; {}",
-            name_remedy(name, names)
-        );
-        ExitCode::from(2)
     }
-}
-
-fn say(text: String) -> ExitCode {
-    terminal::print_result("alliance missions", text, ExitCode::SUCCESS)
 }
 
 /// Returns the description of a mission with a block for each parameter.

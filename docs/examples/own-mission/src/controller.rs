@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use robot_agent::mission::prelude::*;
 
 use crate::data::VisitSection;
-use crate::world::{Felt, Touch};
+use crate::world::{TouchReading, Touch};
 
 #[derive(Clone, Debug)]
 pub struct Visitor {
@@ -20,7 +20,7 @@ pub struct Visitor {
 }
 
 impl TypedController for Visitor {
-    type SensorReading = Felt;
+    type SensorReading = TouchReading;
     type Action = Touch;
     type SharedKnowledge = BTreeSet<usize>;
     type Bulletin = ();
@@ -34,38 +34,38 @@ impl TypedController for Visitor {
         }
     }
 
-    fn perceive(&mut self, moment: &TypedStepInput<Self>, heard: &[ReceivedBroadcast<Self>], perception: &mut Perception) {
+    fn perceive(&mut self, input: &TypedStepInput<Self>, received: &[ReceivedBroadcast<Self>], perception: &mut Perception) {
         let places = || 0..self.section.places.len();
-        let received = heard.iter().flat_map(|heard| heard.lore.iter().flatten());
-        self.visited.extend(received.filter(|place| places().contains(place)));
+        let shared_places = received.iter().flat_map(|broadcast| broadcast.shared_knowledge.iter().flatten());
+        self.visited.extend(shared_places.filter(|place| places().contains(place)));
         // If the robot is at a place and senses no target, another robot has visited it.
-        if let (Some(position), Felt::Floor) = (moment.position, moment.reading) {
+        if let (Some(position), TouchReading::Floor) = (input.position, input.reading) {
             let is_here = |&place: &usize| position.distance(self.section.at(place)) < 0.9 * self.section.reach_m;
             self.visited.extend(places().filter(is_here));
         }
         perception.progressed.extend(self.progressed.take());
         let is_left = |task: TaskId| !self.visited.contains(&task.index());
-        perception.applicable.extend(moment.behaviors.iter().map(|behavior| is_left(behavior.task)));
+        perception.applicable.extend(input.behaviors.iter().map(|behavior| is_left(behavior.task)));
     }
 
     fn act(
         &mut self,
-        moment: &TypedStepInput<Self>,
+        input: &TypedStepInput<Self>,
         active: Option<BehaviorId>,
-        action: &mut StepOutput,
+        output: &mut StepOutput,
     ) -> Option<Touch> {
-        let task = moment.task_of(active)?;
-        if matches!(moment.reading, Felt::Place(place) if *place == task.index()) {
+        let task = input.task_of(active)?;
+        if matches!(input.reading, TouchReading::Place(place) if *place == task.index()) {
             self.visited.insert(task.index());
             self.progressed = Some(task);
             return Some(Touch(task.index()));
         }
         let (at, within) = (self.section.at(task.index()), 0.8 * self.section.reach_m);
-        action.actuation = self.driver.drive_to(at, within, moment.readings, moment.now);
+        output.actuation = self.driver.drive_to(at, within, input.readings, input.now);
         None
     }
 
-    fn lore(&self) -> BTreeSet<usize> {
+    fn shared_knowledge(&self) -> BTreeSet<usize> {
         self.visited.clone()
     }
 

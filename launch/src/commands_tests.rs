@@ -1,0 +1,224 @@
+//! The commands of the program: their number, their examples, manual pages and completions.
+
+use std::process::Command as Process;
+
+use clap::{Command, FromArgMatches};
+use clap_complete::Shell;
+
+use crate::commands::{self, HEADINGS};
+use crate::generate::{completions, man};
+use crate::{AllianceCli, full_command};
+
+/// Returns all visible commands below `command` with their words.
+fn all<'c>(command: &'c Command, words: &str) -> Vec<(String, &'c Command)> {
+    let parts = command.get_subcommands().filter(|part| !part.is_hide_set());
+    let below = parts.flat_map(|part| {
+        let words = format!("{words} {}", part.get_name());
+        all(part, words.trim_start())
+    });
+    std::iter::once((words.to_owned(), command))
+        .chain(below)
+        .collect()
+}
+
+/// Splits a command line like a shell, up to a redirection.
+fn words(line: &str) -> Vec<String> {
+    let line = line.split(" > ").next().unwrap();
+    let mut words = vec![String::new()];
+    let mut quote = None;
+    for letter in line.chars() {
+        match (letter, quote) {
+            ('"' | '\'', None) => quote = Some(letter),
+            (_, Some(open)) if letter == open => quote = None,
+            (' ', None) => words.push(String::new()),
+            _ => words.last_mut().unwrap().push(letter),
+        }
+    }
+    words
+}
+
+#[test]
+fn there_are_at_most_16_commands_each_below_one_heading() {
+    let command = full_command();
+    let parts = command.get_subcommands().filter(|part| !part.is_hide_set());
+    let names: Vec<&str> = parts.map(Command::get_name).collect();
+    terminal::stderr_line!("{}", names.join("\n"));
+    let listed: Vec<&str> = HEADINGS
+        .iter()
+        .flat_map(|(_, names)| *names)
+        .copied()
+        .collect();
+    assert_eq!(names, listed);
+    assert!(names.len() <= 16, "{names:?}");
+    let help = full_command().render_help().to_string();
+    for (heading, names) in HEADINGS {
+        let below = help.split(&format!("\n{heading}:\n")).nth(1).unwrap();
+        let below = below.split("\n\n").next().unwrap();
+        let first: Vec<&str> = below
+            .lines()
+            .map(|line| line.split_whitespace().next().unwrap())
+            .collect();
+        assert_eq!(first, *names, "{help}");
+    }
+    let widest = help.lines().map(|line| line.chars().count()).max();
+    assert!(widest <= Some(80), "{help}");
+}
+
+#[test]
+fn each_help_text_ends_with_examples_that_the_command_accepts() {
+    for (name, command) in all(&full_command(), "") {
+        let help = command.clone().render_help().to_string();
+        let examples = help.split("Examples:\n").nth(1);
+        let examples = examples.unwrap_or_else(|| panic!("{name} has no example:\n{help}"));
+        let lines: Vec<&str> = examples.lines().collect();
+        assert!((1..=3).contains(&lines.len()), "{name}: {examples}");
+        for line in lines {
+            assert!(line.chars().count() <= 98, "{name}: {line}");
+            let line = line.trim().split("  # ").next().unwrap().trim_end();
+            if !name.is_empty() {
+                assert!(
+                    format!("{line} ").starts_with(&format!("alliance {name} ")),
+                    "{name}: {line}"
+                );
+            }
+            let parsed = full_command().try_get_matches_from(words(line));
+            let parsed = parsed.and_then(|matches| AllianceCli::from_arg_matches(&matches));
+            assert!(parsed.is_ok(), "{line}: {}", parsed.err().unwrap());
+        }
+    }
+}
+
+#[test]
+fn each_option_has_one_line_of_help() {
+    for (name, command) in all(&full_command(), "") {
+        assert!(
+            command.get_long_about().is_none(),
+            "{name}: a description of one line"
+        );
+        for argument in command
+            .get_arguments()
+            .filter(|argument| !argument.is_hide_set())
+        {
+            let id = argument.get_id();
+            let help = argument
+                .get_help()
+                .map(ToString::to_string)
+                .unwrap_or_default();
+            assert!(
+                (5..=100).contains(&help.chars().count()),
+                "{name}, {id}: {help}"
+            );
+            assert!(argument.get_long_help().is_none(), "{name}, {id}");
+        }
+    }
+}
+
+#[test]
+fn each_command_has_a_manual_page_with_examples_and_exit_statuses() {
+    let folder = tempfile::tempdir().unwrap();
+    man::write(full_command(), folder.path()).unwrap();
+    let commands = full_command();
+    let commands = all(&commands, "");
+    for (words, _) in &commands {
+        let page = format!("alliance {words}").trim_end().replace(' ', "-");
+        let text = std::fs::read_to_string(folder.path().join(format!("{page}.1"))).unwrap();
+        for section in [
+            "NAME",
+            "SYNOPSIS",
+            "DESCRIPTION",
+            "EXAMPLES",
+            "\"EXIT STATUS\"",
+            "\"SEE ALSO\"",
+        ] {
+            assert!(
+                text.contains(&format!(".SH {section}\n")),
+                "{page} has no {section}:\n{text}"
+            );
+        }
+        assert!(!commands::exit_statuses(words).is_empty(), "{page}");
+    }
+    assert_eq!(
+        std::fs::read_dir(folder.path()).unwrap().count(),
+        commands.len()
+    );
+    let run = std::fs::read_to_string(folder.path().join("alliance-run.1")).unwrap();
+    let synopsis = run
+        .split("SYNOPSIS\n")
+        .nth(1)
+        .unwrap()
+        .lines()
+        .next()
+        .unwrap();
+    assert!(synopsis.contains("[OPTIONS] [SCENARIO|FILE]"), "{synopsis}");
+}
+
+/// Returns what bash offers for the last word.
+fn offered(script: &str, words: &[&str]) -> Vec<String> {
+    let last = words.len() - 1;
+    let previous = words[last.saturating_sub(1)];
+    let script = format!(
+        "{script}\nCOMP_WORDS=({}) COMP_CWORD={last}\n_alliance alliance '{}' '{previous}'\nprintf '%s\\n' \"${{COMPREPLY[@]}}\"",
+        words
+            .iter()
+            .map(|word| format!("'{word}' "))
+            .collect::<String>(),
+        words[last]
+    );
+    // A file, because the script is longer than an argument can be.
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(file.path(), script).unwrap();
+    let output = Process::new("bash")
+        .arg("--norc")
+        .arg(file.path())
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    text.lines().map(str::to_owned).collect()
+}
+
+#[test]
+fn bash_completes_commands_and_names() {
+    let script = completions::script(Shell::Bash, full_command());
+    assert_eq!(offered(&script, &["alliance", "wa"]), ["watch"]);
+    assert_eq!(
+        offered(&script, &["alliance", "run", "--allocator", "cb"]),
+        ["cbaa", "cbba"]
+    );
+    assert_eq!(
+        offered(&script, &["alliance", "run", "parker-b"]),
+        ["parker-box"]
+    );
+    assert_eq!(
+        offered(&script, &["alliance", "fault", "kill", "gol"]),
+        ["gold"]
+    );
+    assert_eq!(
+        offered(&script, &["alliance", "fault", "drop", "--from", "al"]),
+        ["all"]
+    );
+    assert_eq!(
+        offered(&script, &["alliance", "list", "missions", "serv"]),
+        ["service"]
+    );
+    assert_eq!(
+        offered(
+            &script,
+            &["alliance", "cluster", "agent", "--robot", "gree"]
+        ),
+        ["green"]
+    );
+}
+
+#[test]
+fn zsh_completes_scenarios_and_files() {
+    let script = completions::script(Shell::Zsh, full_command());
+    let function = script.split("_alliance_scenarios() {").nth(1).unwrap();
+    assert!(
+        function
+            .split('}')
+            .next()
+            .unwrap()
+            .contains("files:file:_files")
+    );
+    assert!(script.contains(":_alliance_scenarios'"));
+}

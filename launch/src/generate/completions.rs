@@ -1,0 +1,81 @@
+//! Completion scripts with the names of scenarios, allocators, missions and robots of this program.
+
+use std::collections::BTreeSet;
+
+use clap::Command;
+use clap::builder::PossibleValuesParser;
+use clap_complete::{Shell, generate};
+use missions::Registry;
+use scenario::{Scenario, Vocabulary};
+
+/// The value names of arguments that accept the name of a built-in scenario or a file.
+const SCENARIO_OR_FILE: &str = "SCENARIO|FILE";
+
+/// The function of the zsh script that completes scenarios and files.
+const ZSH_SCENARIOS: &str = "_alliance_scenarios";
+
+/// Returns the completion script of the complete `command`.
+pub fn script(shell: Shell, command: Command) -> String {
+    let vocabulary = Registry::current().vocabulary();
+    let mut script = Vec::new();
+    let name = command.get_name().to_owned();
+    let mut command = with_names(command, &vocabulary);
+    generate(shell, &mut command, name, &mut script);
+    let script = String::from_utf8_lossy(&script).into_owned();
+    match shell {
+        Shell::Zsh => with_files(&script, &names("SCENARIO", &vocabulary)),
+        _ => script,
+    }
+}
+
+/// Attaches the known names to arguments, found by their value names. This is for completion only: parsing accepts other
+/// values, such as files, and reports unknown names with a suggestion.
+fn with_names(command: Command, vocabulary: &Vocabulary) -> Command {
+    let command = command.mut_args(|argument| {
+        let value = argument.get_value_names().and_then(|names| names.first());
+        let names = value.map_or_else(Vec::new, |value| names(value, vocabulary));
+        match names.is_empty() {
+            true => argument,
+            false => argument.value_parser(PossibleValuesParser::new(names)),
+        }
+    });
+    command.mut_subcommands(|part| with_names(part, vocabulary))
+}
+
+/// Returns the known values of an argument with this value name.
+fn names(value: &str, vocabulary: &Vocabulary) -> Vec<String> {
+    let names = |all: &mut dyn Iterator<Item = &'static str>| all.map(str::to_owned).collect();
+    match value {
+        "SCENARIO" | SCENARIO_OR_FILE => {
+            names(&mut vocabulary.builtins().map(|built_in| built_in.name))
+        }
+        "ALLOCATOR" => names(&mut vocabulary.allocators.iter().map(|spec| spec.name)),
+        "MISSION" => names(&mut vocabulary.missions.iter().map(|mission| mission.name())),
+        "ROBOT" => robots(vocabulary).into_iter().collect(),
+        "ROBOT|all" => robots(vocabulary)
+            .into_iter()
+            .chain(["all".to_owned()])
+            .collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Returns the robots of all built-in scenarios.
+fn robots(vocabulary: &Vocabulary) -> BTreeSet<String> {
+    let scenarios = vocabulary.builtins();
+    let scenarios = scenarios
+        .filter_map(|built_in| Scenario::parse(built_in.name, built_in.text, vocabulary).ok());
+    scenarios
+        .flat_map(|scenario| scenario.robots.into_iter().map(|robot| robot.name))
+        .collect()
+}
+
+/// Extends a zsh script: arguments that accept a scenario also complete files. Bash does so by itself.
+fn with_files(script: &str, scenarios: &[String]) -> String {
+    let names = format!("({})", scenarios.join(" "));
+    let function = format!(
+        "{ZSH_SCENARIOS}() {{\n    _alternative 'scenarios:scenario:{names}' 'files:file:_files'\n}}\n\n"
+    );
+    let script = script.replace(&format!(":{names}'"), &format!(":{ZSH_SCENARIOS}'"));
+    script.replacen("_alliance() {", &format!("{function}_alliance() {{"), 1)
+}

@@ -1,0 +1,45 @@
+"""Values of a scenario in a dict, as JSON can write them."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ._engine import ScenarioError
+
+
+def plain(value: Any, at: str) -> Any:
+    """Returns a value of a scenario as JSON can write it. NumPy's numbers, texts and arrays become Python's.
+
+    Raises `ScenarioError` with the key of a value that a scenario cannot contain.
+    """
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    elif isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, Mapping):
+        for key in value:
+            if not isinstance(key, str):
+                raise ScenarioError(f"{at}: the key {key!r} is not a text; write the keys as texts")
+        return {str(key): plain(below, f"{at}.{key}") for key, below in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(below, f"{at}[{index}]") for index, below in enumerate(value)]
+    if isinstance(value, bool | str):
+        return value
+    if isinstance(value, int):
+        if not -(2**63) <= value < 2**63:
+            raise ScenarioError(f"{at}: {value} is out of range; write a number from -2^63 to 2^63 - 1")
+        return value
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise ScenarioError(f"{at}: {value} is not a finite number; write one, or omit the key")
+        return value
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if value is None:
+        raise ScenarioError(f"{at}: None is not a value; omit the key")
+    raise ScenarioError(f"{at}: a value of type {type(value).__name__} does not fit; write a number, a text, a list or a dict")

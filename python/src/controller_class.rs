@@ -1,0 +1,95 @@
+//! A controller class as a kind of allocator that scenarios can name.
+
+use std::fmt;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::PyType;
+use robot_agent::allocator::{AllocatorKind, ConfigError, ConfiguredAllocator};
+use scenario::{AllocatorSpec, Setup};
+
+use crate::agent::PythonAgents;
+use crate::allocator::PythonAllocators;
+use crate::controller::*;
+use crate::values::loads;
+
+/// A controller class with its name.
+pub struct ControllerClass {
+    name: &'static str,
+    class: Py<PyType>,
+    failure: FailureReaction,
+    twice: bool,
+}
+
+impl ControllerClass {
+    /// Creates a class. With `twice`, each step is executed twice from a copy, and the controller fails if the results
+    /// differ.
+    pub fn new(name: &str, class: Py<PyType>, failure: FailureReaction, twice: bool) -> Self {
+        Self {
+            name: interned(name),
+            class,
+            failure,
+            twice,
+        }
+    }
+}
+
+/// Returns a copy of the name that lives as long as the program. Each name is stored once.
+fn interned(name: &str) -> &'static str {
+    static NAMES: OnceLock<Mutex<Vec<&'static str>>> = OnceLock::new();
+    let names = NAMES.get_or_init(Mutex::default);
+    let mut names = names.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = names.iter().find(|known| **known == name) {
+        return known;
+    }
+    let name: &'static str = name.to_owned().leak();
+    names.push(name);
+    name
+}
+
+impl fmt::Debug for ControllerClass {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Class").field(&self.name).finish()
+    }
+}
+
+impl AllocatorKind for ControllerClass {
+    fn spec(&self) -> AllocatorSpec {
+        AllocatorSpec {
+            name: self.name,
+            about: "a controller in Python",
+            parameters: Vec::new(),
+            needs_ground_truth: false,
+            learns_times: false,
+        }
+    }
+
+    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
+        let failure = |reason: String| ConfigError {
+            subject: format!("mind '{}'", self.name),
+            why: reason,
+        };
+        let text = serde_json::to_string(setup).map_err(|error| failure(error.to_string()))?;
+        let prepared = Python::attach(|py| {
+            let is_agent = self.class.getattr(py, intern!(py, "_is_whole"))?;
+            let common = Arc::new(ClassData {
+                name: self.name,
+                class: self.class.clone_ref(py),
+                failure: self.failure.clone(),
+                twice: self.twice,
+                setup: setup.clone(),
+                setup_object: loads(py, &text)?.unbind(),
+                is_slow: AtomicBool::new(false),
+            });
+            let prepared: Arc<dyn ConfiguredAllocator> = if is_agent.extract(py)? {
+                Arc::new(PythonAgents::new(common))
+            } else {
+                Arc::new(PythonAllocators(common))
+            };
+            Ok(prepared)
+        });
+        prepared.map_err(|error: PyErr| failure(error.to_string()))
+    }
+}
