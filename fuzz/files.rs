@@ -11,8 +11,8 @@ use analysis::sweep::{Plan, parse_journal};
 use in_process::Team;
 use missions::Registry;
 use run_log::{
-    AllocationRow, EventRow, LogLevel, MemoryLog, MessageRow, MissionRow, MotivationRow, PoseRow,
-    RunFile, RunLog, Table, TableRow, TargetRow, TickRow,
+    AllocationMessageRow, AllocationRow, EventRow, LogLevel, MemoryLog, MessageRow, MissionRow,
+    MotivationRow, PoseRow, RunFile, RunLog, Table, TableRow, TargetRow, TickRow,
 };
 use scenario::{ParameterFile, Profile, Scenario, Setup, Vocabulary};
 
@@ -51,9 +51,9 @@ pub fn log_of(text: &[u8]) -> Option<&'static str> {
             replay(&inputs, LogLevel::Off, |_| {}).map_err(|error| one_line(format!("{error:#}")));
         return Some("inputs");
     }
-    let foreign = log(Table::External);
-    if foreign
-        .foreign()
+    let external = log(Table::External);
+    if external
+        .external_answers()
         .map_err(one_line)
         .is_ok_and(|all| !all.is_empty())
     {
@@ -64,9 +64,14 @@ pub fn log_of(text: &[u8]) -> Option<&'static str> {
         rows.is_ok_and(|rows| !rows.is_empty())
     }
     type IsOf = fn(RunLog) -> bool;
-    let tables: [(&str, Table, IsOf); 8] = [
+    let tables: [(&str, Table, IsOf); 9] = [
         ("motivations", Table::Motivations, is_of::<MotivationRow>),
         ("allocation", Table::Allocation, is_of::<AllocationRow>),
+        (
+            "allocation-messages",
+            Table::AllocationMessages,
+            is_of::<AllocationMessageRow>,
+        ),
         ("messages", Table::Messages, is_of::<MessageRow>),
         ("events", Table::Events, is_of::<EventRow>),
         ("poses", Table::Poses, is_of::<PoseRow>),

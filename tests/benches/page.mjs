@@ -50,7 +50,7 @@ async function connect(url) {
 const middle = (numbers) => numbers.toSorted((a, b) => a - b)[Math.floor(numbers.length / 2)];
 
 const profile = mkdtempSync(join(tmpdir(), "page-"));
-const view = spawn(program, ["view", folder], { stdio: ["ignore", "ignore", "pipe"] });
+const view = spawn(program, ["watch", folder], { stdio: ["ignore", "ignore", "pipe"] });
 let output = "";
 view.stderr.on("data", (data) => (output += data));
 const browser = spawn("chromium", [

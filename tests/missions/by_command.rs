@@ -46,17 +46,6 @@ fn assert_readable(log: &RunLog) {
 }
 
 #[test]
-fn the_default_mission_completes_and_every_item_is_delivered() {
-    let lab = Lab::new();
-    let finished = lab.mission("run", &["--json"]).expect(0);
-    let result = finished.json();
-    assert_eq!(result["outcome"], "complete");
-    assert_eq!(result["unscripted"], false);
-    assert_eq!(result["result"]["items"]["delivered"], 24);
-    assert_readable(&lab.log("run"));
-}
-
-#[test]
 fn a_run_shows_its_processes_its_progress_and_a_summary() {
     let lab = Lab::new();
     let arguments = ["--seed", "7", "--limit", "20", "--speed", "10x"];
@@ -73,13 +62,7 @@ fn a_run_shows_its_processes_its_progress_and_a_summary() {
             "no '{part}' in:\n{stderr}"
         );
     }
-    for part in [
-        " s simulated",
-        ", 0 of 24 items delivered; ",
-        "blue: ",
-        "; gold: ",
-        "; green: ",
-    ] {
+    for part in [" s simulated", ", 0 of 24 items delivered; "] {
         assert!(
             line(" delivered; ").contains(part),
             "no '{part}' in:\n{stderr}"
@@ -92,7 +75,9 @@ fn a_run_shows_its_processes_its_progress_and_a_summary() {
     line("time-limit: 0 of 24 items delivered, reports made 0");
     assert_eq!(line("folder"), "folder  run");
     assert_eq!(line("seed"), "seed    7");
-    let hash = lab.log("run").run.hash.unwrap();
+    let log = lab.log("run");
+    assert_readable(&log);
+    let hash = log.run.hash.unwrap();
     assert_eq!(line("hash"), format!("hash    {hash}"));
     assert_eq!(finished.stdout, "", "texts for people go to stderr");
 }

@@ -5,11 +5,11 @@ use crate::harness::{Lab, Process};
 const LIMIT: &str = "50";
 
 fn world(lab: &Lab) -> Process {
-    lab.start(&["world", "--out", "run", "--limit", LIMIT])
+    lab.start(&["cluster", "world", "--out", "run", "--limit", LIMIT])
 }
 
 fn agent(lab: &Lab, robot: &str) -> Process {
-    lab.start(&["agent", "--robot", robot])
+    lab.start(&["cluster", "agent", "--robot", robot])
 }
 
 /// Returns the hash of the same run under `alliance run`.
@@ -66,7 +66,7 @@ fn the_order_in_which_the_processes_start_changes_no_byte() {
             let begun = match name {
                 "world" => "waiting for ",
                 _ if processes.iter().any(|(name, _)| *name == "world") => "joined",
-                _ => "no run is live yet; waiting for one",
+                _ => "no run is live; waiting for the next",
             };
             process.wait_for_stderr(begun);
             processes.push((name, process));
@@ -83,7 +83,7 @@ fn the_order_in_which_the_processes_start_changes_no_byte() {
 fn an_agent_of_a_missing_run_reports_the_live_runs() {
     let lab = Lab::new();
     let agent_alone = lab
-        .run(&["agent", "--robot", "blue", "--run", "gone"])
+        .run(&["cluster", "agent", "--robot", "blue", "--run", "gone"])
         .expect(3);
     assert!(
         agent_alone

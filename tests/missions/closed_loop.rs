@@ -58,18 +58,6 @@ fn with_items(top: u32, bottom: u32) -> Scenario {
     scenario
 }
 
-#[test]
-fn the_default_mission_completes() {
-    for seed in 1..=5 {
-        assert_complete(default_scenario(), seed, 420.0);
-    }
-}
-
-#[test]
-fn the_same_seed_gives_the_same_mission() {
-    assert_eq!(mission(random_room(7), 7), mission(random_room(7), 7));
-}
-
 /// Runs a fixed part of the 200 rooms, with three times their median duration as limit.
 #[test]
 fn random_rooms_complete() {
@@ -132,6 +120,10 @@ fn one_robot_completes_alone() {
         58,
         2500.0,
     );
+    // Without a side sensor, a robot can only wander.
+    let mut wanderer = with_robots(1);
+    wanderer.robots[0].side_sensor = false;
+    assert_complete(wanderer, 1, 3600.0);
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! Consensus allocators in whole missions: by processes and in one process, replayed, and under the faults of
-//! docs/ALLOCATORS.md §2. A golden file pins the hash and the makespan of each run.
+//! docs/ALLOCATORS.md, "Under the same faults".
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 
+use alliance_tests::testkit::{KILL, PARTITION, RESTART, loss};
 use analysis::invariants::Invariants;
 use in_process::Team;
 use missions::Registry;
@@ -13,7 +13,6 @@ use run_log::{AllocationRow, EventRow, LogLevel, MemoryLog, MessageRow, RunLog};
 use scenario::fault::{Fault, Order};
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
-use serde_json::{Map, json};
 
 use crate::harness::Lab;
 
@@ -28,17 +27,7 @@ fn claim_accepting_allocators() -> impl Iterator<Item = &'static str> {
 const TAU: SimTime = SimTime(5000);
 const STEP: SimTime = SimTime(50);
 
-const LOSS: &str =
-    "[[faults.timeline]]\nat_s = 0.0\nfault.drop = { from = \"all\", to = \"all\", p = P }\n";
-const PARTITION: &str = "[[faults.timeline]]\nat_s = 60.0\nfor_s = 60.0\n\
-     fault.partition = { groups = [[\"blue\", \"gold\"], [\"green\"]] }\n";
 const BABBLE: &str = "[[faults.timeline]]\nat_s = 100.0\nfault.babble = \"gold\"\n";
-const RESTART: &str = "[[faults.timeline]]\nat_s = 100.0\nfor_s = 60.0\nfault.kill = \"gold\"\n";
-const KILL: &str = "[[faults.timeline]]\nat_s = 100.0\nfault.kill = \"gold\"\n";
-
-fn loss(share: f64) -> String {
-    LOSS.replace('P', &share.to_string())
-}
 
 fn scenario(allocator: &str, rest: &str) -> Scenario {
     let known = Registry::built_in().vocabulary();
@@ -55,12 +44,6 @@ fn run(scenario: Scenario, seed: u64, level: LogLevel) -> (Outcome, RunLog) {
         outcome,
         RunLog::from_memory(&recorder.into_sink(), &known).unwrap(),
     )
-}
-
-/// Returns the time of the last event in s: the makespan.
-fn makespan_s(log: &RunLog) -> f64 {
-    let last = log.each_row::<EventRow>().map(|row| row.unwrap()).last();
-    last.unwrap().t_ms.as_secs_f64()
 }
 
 /// Returns the robot-seconds from `from` on in which several robots had the same exclusive task.
@@ -106,28 +89,6 @@ fn processes_and_one_process_write_the_same_bytes_and_replay_them() {
             lab.run(&["replay", &many]).expect(0);
         }
     }
-}
-
-/// Compares the default mission of each allocator with the golden file. After an intended change:
-/// `UPDATE_GOLDEN=1 cargo test -p alliance-tests --test missions consensus`.
-#[test]
-fn the_default_mission_matches_the_golden_file() {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("golden/consensus.json");
-    let mut pinned = Map::new();
-    for allocator in ALLOCATORS {
-        let (outcome, log) = run(scenario(allocator, ""), 1, LogLevel::Full);
-        assert_eq!(outcome, Outcome::Complete);
-        let hash = log.run.hash.as_ref().map(ToString::to_string);
-        pinned.insert(
-            allocator.to_owned(),
-            json!({ "hash": hash, "complete_s": makespan_s(&log) }),
-        );
-    }
-    let now = format!("{:#}\n", serde_json::Value::Object(pinned));
-    if std::env::var_os("UPDATE_GOLDEN").is_some() {
-        std::fs::write(&path, &now).unwrap();
-    }
-    assert_eq!(now, std::fs::read_to_string(&path).unwrap());
 }
 
 /// Another robot takes the task of a killed robot τ after its last received message, to the step.

@@ -106,7 +106,7 @@ fn a_live_run_is_paused_faulted_listed_and_healed_by_command() {
     let gone = alliance("status").expect(3);
     assert_eq!(
         line(&gone),
-        "alliance status: no run is live; start one with `alliance run` or `alliance world`"
+        "alliance status: no run is live; start one with `alliance run` or `alliance cluster world`"
     );
 }
 
@@ -133,11 +133,11 @@ fn an_announcement_is_valid_only_for_its_process() {
     );
 }
 
-/// `alliance ls` lists live runs, then run folders, newest first. It omits folders that are no runs.
+/// `alliance list runs` lists live runs, then run folders, newest first. It omits folders that are no runs.
 #[test]
 fn runs_are_listed_newest_first() {
     let lab = Lab::new();
-    let none = lab.run(&["ls"]).expect(0);
+    let none = lab.run(&["list", "runs"]).expect(0);
     assert!(
         none.stdout
             .starts_with("no live run, and no recorded run in runs;")
@@ -149,7 +149,7 @@ fn runs_are_listed_newest_first() {
     let _team = Team::start(&lab, &["--paused"]);
     let id = announced(&lab).run;
 
-    let listed = lab.run(&["ls", "--json"]).expect(0);
+    let listed = lab.run(&["list", "runs", "--json"]).expect(0);
     let listed: Vec<Value> = serde_json::from_str(&listed.stdout).unwrap();
     let of = |key: &str| {
         listed
@@ -162,11 +162,65 @@ fn runs_are_listed_newest_first() {
     assert_eq!(of("state"), ["live, paused", broken, "complete"]);
     assert_eq!(listed[2]["hash"], hash(&lab, "runs/first"));
     assert_eq!(listed[2]["seed"], 1);
-    let output = lab.run(&["ls"]).expect(0).stdout;
+    let output = lab.run(&["list", "runs"]).expect(0).stdout;
     assert!(
         output.contains(&id) && output.contains("338.250 s"),
         "{output}"
     );
+}
+
+/// Two of the three points of `spare` are ordered while the run is paused. What cannot be done is refused at once.
+#[test]
+fn an_order_that_must_fail_is_refused_at_once() {
+    let lab = Lab::new();
+    let scenario = "limit_s = 20\nroom = { width_m = 10, height_m = 10 }\n\
+        obstacles = [{ x_m = 6, y_m = 6, width_m = 2, height_m = 2 }]\n\
+        [service]\nspare = 2\n[[service.kinds]]\nname = 't'\nwork_s = { min = 5, max = 5 }\n\
+        [[service.points]]\nkind = 't'\nx_m = 8.5\ny_m = 2\n\
+        [[robots]]\nname = 'a'\nstart = { x_m = 1, y_m = 1 }\n\
+        [[robots]]\nname = 'b'\nstart = { x_m = 1, y_m = 2 }\n\
+        [[robots]]\nname = 'c'\nabsent = true\n";
+    std::fs::write(lab.path("burst.toml"), scenario).unwrap();
+    let mut run = lab.start(&["run", "burst.toml", "--paused", "--no-page", "--out", "run"]);
+    announced(&lab);
+    let fault = |words: &str| {
+        let words: Vec<&str> = std::iter::once("fault").chain(words.split(' ')).collect();
+        lab.run(&words)
+    };
+    let refused = |words: &str, why: &str| {
+        let answer = fault(words).expect(2);
+        assert_eq!(line(&answer), format!("alliance fault: {why}"), "{words}");
+    };
+    refused(
+        "point 5 5 7",
+        "fault.point.kind: there is no kind '7'; did you mean 't'? (there is only 't')",
+    );
+    refused("point 7 7", "fault.point: no robot can work at (7, 7)");
+    refused(
+        "move-robot a 7 7",
+        "fault.move-robot: the place is outside the border, on a solid obstacle or on another robot",
+    );
+    refused(
+        "move-robot a 1 2",
+        "fault.move-robot: the place is outside the border, on a solid obstacle or on another robot",
+    );
+    refused("remove c", "fault.remove: the robot is not in the mission");
+    refused(
+        "restart c",
+        "fault.restart: the robot is not in the mission",
+    );
+    fault("point 5 5").expect(0);
+    fault("point 4 5 t").expect(0);
+    refused(
+        "point 3 5 --kind t",
+        "fault.point: all 2 tasks of service.spare are in use",
+    );
+    lab.run(&["clock", "speed", "max"]).expect(0);
+    lab.run(&["clock", "resume"]).expect(0);
+    run.wait_for_stderr("faults  2 of 2");
+    run.wait();
+    let events = std::fs::read_to_string(lab.path("run/events.csv")).unwrap();
+    assert!(!events.contains(",failed,"), "{events}");
 }
 
 #[test]
@@ -187,17 +241,32 @@ fn status_watch_ends_with_its_run() {
     assert!(watched.stderr.ends_with(&over), "{}", watched.stderr);
 }
 
+/// The folder for temporary files may belong to another user, or be no folder.
 #[test]
 fn without_a_private_runtime_folder_a_run_uses_the_home_folder() {
     let lab = Lab::new();
     let taken = format!("tmp/alliance-{}", nix::unistd::Uid::effective());
     std::fs::create_dir_all(lab.path(&taken)).unwrap();
+    std::fs::write(lab.path("file"), "").unwrap();
     let at = |name: &str| lab.path(name).display().to_string();
-    let (tmp, home) = (at("tmp"), at("home"));
-    let variables = [("XDG_RUNTIME_DIR", ""), ("TMPDIR", &tmp), ("HOME", &home)];
-    let mission = ["run", "--no-page", "--limit", "5", "--out", "run"];
-    lab.start_with(&mission, &variables).wait().expect(1);
-    assert!(lab.path("home/.cache/alliance").is_dir());
+    for (tmp, home) in [("tmp", "home"), ("file", "other-home")] {
+        let (tmp, base) = (at(tmp), at(home));
+        let variables = [("XDG_RUNTIME_DIR", ""), ("TMPDIR", &tmp), ("HOME", &base)];
+        let mission = ["run", "--no-page", "--limit", "5", "--out", home];
+        lab.start_with(&mission, &variables).wait().expect(1);
+        assert!(lab.path(&format!("{home}/.cache/alliance")).is_dir());
+    }
+}
+
+#[test]
+fn without_any_runtime_folder_the_variable_for_it_is_named() {
+    let lab = Lab::new();
+    std::fs::write(lab.path("file"), "").unwrap();
+    let file = lab.path("file").display().to_string();
+    let variables = [("XDG_RUNTIME_DIR", ""), ("TMPDIR", &file), ("HOME", &file)];
+    let status = lab.start_with(&["status"], &variables).wait().expect(3);
+    let remedy = "; set XDG_RUNTIME_DIR to a folder in which only this user can write\n";
+    assert!(status.stderr.ends_with(remedy), "{}", status.stderr);
 }
 
 /// A run uses a socket in a folder that is closed to other users, and no port. It removes the socket at its end. The
@@ -210,7 +279,7 @@ fn other_users_cannot_reach_a_run() {
         let names = files.map(|file| file.unwrap().file_name().into_string().unwrap());
         names.filter(|name| name.contains(".sock")).count()
     };
-    let world = lab.start(&["world", "--out", "killed"]);
+    let world = lab.start(&["cluster", "world", "--out", "killed"]);
     let run = announced(&lab);
     assert!(
         run.endpoint.starts_with("unixsock-stream/"),

@@ -106,7 +106,7 @@ fn random_message(rng: &mut ChaCha8Rng, now: SimTime) -> Broadcast {
             progress: if named { progress } else { 0 },
             position: None,
             carrying: false,
-            lore: SharedKnowledge::default(),
+            shared_knowledge: SharedKnowledge::default(),
         })
     };
     Broadcast {
@@ -147,7 +147,7 @@ impl Rows<'_> {
         }
     }
 
-    fn message(&self, now: SimTime, broadcast: &Broadcast, fate: &str) -> MessageRow {
+    fn message(&self, now: SimTime, broadcast: &Broadcast, delivery: &str) -> MessageRow {
         let (state, task, progress) = match &broadcast.body {
             BroadcastContent::Heartbeat(heartbeat) => {
                 (heartbeat.state.as_str(), heartbeat.task, heartbeat.progress)
@@ -176,7 +176,7 @@ impl Rows<'_> {
             task: task.map_or_else(String::new, |task| self.catalog.task_name(task).to_owned()),
             progress: Some(progress),
             sent_ms: broadcast.sent,
-            delivery: fate.to_owned(),
+            delivery: delivery.to_owned(),
         }
     }
 }
@@ -212,24 +212,25 @@ fn both_calculations_agree_on_any_messages() {
                 engine = Engine::new(GOLD, &setup);
                 events.push(joined(rows.robot(GOLD), now));
             }
-            let mut heard = Vec::new();
+            let mut received = Vec::new();
             while rng.random_bool(message_rate) {
-                heard.push(Arc::new(random_message(&mut rng, now)));
+                received.push(Arc::new(random_message(&mut rng, now)));
             }
-            heard.sort_by_key(|broadcast| (broadcast.sender, broadcast.incarnation, broadcast.seq));
-            for broadcast in &heard {
-                let fate = ["heard", "delayed"][rng.random_range(0..2)];
-                messages.push(rows.message(now, broadcast, fate));
+            received
+                .sort_by_key(|broadcast| (broadcast.sender, broadcast.incarnation, broadcast.seq));
+            for broadcast in &received {
+                let delivery = ["heard", "delayed"][rng.random_range(0..2)];
+                messages.push(rows.message(now, broadcast, delivery));
                 // Messages without delivery must change nothing.
-                let fate = ["dropped", "cut", "lost", "pending", "duplicate"];
+                let delivery = ["dropped", "cut", "lost", "pending", "duplicate"];
                 let undelivered = random_message(&mut rng, now);
-                messages.push(rows.message(now, &undelivered, fate[rng.random_range(0..5)]));
+                messages.push(rows.message(now, &undelivered, delivery[rng.random_range(0..5)]));
             }
             let mut output = StepOutcome::default();
             let applicable: Vec<bool> = (0..4).map(|_| rng.random_bool(0.99)).collect();
             let input = StepInput {
                 now,
-                received: &heard,
+                received: &received,
                 applicable: &applicable,
                 progressed: &[],
             };

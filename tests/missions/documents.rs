@@ -103,7 +103,7 @@ fn session(lab: &Lab, commands: &[Typed]) -> Vec<(String, i32)> {
     let folder = lab.path("session");
     fs::create_dir(&folder).unwrap();
     // The documents use plans and clients from these folders.
-    for name in ["study", "campaigns", "tests"] {
+    for name in ["analysis", "campaigns", "tests"] {
         symlink(root().join(name), folder.join(name)).unwrap();
     }
     let output = Command::new("bash")

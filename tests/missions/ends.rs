@@ -50,9 +50,9 @@ fn when_the_world_is_killed_the_agents_end_and_the_launcher_reports_it() {
 #[test]
 fn a_separate_agent_whose_world_is_killed_ends_with_the_reason() {
     let lab = Lab::new();
-    let world = lab.start(&["world", "--out", "run", "--speed", "20x"]);
+    let world = lab.start(&["cluster", "world", "--out", "run", "--speed", "20x"]);
     let robots = ["blue", "gold", "green"];
-    let agents = robots.map(|robot| lab.start(&["agent", "--robot", robot]));
+    let agents = robots.map(|robot| lab.start(&["cluster", "agent", "--robot", robot]));
     wait_until("work", || {
         std::fs::read_to_string(lab.path("run/events.csv"))
             .is_ok_and(|events| events.contains(",activated,"))

@@ -13,8 +13,8 @@ use zenoh::{Session, Wait};
 
 use crate::harness::{Lab, wait_until};
 use crate::hostile::{announced, hash};
-use crate::story::ROBOTS;
 use crate::team::Team;
+use alliance_tests::testkit::ROBOTS;
 
 /// A team member floods a topic that all robots receive, with the priority of the run's own messages.
 ///
@@ -54,9 +54,11 @@ fn after_a_flood_all_robots_return() {
 fn messages_of_an_operator_reach_no_member() {
     let lab = Lab::new();
     lab.mission("quiet", &["--log", "off"]).expect(0);
-    let mut world = lab.start(&["world", "--out", "out", "--speed", "30x", "--paused"]);
+    let mut world = lab.start(&[
+        "cluster", "world", "--out", "out", "--speed", "30x", "--paused",
+    ]);
     let run = announced(&lab);
-    let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
+    let agents = ROBOTS.map(|robot| lab.start(&["cluster", "agent", "--robot", robot]));
     world.wait_for_stderr("all robots are here; started");
 
     let (robot, operator) = (

@@ -11,7 +11,7 @@ use zenoh::Wait;
 use crate::flood::connect;
 use crate::harness::{Lab, Process, command_line, wait_until};
 use crate::hostile::{announced, hash};
-use crate::story::ROBOTS;
+use alliance_tests::testkit::ROBOTS;
 
 /// The number of declarations of a hostile operator. The cost of a declaration grows with their number.
 const DECLARED: usize = 5_000;
@@ -33,9 +33,11 @@ fn an_operator_can_overload_the_gateway_but_not_the_run() {
     let lab = Lab::new();
     lab.mission("quiet", &["--log", "off"]).expect(0);
     // The low speed keeps the run alive until a busy machine has made all declarations.
-    let mut world = lab.start(&["world", "--out", "out", "--speed", "1x", "--paused"]);
+    let mut world = lab.start(&[
+        "cluster", "world", "--out", "out", "--speed", "1x", "--paused",
+    ]);
     let run = announced(&lab);
-    let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
+    let agents = ROBOTS.map(|robot| lab.start(&["cluster", "agent", "--robot", robot]));
     world.wait_for_stderr("all robots are here; started");
     lab.run(&["clock", "resume"]).expect(0);
 
@@ -71,7 +73,9 @@ fn an_operator_can_overload_the_gateway_but_not_the_run() {
 #[test]
 fn an_operator_receives_the_messages_of_the_team() {
     let lab = Lab::new();
-    let mut world = lab.start(&["world", "--out", "out", "--speed", "30x", "--paused"]);
+    let mut world = lab.start(&[
+        "cluster", "world", "--out", "out", "--speed", "30x", "--paused",
+    ]);
     let run = announced(&lab);
     let operator = connect(&run, ConnectionRole::Operator);
     let received = Arc::new(Mutex::new(BTreeSet::new()));
@@ -94,7 +98,7 @@ fn an_operator_receives_the_messages_of_the_team() {
         .background()
         .wait()
         .unwrap();
-    let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
+    let agents = ROBOTS.map(|robot| lab.start(&["cluster", "agent", "--robot", robot]));
     world.wait_for_stderr("all robots are here; started");
     lab.run(&["clock", "resume"]).expect(0);
     let mut expected = BTreeSet::from(["view", "event"].map(|key| (key.to_owned(), true)));

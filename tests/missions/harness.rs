@@ -11,6 +11,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use alliance_tests::hosts::Hosts;
+use alliance_tests::testkit::results;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use run_log::RunLog;
@@ -95,6 +96,19 @@ impl Lab {
         self.start(arguments).wait()
     }
 
+    /// Returns the one-line error of a command that is refused with exit status 2 and has no other output.
+    #[track_caller]
+    pub fn refusal(&self, arguments: &[&str]) -> String {
+        let finished = self.run(arguments).expect(2);
+        let error = finished.stderr;
+        assert_eq!(error.lines().count(), 1, "{}: {error}", finished.name);
+        let programs = ["alliance", "world: ", "robot-agent: "];
+        let names_program = programs.iter().any(|program| error.starts_with(program));
+        assert!(names_program, "{}: {error}", finished.name);
+        assert_eq!(finished.stdout, "", "{}", finished.name);
+        error
+    }
+
     /// Writes a scenario file for the default mission with `items` items, half of them in each spill.
     pub fn mission_of(&self, items: u32) -> String {
         let mut scenario = default_scenario();
@@ -139,6 +153,17 @@ impl Lab {
             found.is_some()
         });
         found.unwrap()
+    }
+
+    /// Checks that two folders have the same files, except journals.
+    #[track_caller]
+    pub fn assert_same_results(&self, a: &str, b: &str) {
+        let (left, right) = (results(&self.path(a)), results(&self.path(b)));
+        assert!(left.keys().eq(right.keys()), "files of {a} and {b}");
+        assert!(!left.is_empty(), "{a} is empty");
+        for (name, bytes) in &left {
+            assert!(*bytes == right[name], "{name} of {a} and {b}");
+        }
     }
 
     /// Checks that each table of two runs has the same bytes.

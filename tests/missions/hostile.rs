@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::os::unix::net::UnixStream;
 use std::sync::{Arc, Mutex};
 
+use alliance_tests::testkit::ROBOTS;
 use cluster::rendezvous::{ConnectionRole, Rendezvous};
 use missions::waste::data::WASTE;
 use proto::codec::{LIMIT_BYTES, encode};
@@ -29,8 +30,6 @@ use zenoh::sample::Locality;
 use zenoh::{Session, Wait};
 
 use crate::harness::{Finished, Lab, wait_until};
-
-const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
 
 /// The number of messages of each kind during the missions.
 const EACH: usize = 10_000;
@@ -223,8 +222,8 @@ impl HostileClient {
             Kind::Misplaced => {
                 let others = self.all_keys();
                 let other = others.iter().cycle().skip_while(|other| *other != key);
-                // A key five places later: another kind of message, or another robot.
-                let other = other.clone().nth(5).unwrap().clone();
+                // A robot has six keys, so this is the same key of the next robot, or another kind of message.
+                let other = other.clone().nth(6).unwrap().clone();
                 self.real(&other, true)
             }
             Kind::Stale => self.real(key, false),
@@ -308,7 +307,7 @@ impl HostileClient {
                     now: SimTime(0),
                     last_counted: None,
                     manifest: Vec::new(),
-                    truth: Vec::new(),
+                    ground_truth: Vec::new(),
                     held: Vec::new(),
                     readings: Readings::default(),
                 })),
@@ -454,11 +453,11 @@ fn mission_under_attack(
     out: &str,
     mut attack: impl FnMut(&mut HostileClient),
 ) -> (Finished, Vec<Finished>) {
-    let mut world = lab.start(&["world", "--out", out, "--speed", "30x"]);
+    let mut world = lab.start(&["cluster", "world", "--out", out, "--speed", "30x"]);
     let mut client = HostileClient::intrude(lab);
     // These tokens exist before their agents.
     client.juggle_tokens();
-    let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
+    let agents = ROBOTS.map(|robot| lab.start(&["cluster", "agent", "--robot", robot]));
     world.wait_for_stderr("all robots are here; started");
     // Real requests, which the client captures and replays.
     for _ in 0..3 {
@@ -545,9 +544,9 @@ fn a_client_without_the_token_gets_no_session() {
     lab.mission("quiet", &["--log", "off"]).expect(0);
     let quiet = hash(&lab, "quiet");
 
-    let mut world = lab.start(&["world", "--out", "out", "--speed", "30x"]);
+    let mut world = lab.start(&["cluster", "world", "--out", "out", "--speed", "30x"]);
     let run = announced(&lab);
-    let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
+    let agents = ROBOTS.map(|robot| lab.start(&["cluster", "agent", "--robot", robot]));
     world.wait_for_stderr("all robots are here; started");
     let right = cluster::session::client(&run.login(ConnectionRole::Team).unwrap(), false);
     let mut client = run.login(ConnectionRole::Team).unwrap();

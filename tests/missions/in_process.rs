@@ -1,10 +1,14 @@
 //! A run in one process writes the same bytes as a run by processes.
 
+use std::collections::BTreeSet;
+
 use in_process::{BodyCommand, Team, Workspaces};
 use missions::waste::data::default_scenario;
 use proto::tick::Outcome;
 use run_log::recorder::Recorder;
-use run_log::{Document, EventRow, LogLevel, MemoryLog, RunLog, Table};
+use run_log::{
+    AllocationMessageRow, Document, EventRow, LogLevel, MemoryLog, MessageRow, RunLog, Table,
+};
 use scenario::ids::RobotId;
 use scenario::{Scenario, Setup, StepOrder};
 
@@ -95,6 +99,8 @@ fn teams_can_alternate_share_workspaces_and_return_events_without_a_log() {
 
 #[test]
 fn one_process_and_many_write_the_same_bytes() {
+    // The programs write their build to run.json.
+    proto::program_build::set(launch::BUILD);
     let lab = Lab::new();
     for order in [StepOrder::Simultaneous, StepOrder::InOrder] {
         for seed in 1..=3 {
@@ -125,6 +131,49 @@ fn one_process_and_many_write_the_same_bytes() {
             let run_file = memory.documents[&Document::Run].as_bytes();
             assert!(read("run.json") == run_file, "run.json of {out}");
         }
+    }
+}
+
+#[test]
+fn one_process_and_many_write_the_same_allocation_messages() {
+    let lab = Lab::new();
+    for allocator in ["ble", "murdoch", "cbba", "acbba", "grape"] {
+        lab.mission(allocator, &["--limit", "40", "--allocator", allocator])
+            .expect(1);
+        let mut setup = setup(1, 40.0, StepOrder::Simultaneous);
+        setup.scenario.allocator = Some(allocator.to_owned());
+        let (_, recorder) = run(setup, LogLevel::Full);
+        let memory = recorder.into_sink();
+        let written = &memory.tables[&Table::AllocationMessages];
+        let path = lab.path(allocator).join("allocation_messages.csv");
+        assert!(&std::fs::read(path).unwrap() == written, "{allocator}");
+        let log = lab.log(allocator);
+        let rows: Vec<AllocationMessageRow> = log.rows().unwrap();
+        let sent: BTreeSet<(String, u64)> = rows
+            .iter()
+            .map(|row| (row.sender.clone(), row.seq))
+            .collect();
+        let messages: Vec<MessageRow> = log.rows().unwrap();
+        let received = messages.into_iter().filter(|row| row.kind == "allocation");
+        let received: BTreeSet<(String, u64)> = received
+            .filter_map(|row| Some((row.sender, row.seq?)))
+            .collect();
+        // The last messages are not received any more.
+        assert!(
+            !received.is_empty() && received.is_subset(&sent),
+            "{allocator}"
+        );
+        assert!(
+            rows.iter()
+                .any(|row| row.bid.is_some() || row.stamp.is_some()),
+            "{allocator}"
+        );
+        let replayed = lab.run(&["replay", allocator]).expect(0);
+        assert!(
+            replayed.stderr.starts_with("identical"),
+            "{allocator}: {}",
+            replayed.stderr
+        );
     }
 }
 

@@ -165,28 +165,3 @@ fn a_hundred_kills_and_restarts_lose_no_item() {
         );
     }
 }
-
-#[test]
-fn a_restarted_agent_receives_the_locations_by_radio_and_works() {
-    let lab = Lab::new();
-    let mut team = Team::start(&lab, &["--speed", "60x", "--limit", "10000"]);
-    team.wait_for_row("events.csv", &[",delivered,"]);
-    team.kill("gold");
-    team.wait_for_row("events.csv", &[",gone,gold,"]);
-    let agent = team.restart("gold");
-    let finished = team.wait().expect(0);
-    agent.wait().expect(0);
-    assert_eq!(result(&finished)["result"]["robots"]["gold"]["lives"], 2);
-    let log = lab.log("run");
-    assert_nothing_lost(&log, 24);
-    let back = events(&log, "joined", "gold").last().unwrap().t_ms;
-    let learned = events(&log, "locations-learned", "gold");
-    assert!(
-        learned.iter().any(|row| row.t_ms >= back),
-        "the new incarnation must receive the locations"
-    );
-    let worked = events(&log, "activated", "gold")
-        .into_iter()
-        .any(|row| row.t_ms > back && !row.subject.starts_with("find-locations"));
-    assert!(worked, "the new incarnation must take an open task");
-}

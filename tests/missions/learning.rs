@@ -1,31 +1,21 @@
 //! L-ALLIANCE in whole missions: by processes and in one process, replayed, and under the faults of
-//! docs/ALLOCATORS.md §2. A golden file pins the default mission.
+//! docs/ALLOCATORS.md, "Under the same faults".
 
-use std::path::PathBuf;
-
+use alliance_tests::testkit::{KILL, PARTITION, RESTART, loss};
 use in_process::Team;
 use missions::Registry;
 use proto::tick::Outcome;
 use run_log::{EventRow, LogLevel, MemoryLog, MessageRow, MotivationRow, RunLog};
 use scenario::mission::FigureValue;
 use scenario::{Profile, Scenario, Setup};
-use serde_json::json;
 
 use crate::allocators::scenario;
 use crate::harness::Lab;
 
 const L_ALLIANCE: &str = "l-alliance";
 
-const KILL: &str = "[[faults.timeline]]\nat_s = 100.0\nfault.kill = \"gold\"\n";
-const RESTART: &str = "[[faults.timeline]]\nat_s = 100.0\nfor_s = 60.0\nfault.kill = \"gold\"\n";
-const PARTITION: &str = "[[faults.timeline]]\nat_s = 60.0\nfor_s = 60.0\n\
-     fault.partition = { groups = [[\"blue\", \"gold\"], [\"green\"]] }\n";
 const BABBLE: &str =
     "[[faults.timeline]]\nwhen = \"gold activates move-spill(top)\"\nfault.babble = \"gold\"\n";
-
-fn loss(share: f64) -> String {
-    format!("[[faults.timeline]]\nat_s = 0.0\nfault.drop = {{ p = {share} }}\n")
-}
 
 fn run(rest: &str, seed: u64) -> (Outcome, RunLog) {
     let setup = Setup::resolve(scenario(L_ALLIANCE, rest), seed, None)
@@ -36,12 +26,6 @@ fn run(rest: &str, seed: u64) -> (Outcome, RunLog) {
     let known = Registry::built_in().vocabulary();
     let log = RunLog::from_memory(&recorder.into_sink(), &known).unwrap();
     (outcome, log)
-}
-
-/// Returns the time of the last event in s: the makespan.
-fn makespan_s(log: &RunLog) -> f64 {
-    let last = log.each_row::<EventRow>().map(|row| row.unwrap()).last();
-    last.unwrap().t_ms.as_secs_f64()
 }
 
 /// Compares the default mission without a fault and with a real SIGKILL.
@@ -76,22 +60,6 @@ fn processes_and_one_process_write_the_same_bytes_and_replay_them() {
                 .all(|row| row.kind != "allocation")
         );
     }
-}
-
-/// Compares the default mission with the golden file. After an intended change:
-/// `UPDATE_GOLDEN=1 cargo test --workspace --test missions learning`.
-#[test]
-fn the_default_mission_matches_the_golden_file() {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("golden/learning.json");
-    let (outcome, log) = run("", 1);
-    assert_eq!(outcome, Outcome::Complete);
-    let hash = log.run.hash.as_ref().map(ToString::to_string);
-    let pinned = json!({ L_ALLIANCE: { "hash": hash, "complete_s": makespan_s(&log) } });
-    let now = format!("{pinned:#}\n");
-    if std::env::var_os("UPDATE_GOLDEN").is_some() {
-        std::fs::write(&path, &now).unwrap();
-    }
-    assert_eq!(now, std::fs::read_to_string(&path).unwrap());
 }
 
 /// Each fault leaves the mission complete and all invariants valid, including an identical replay.

@@ -1,46 +1,10 @@
 //! The run folder: each documented file, header line and key.
 
-use std::collections::BTreeSet;
-
+use alliance_tests::testkit::{ROBOTS, files};
+use scenario::testkit::entry;
 use serde_json::Value;
 
 use crate::harness::Lab;
-
-const HEADERS: [(&str, &str); 6] = [
-    (
-        "motivations.csv",
-        "t_ms,robot,behavior_set,task,motivation,impatience,sensory_feedback,activity_suppression,impatience_reset,acquiescence,state",
-    ),
-    (
-        "messages.csv",
-        "t_ms,receiver,sender,incarnation,seq,kind,state,since_ms,behavior_set,task,progress,sent_ms,fate",
-    ),
-    ("events.csv", "t_ms,kind,robot,subject,reason,detail"),
-    (
-        "poses.csv",
-        "t_ms,robot,x_m,y_m,heading_rad,speed_m_s,carrying,behavior_set,energy",
-    ),
-    (
-        "mission.csv",
-        "t_ms,items_in_spills,items_carried,items_on_floor,items_delivered,last_report_ms",
-    ),
-    ("ticks.csv", "t_ms,tick,robot,section,hash"),
-];
-
-fn names(lab: &Lab, folder: &str) -> BTreeSet<String> {
-    let entries = std::fs::read_dir(lab.path(folder)).unwrap();
-    entries
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect()
-}
-
-fn set(names: &[&str]) -> BTreeSet<String> {
-    names.iter().map(|name| (*name).to_owned()).collect()
-}
-
-fn keys(object: &Value) -> BTreeSet<String> {
-    object.as_object().unwrap().keys().cloned().collect()
-}
 
 fn json(lab: &Lab, file: &str) -> Value {
     serde_json::from_slice(&std::fs::read(lab.path(file)).unwrap()).unwrap()
@@ -50,19 +14,18 @@ fn json(lab: &Lab, file: &str) -> Value {
 fn a_run_folder_has_the_documented_files_and_headers() {
     let lab = Lab::new();
     lab.mission("run", &["--limit", "5"]).expect(1);
-    let tables = HEADERS.map(|(table, _)| table);
-    let mut files = set(&tables);
-    files.extend(set(&["run.json", "host.json", "inputs.jsonl", "logs"]));
-    assert_eq!(names(&lab, "run"), files);
-    assert_eq!(
-        names(&lab, "run/logs"),
-        set(&["world.log", "blue.log", "gold.log", "green.log"])
-    );
-    for (table, header) in HEADERS {
-        let text = std::fs::read_to_string(lab.path("run").join(table)).unwrap();
-        assert_eq!(text.lines().next(), Some(header), "{table}");
-        assert!(text.lines().count() > 1, "{table} has no row");
+    let mut listing = String::new();
+    for (name, bytes) in files(&lab.path("run")) {
+        if name.ends_with(".csv") {
+            let text = String::from_utf8(bytes).unwrap();
+            let mut lines = text.lines();
+            listing += &entry(&name, lines.next().unwrap());
+            assert!(lines.next().is_some(), "{name} has no row");
+        } else {
+            listing += &format!("{name}\n\n");
+        }
     }
+    insta::assert_snapshot!(listing);
 }
 
 #[test]
@@ -71,61 +34,27 @@ fn run_json_has_the_documented_keys() {
     lab.mission("run", &["--limit", "5", "--seed", "4"])
         .expect(1);
     let run = json(&lab, "run/run.json");
-    assert_eq!(
-        keys(&run),
-        set(&[
-            "version",
-            "log",
-            "hash",
-            "outcome",
-            "unscripted",
-            "result",
-            "seed",
-            "scenario",
-            "alliance"
-        ])
-    );
     assert_eq!(run["seed"], 4);
     assert_eq!(run["outcome"], "time-limit");
     assert_eq!(run["scenario"]["limit_s"], 5.0);
-    let alliance = &run["alliance"];
-    assert_eq!(
-        keys(alliance),
-        set(&["threshold", "step_ms", "switches", "robots"])
-    );
-    assert_eq!(keys(&alliance["robots"]), set(&["blue", "gold", "green"]));
-    for (rank, robot) in ["blue", "gold", "green"].into_iter().enumerate() {
-        let robot = &alliance["robots"][robot];
-        assert_eq!(keys(robot), set(&["rank", "sets"]));
-        assert_eq!(robot["rank"], rank);
-        let mut sets = set(&[
-            "find-locations-wander",
-            "move-spill(top)",
-            "move-spill(bottom)",
-            "report-progress",
-        ]);
-        if rank == 0 {
-            sets.insert("find-locations-methodical".to_owned());
-        }
-        assert_eq!(keys(&robot["sets"]), sets);
-        for values in robot["sets"].as_object().unwrap().values() {
-            assert_eq!(
-                keys(values),
-                set(&[
-                    "task",
-                    "broadcast_rate_hz",
-                    "ceased_after_s",
-                    "fast_impatience",
-                    "slow_impatience",
-                    "willing_to_affect_s",
-                    "before_yielding_s",
-                    "before_giving_up_s",
-                ])
-            );
-            for by_teammate in ["slow_impatience", "willing_to_affect_s"] {
-                assert_eq!(keys(&values[by_teammate]).len(), 2, "its two teammates");
-            }
-        }
+    for (rank, robot) in ROBOTS.into_iter().enumerate() {
+        assert_eq!(run["alliance"]["robots"][robot]["rank"], rank);
+    }
+    let keys: Vec<&String> = run.as_object().unwrap().keys().collect();
+    let mut listing = format!("run.json: {keys:?}\n");
+    add_keys(&mut listing, "alliance", &run["alliance"]);
+    insta::assert_snapshot!(listing);
+}
+
+/// Adds a line with the keys of each table in a value.
+fn add_keys(listing: &mut String, path: &str, value: &Value) {
+    let Some(table) = value.as_object() else {
+        return;
+    };
+    let keys: Vec<&String> = table.keys().collect();
+    *listing += &format!("{path}: {keys:?}\n");
+    for (key, inner) in table {
+        add_keys(listing, &format!("{path}.{key}"), inner);
     }
 }
 
@@ -156,7 +85,7 @@ fn a_parameter_file_applies_and_its_unknown_keys_are_listed_once() {
         .expect(1);
     let alliance = &json(&lab, "run/run.json")["alliance"];
     assert_eq!(alliance["threshold"], 80.0);
-    for robot in ["blue", "gold", "green"] {
+    for robot in ROBOTS {
         let values = &alliance["robots"][robot]["sets"]["report-progress"];
         assert_eq!(values["broadcast_rate_hz"], 2.0, "{robot}");
         assert_eq!(values["ceased_after_s"], 7.0, "{robot}");

@@ -1,4 +1,4 @@
-//! Allocators that negotiate: the effects of each fault as in docs/ALLOCATORS.md §2, in whole missions with all
+//! Allocators that negotiate: the effects of each fault as in docs/ALLOCATORS.md, "Under the same faults", in whole missions with all
 //! invariants. `allocators.rs` compares processes with one process and replays their logs.
 
 use std::collections::BTreeMap;

@@ -202,6 +202,42 @@ fn targets_csv_agrees_with_mission_csv_and_events_csv() {
     assert!(found > 10, "{found}");
 }
 
+/// The targets of a row are at the end of the step that begins at its time: they fit the poses of the next tick.
+#[test]
+fn targets_are_at_the_end_of_the_step_and_poses_at_its_start() {
+    let scenario = scenario("cmommt-crowded", Policy::ACmommt, "");
+    let section = scenario.mission.values::<ObserveSection>().unwrap();
+    let (n, range_m) = (usize::from(section.n), section.range_m);
+    let (_, recorder) = run(setup(&scenario, 1), LogLevel::Full);
+    let log = RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary());
+    let log = log.unwrap();
+    let (targets, poses): (Vec<TargetRow>, Vec<PoseRow>) =
+        (log.rows().unwrap(), log.rows().unwrap());
+    let robots = scenario.robots.len();
+    let in_sight = |target: &TargetRow, poses: &[PoseRow]| {
+        let near =
+            |pose: &&PoseRow| (pose.x_m - target.x_m).hypot(pose.y_m - target.y_m) <= range_m;
+        poses.iter().filter(near).count() as u32
+    };
+    let (mut same, mut next, mut all) = (0, 0, 0);
+    for (targets, poses) in targets
+        .chunks(n)
+        .zip(poses.windows(2 * robots).step_by(robots))
+    {
+        let (at, after) = poses.split_at(robots);
+        assert_eq!(targets[0].t_ms, at[0].t_ms);
+        for target in targets {
+            all += 1;
+            same += usize::from(in_sight(target, at) == target.observers);
+            next += usize::from(in_sight(target, after) == target.observers);
+        }
+    }
+    assert!(
+        all > 1000 && next == all && same < all,
+        "{same} and {next} of {all}"
+    );
+}
+
 fn poses(scenario: &Scenario, seed: u64) -> Vec<u8> {
     let (outcome, recorder) = run(setup(scenario, seed), LogLevel::Full);
     assert_eq!(outcome, Outcome::Complete);

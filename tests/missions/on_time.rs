@@ -5,7 +5,6 @@ use missions::waste::data::WasteFigures;
 use proto::tick::Outcome;
 use run_log::{Document, Figures, LogLevel, RunFile};
 
-use crate::harness::Lab;
 use crate::in_process::run;
 use crate::story::setup;
 
@@ -37,11 +36,4 @@ fn reports_are_on_time_with_a_hundred_seeds() {
         total_s += file.result.sim_time_ms.as_secs_f64();
     }
     assert!(total_s / 100.0 < 340.0, "{total_s} s for 100 missions");
-}
-
-#[test]
-fn reports_are_on_time_by_processes() {
-    let lab = Lab::new();
-    lab.mission("run", &[NAME, "--log", "summary"]).expect(0);
-    assert_on_time(&lab.log("run").run.result);
 }

@@ -1,6 +1,7 @@
 //! An agent and a world of different builds: the join is refused with the reason, for an older and a newer agent.
 
 use std::net::TcpListener;
+use std::time::Duration;
 
 use cluster::rendezvous::{ConnectionRole, JoinEndpoint, Rendezvous};
 use cluster::session::Router;
@@ -43,7 +44,9 @@ fn answer(session: &Session, secret: &Secret, request: Vec<u8>, nonce: u128) -> 
 #[test]
 fn the_world_refuses_an_agent_of_another_version() {
     let lab = Lab::new();
-    let mut world = lab.start(&["world", "--run", RUN, "--out", "out", "--limit", "5"]);
+    let mut world = lab.start(&[
+        "cluster", "world", "--run", RUN, "--out", "out", "--limit", "5",
+    ]);
     world.wait_for_stderr("waiting for blue, gold, green");
     let announcement = std::fs::read(lab.path("runtime/alliance/run.json")).unwrap();
     let run: Rendezvous = serde_json::from_slice(&announcement).unwrap();
@@ -74,11 +77,70 @@ fn the_world_refuses_an_agent_of_another_version() {
     assert_eq!(answer(&session, &secret, other_shape, 0), refused);
 
     // The robot can still join.
-    let agents = ["blue", "gold", "green"].map(|robot| lab.start(&["agent", "--robot", robot]));
+    let agents =
+        ["blue", "gold", "green"].map(|robot| lab.start(&["cluster", "agent", "--robot", robot]));
     for agent in agents {
         agent.wait().expect(0);
     }
     world.wait().expect(1);
+}
+
+#[test]
+fn an_agent_of_another_build_is_reported() {
+    let lab = Lab::new();
+    let arguments = [
+        "cluster", "world", "--run", RUN, "--out", "out", "--limit", "5",
+    ];
+    let mut world = lab.start(&arguments);
+    world.wait_for_stderr("waiting for blue, gold, green");
+    let announcement = std::fs::read(lab.path("runtime/alliance/run.json")).unwrap();
+    let run: Rendezvous = serde_json::from_slice(&announcement).unwrap();
+    let login = run.login(ConnectionRole::Team).unwrap();
+    let session = session(&cluster::session::client(&login, false));
+    let (secret, key) = (
+        Secret::of_robot(&run.token, "blue"),
+        KeyExpressions::new(RUN).join("blue"),
+    );
+    let request = JoinRequest {
+        version: PROTOCOL_VERSION,
+        robot: "blue".to_owned(),
+        pid: 1,
+        nonce: NONCE,
+    };
+    let replies = session
+        .get(&key)
+        .payload(secret.seal(&key, &request).unwrap())
+        .attachment(secret.seal(&key, &"00000000deadbeef").unwrap())
+        .wait()
+        .unwrap();
+    assert!(replies.recv().is_ok());
+    world.wait_for_stderr("of another build");
+
+    // The welcomed agent shows no token, so its place becomes free.
+    std::thread::sleep(Duration::from_secs(6));
+    let agents =
+        ["blue", "gold", "green"].map(|robot| lab.start(&["cluster", "agent", "--robot", robot]));
+    for agent in agents {
+        agent.wait().expect(0);
+    }
+    world.wait().expect(1);
+    let log = lab.log("out");
+    assert_eq!(log.run.build, launch::BUILD);
+    let builds: Vec<(String, String)> = log.run.agent_builds.into_iter().collect();
+    assert_eq!(builds, [("blue".to_owned(), "00000000deadbeef".to_owned())]);
+    let replayed = lab.run(&["replay", "out"]).expect(0).stderr;
+    let line = format!(
+        "the agent of blue was of build 00000000deadbeef; this is build {}\nidentical",
+        launch::BUILD
+    );
+    assert!(replayed.starts_with(&line), "{replayed}");
+}
+
+#[test]
+fn every_program_prints_its_own_name_and_the_same_build() {
+    let version = format!("alliance {}\n", launch::VERSION);
+    assert_eq!(Lab::new().run(&["--version"]).expect(0).stdout, version);
+    assert!(launch::VERSION.ends_with(&format!("(build {})", launch::BUILD)));
 }
 
 /// A world that refuses every agent because of its version. The reply is sealed for the agent's nonce if the world
@@ -105,7 +167,7 @@ impl OtherWorld {
                 password: "password".to_owned(),
             },
             started: 0,
-            far: None,
+            remote: None,
         };
         let users = [(ConnectionRole::Team.name(), run.team.password.as_str())];
         let members = cluster::session::Members::new(users).unwrap();
@@ -153,7 +215,7 @@ fn an_agent_reports_that_its_world_has_another_version() {
     for understands in [true, false] {
         let lab = Lab::new();
         let _world = OtherWorld::new(&lab, understands);
-        let agent = lab.run(&["agent", "--robot", "blue"]).expect(3);
+        let agent = lab.run(&["cluster", "agent", "--robot", "blue"]).expect(3);
         let expected = format!(
             "robot-agent blue: refused: the agent uses protocol version {PROTOCOL_VERSION}, the world uses {OTHER}: start both from the same build"
         );

@@ -5,6 +5,7 @@ use std::fs;
 
 use nix::sys::signal::Signal;
 use run_log::{EventRow, RunLog, Table};
+use scenario::testkit::entry;
 
 use crate::harness::{Finished, Lab, command_line, wait_until};
 use crate::python::python;
@@ -31,7 +32,7 @@ fn write(lab: &Lab, file: &str, text: &str) {
 }
 
 fn mind(name: &str) -> String {
-    format!("--mind={name}={PROGRAM} agent")
+    format!("--mind={name}={PROGRAM} cluster agent")
 }
 
 /// Runs the scenario with the command's own agents as external controllers.
@@ -92,7 +93,7 @@ fn external_controllers_give_the_hash_of_the_built_in_ones_and_a_replay_needs_no
         (Some("7".to_owned()), None)
     );
     assert_eq!(
-        log.foreign().unwrap().len(),
+        log.external_answers().unwrap().len(),
         2 * 400,
         "two robots, 400 ticks"
     );
@@ -246,7 +247,7 @@ fn a_killed_world_leaves_the_answers_of_every_complete_tick() {
     });
     let log = lab.log("run");
     let ticks = log.last.unwrap().tick + 1;
-    assert_eq!(log.foreign().unwrap().len() as u64, 2 * ticks);
+    assert_eq!(log.external_answers().unwrap().len() as u64, 2 * ticks);
     assert!(!log.table(Table::External).is_empty());
     assert_identical(&lab.run(&["replay", "run"]).expect(0));
 }
@@ -256,7 +257,7 @@ fn external_controllers_and_their_children_end_with_the_launcher() {
     let lab = Lab::new();
     write(&lab, "minds.toml", MINDS);
     // A shell that waits for its child, like a wrapper script. The child is the controller.
-    let wrapped = format!("--mind=agent=sh -c '{PROGRAM} agent & wait'");
+    let wrapped = format!("--mind=agent=sh -c '{PROGRAM} cluster agent & wait'");
     let mut team = Team::start(
         &lab,
         &["minds.toml", "--speed=4x", &wrapped, &mind("other")],
@@ -286,7 +287,7 @@ fn external_controllers_and_their_children_end_with_the_launcher() {
 fn a_failed_order_is_reported_with_its_reason_and_the_run_continues() {
     let lab = Lab::new();
     write(&lab, "minds.toml", MINDS);
-    write(&lab, "mind.sh", &format!("exec {PROGRAM} agent\n"));
+    write(&lab, "mind.sh", &format!("exec {PROGRAM} cluster agent\n"));
     let mut team = Team::start(
         &lab,
         &[
@@ -321,7 +322,7 @@ fn a_failed_order_is_reported_with_its_reason_and_the_run_continues() {
     let table = lab.run(&["fault", "list"]).expect(0).stderr;
     assert!(table.contains("failed: "), "{table}");
 
-    write(&lab, "mind.sh", &format!("exec {PROGRAM} agent\n"));
+    write(&lab, "mind.sh", &format!("exec {PROGRAM} cluster agent\n"));
     order(&["restart", "gold", "--id", "again"]);
     team.wait_for_row("events.csv", &[",joined,gold,", "incarnation 2"]);
     lab.run(&["clock", "speed", "max"]).expect(0);
@@ -437,44 +438,22 @@ fn mistakes_give_one_line() {
     write(&lab, "clash.toml", &MINDS.replace("'agent'", "'nearest'"));
     write(&lab, "word.toml", &MINDS.replace("'agent'", "'my mind'"));
     let (agent, other) = (mind("agent"), mind("other"));
-    let cases: [(&[&str], &str); 8] = [
-        (
-            &["minds.toml"],
-            "the controller 'agent' of gold is an external program",
-        ),
-        (&["minds.toml", &agent], "--mind other=COMMAND"),
-        (
-            &["janitorial", &agent],
-            "no robot of 'janitorial' has an external controller",
-        ),
-        (
-            &["minds.toml", &agent, &other, "--mind=agnt=x"],
-            "did you mean 'agent'?",
-        ),
-        (&["minds.toml", &agent, &agent], "it is given twice"),
-        (
-            &["minds.toml", &agent, &other, "--in-process"],
-            "leave --in-process out",
-        ),
-        (
-            &["clash.toml"],
-            "clash.toml:7: robots[1].mind: 'nearest' is an allocator",
-        ),
-        (
-            &["word.toml"],
-            "word.toml:7: robots[1].mind: 'my mind' is not a name",
-        ),
+    let cases: [&[&str]; 8] = [
+        &["minds.toml"],
+        &["minds.toml", &agent],
+        &["janitorial", &agent],
+        &["minds.toml", &agent, &other, "--mind=agnt=x"],
+        &["minds.toml", &agent, &agent],
+        &["minds.toml", &agent, &other, "--in-process"],
+        &["clash.toml"],
+        &["word.toml"],
     ];
-    for (arguments, text) in cases {
-        let refused = lab.mission("out", arguments).expect(2);
-        assert_eq!(refused.stderr.lines().count(), 1, "{}", refused.stderr);
-        assert!(
-            refused.stderr.contains(text),
-            "no '{text}': {}",
-            refused.stderr
-        );
+    let answers = cases.map(|arguments| {
+        let error = lab.refusal(&[&["run", "--out", "out"], arguments].concat());
         assert!(!lab.path("out").exists());
-    }
+        entry(&arguments.join(" "), &error).replace(PROGRAM, "PROGRAM")
+    });
+    insta::assert_snapshot!(answers.concat());
     // A controller that cannot be started counts as a crashed robot, and its error output is shown.
     let minds = [
         "minds.toml",

@@ -6,6 +6,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
+use alliance_tests::testkit::ROBOTS;
 use missions::Registry;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
@@ -118,7 +119,6 @@ fn a_restart_in_the_second_tick_has_the_same_bytes() {
 
 /// Returns a scenario with three to ten faults at random times within two minutes.
 fn timeline(seed: u64) -> String {
-    const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut text = "name = \"day\"\n".to_owned();
     for _ in 0..rng.random_range(3..=10) {

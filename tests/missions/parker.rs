@@ -38,13 +38,6 @@ fn each_robot_keeps_its_task_with_many_seeds() {
     }
 }
 
-#[test]
-fn each_robot_keeps_its_task_by_processes() {
-    let lab = Lab::new();
-    lab.mission("run", &[NAME]).expect(0);
-    assert_specialized(&Story::read(lab.log("run")));
-}
-
 /// Kills a mover after half of the items, and checks that green takes over the task.
 fn kill_half_way(victim: &str, orphan: &str) {
     let lab = Lab::new();

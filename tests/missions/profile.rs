@@ -10,14 +10,12 @@ use run_log::{LogLevel, MemoryLog};
 use scenario::{LearnedTimes, Profile, Setup};
 
 use alliance_tests::ten_missions::{error, mission, ten, wrong_by};
+use alliance_tests::testkit::{KILL, RESTART, ROBOTS};
 
 use crate::allocators::scenario;
 use crate::harness::{Lab, command_line, wait_until};
 
 const L_ALLIANCE: &str = "l-alliance";
-const KILL: &str = "[[faults.timeline]]\nat_s = 100.0\nfault.kill = \"gold\"\n";
-const RESTART: &str = "[[faults.timeline]]\nat_s = 100.0\nfor_s = 60.0\nfault.kill = \"gold\"\n";
-const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
 
 /// Returns the default mission before its first tick.
 fn team(faults: &str, seed: u64, profile: Profile) -> Team<MemoryLog> {
@@ -121,8 +119,15 @@ fn a_separate_world_reads_the_profile() {
         write(lab.path(name), &text).unwrap();
     }
     let arguments = ["--limit", "50", "--allocator", L_ALLIANCE, "--profile"];
-    let world = lab.start(&[&["world", "--out", "by-hand"], &arguments[..], &["p.toml"]].concat());
-    let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
+    let world = lab.start(
+        &[
+            &["cluster", "world", "--out", "by-hand"],
+            &arguments[..],
+            &["p.toml"],
+        ]
+        .concat(),
+    );
+    let agents = ROBOTS.map(|robot| lab.start(&["cluster", "agent", "--robot", robot]));
     for agent in agents {
         agent.wait().expect(0);
     }

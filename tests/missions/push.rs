@@ -9,7 +9,6 @@ use run_log::{EventRow, LogLevel};
 use scenario::fault::{Fault, MissionFault, Order};
 use scenario::{Scenario, Setup};
 
-use crate::harness::Lab;
 use crate::in_process::run;
 use crate::recompute::log_of;
 
@@ -243,18 +242,6 @@ fn without_its_bar_sensor_a_robot_leaves_both_ends_to_the_other_robot() {
     let later = || all.iter().filter(|stroke| stroke.at_s > 40.0);
     assert!(later().all(|stroke| stroke.robot == "red"));
     assert!(later().any(|stroke| stroke.end == "right"));
-}
-
-/// Compares processes, with a real SIGKILL, with one process and with a replay.
-#[test]
-fn processes_write_the_bytes_of_one_process_and_of_a_replay() {
-    let lab = Lab::new();
-    let arguments = ["parker-box", "--limit", "90"];
-    lab.mission("processes", &arguments).expect(1);
-    lab.mission("one", &[&arguments[..], &["--in-process"]].concat())
-        .expect(1);
-    lab.assert_same_bytes("processes", "one");
-    lab.run(&["replay", "processes"]).expect(0);
 }
 
 /// Checks that with six bars and a kill the invariants hold in each tick and every bar arrives.

@@ -59,15 +59,15 @@ impl RouteCost for Still {
 impl AgentMission for Still {
     fn perceive(
         &mut self,
-        moment: &ControllerInput<'_>,
-        heard: &[Arc<Broadcast>],
+        input: &ControllerInput<'_>,
+        received: &[Arc<Broadcast>],
         perception: &mut Perception,
     ) {
-        self.position = moment.readings.pose.map(|pose| pose.position);
-        self.is_laden = moment.readings.mission.items().holding == Some(true);
+        self.position = input.readings.pose.map(|pose| pose.position);
+        self.is_laden = input.readings.mission.items().holding == Some(true);
         perception.applicable.resize(self.behaviors.len(), false);
         if let Some(turn_rad_s) = &mut self.turn_rad_s {
-            let heartbeats = heard
+            let heartbeats = received
                 .iter()
                 .filter(|broadcast| matches!(broadcast.body, BroadcastContent::Heartbeat(_)));
             let shares = (1..).zip(heartbeats).map(|(place, broadcast)| {
@@ -90,12 +90,12 @@ impl AgentMission for Still {
         }));
     }
 
-    fn act(&mut self, _: &ControllerInput<'_>, _: Option<BehaviorId>, action: &mut StepOutput) {
-        action.actuation.turn_rad_s = self.turn_rad_s.unwrap_or(0.0);
+    fn act(&mut self, _: &ControllerInput<'_>, _: Option<BehaviorId>, output: &mut StepOutput) {
+        output.actuation.turn_rad_s = self.turn_rad_s.unwrap_or(0.0);
     }
 
-    fn lore(&self, lore: &mut SharedKnowledge) {
-        *lore = SharedKnowledge::Nothing;
+    fn shared_knowledge(&self, knowledge: &mut SharedKnowledge) {
+        *knowledge = SharedKnowledge::Nothing;
     }
 
     fn position(&self) -> Option<Vec2> {
@@ -178,11 +178,11 @@ fn expected() -> BTreeMap<String, Expected> {
 
 #[test]
 fn still_and_listener_in_rust_have_the_hashes_of_the_python_versions() {
-    let minds = [Stills::Still, Stills::Listener].map(|mind| Arc::new(mind) as _);
-    let registry = minds
+    let controllers = [Stills::Still, Stills::Listener].map(|controller| Arc::new(controller) as _);
+    let registry = controllers
         .into_iter()
         .fold(Registry::built_in(), Registry::with_controller);
-    for (mind, expected) in expected() {
+    for (controller, expected) in expected() {
         assert_eq!(expected.hashes.len(), 3);
         for (seed, hash) in &expected.hashes {
             let mut table: toml::Table = toml::from_str(&expected.scenario).unwrap();
@@ -200,7 +200,7 @@ fn still_and_listener_in_rust_have_the_hashes_of_the_python_versions() {
             let team =
                 Team::with_registry(&registry, setup, joins, LogLevel::Off, MemoryLog::default());
             let (_, recorder) = team.unwrap().run().unwrap();
-            assert_eq!(&recorder.hash(), hash, "{mind}, seed {seed}");
+            assert_eq!(&recorder.hash(), hash, "{controller}, seed {seed}");
         }
     }
 }
@@ -208,8 +208,8 @@ fn still_and_listener_in_rust_have_the_hashes_of_the_python_versions() {
 /// Runs a controller by the plain Python program with each seed, and compares the hashes. Its answers to the log of
 /// `run-1` must be the same.
 #[track_caller]
-fn run_by_program(lab: &Lab, python: &Path, mind: &str) {
-    let expected = &expected()[mind];
+fn run_by_program(lab: &Lab, python: &Path, controller: &str) {
+    let expected = &expected()[controller];
     let faults: Vec<_> = expected.faults.iter().collect();
     let text = format!(
         "limit_s = {:?}\n{}\n[faults]\ntimeline = {}\n",
@@ -219,7 +219,7 @@ fn run_by_program(lab: &Lab, python: &Path, mind: &str) {
     );
     std::fs::write(lab.path("mine.toml"), text).unwrap();
     let command = format!(
-        "--mind={mind}={} {} --mind {mind}",
+        "--mind={controller}={} {} --mind {controller}",
         python.display(),
         script().display()
     );
@@ -282,13 +282,13 @@ fn informed() -> ToAgent {
 
 /// Returns a report with a value in each of its lists.
 fn busy() -> Report {
-    let deed = ItemsAction {
+    let action = ItemsAction {
         gripper: Gripper::Pick,
         report: true,
     };
     Report {
         actuation: Actuation {
-            deed: deed.into(),
+            action: action.into(),
             ..Actuation::default()
         },
         allocation: vec![AllocationRow {
@@ -342,7 +342,7 @@ fn knowing() -> Broadcast {
             progress: 0,
             position: None,
             carrying: false,
-            lore: SharedKnowledge::Items(knowledge),
+            shared_knowledge: SharedKnowledge::Items(knowledge),
         }),
     }
 }

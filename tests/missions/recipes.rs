@@ -43,7 +43,10 @@ impl Place {
         }
         let file = place.here(&fs::read_to_string(recipe("containers.toml")).unwrap());
         fs::write(place.lab.path("team/containers.toml"), file).unwrap();
-        place.lab.run(&["keys", "team/containers.toml"]).expect(0);
+        place
+            .lab
+            .run(&["cluster", "keys", "team/containers.toml"])
+            .expect(0);
         place
     }
 

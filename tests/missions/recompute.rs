@@ -13,9 +13,6 @@ use run_log::recorder::Recorder;
 use run_log::{Document, EventRow, LogLevel, MemoryLog, MessageRow, MotivationRow, RunLog};
 use scenario::{Preset, Scenario, Setup, StepOrder};
 
-use crate::harness::Lab;
-use crate::team::Team;
-
 const PRESETS: [Preset; 3] = [Preset::Thesis, Preset::Par98, Preset::Team];
 const ORDERS: [StepOrder; 2] = [StepOrder::Simultaneous, StepOrder::InOrder];
 
@@ -151,19 +148,4 @@ fn a_wrong_row_and_a_missing_message_are_detected() {
             .mismatches
             .is_empty()
     );
-}
-
-#[test]
-fn every_motivation_row_of_a_run_by_processes_with_a_real_kill_agrees() {
-    let lab = Lab::new();
-    let mut team = Team::start(&lab, &["--speed", "60x", "--limit", "10000"]);
-    team.wait_for_row("events.csv", &[",picked,"]);
-    team.kill("gold");
-    team.wait_for_row("events.csv", &[",gone,gold,"]);
-    let agent = team.restart("gold");
-    team.wait().expect(0);
-    agent.wait().expect(0);
-    let log = lab.log("run");
-    assert_eq!(log.run.result.robots["gold"].lives, 2);
-    assert_no_mismatch(&recompute(&log).unwrap(), "a run with a kill");
 }

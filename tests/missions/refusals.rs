@@ -4,105 +4,52 @@
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 
+use scenario::testkit::entry;
+
 use crate::harness::Lab;
 
-/// Checks that a command is refused in one line with these texts, and creates no process and no folder.
+/// Returns a refused command and its error, for a snapshot. Checks that the command creates no process and no folder.
 #[track_caller]
-fn assert_refused(lab: &Lab, arguments: &[&str], texts: &[&str]) {
-    let finished = lab.run(arguments).expect(2);
-    let stderr = &finished.stderr;
-    let name = &finished.name;
-    assert_eq!(
-        stderr.lines().count(),
-        1,
-        "not one line for {name}:\n{stderr}"
-    );
-    assert!(
-        ["alliance", "world: ", "robot-agent: "]
-            .iter()
-            .any(|part| stderr.starts_with(part)),
-        "{name}: {stderr}"
-    );
-    for text in texts {
-        assert!(stderr.contains(text), "no '{text}' for {name}: {stderr}");
-    }
-    assert_eq!(finished.stdout, "");
+fn refusal(lab: &Lab, arguments: &[&str]) -> String {
+    let command = arguments.join(" ");
+    let error = lab.refusal(arguments);
     assert!(
         !lab.path("runs").exists() && !lab.path("out").exists(),
-        "{name}: a folder was created"
+        "{command}: a folder was created"
     );
     // A started world or agent would create this folder first.
     assert!(
         !lab.path("runtime/alliance").exists(),
-        "{name}: a process was started"
+        "{command}: a process was started"
     );
+    entry(&command, &error)
 }
 
 #[test]
 fn wrong_arguments_are_refused_in_one_line() {
     let lab = Lab::new();
-    let cases: &[(&[&str], &[&str])] = &[
-        (&["rum"], &["unrecognized subcommand 'rum'", "'run'"]),
-        (&["run", "--limt", "3"], &["'--limt'", "'--limit'"]),
-        (&["run", "a", "b"], &["unexpected argument 'b'"]),
-        (
-            &["run", "--seed", "first"],
-            &["'first'", "--seed", "a whole number from 0 to"],
-        ),
-        (
-            &["run", "--limit", "0"],
-            &["'0'", "--limit", "a number of seconds above 0"],
-        ),
-        (
-            &["run", "--robots", "0"],
-            &["'0'", "--robots", "a whole number from 1 to 10000"],
-        ),
-        (
-            &["run", "thesis-trapped-robot", "--spills", "5"],
-            &[
-                "'thesis-trapped-robot' has a fixed size",
-                "use them with 'waste-cleanup' and ",
-            ],
-        ),
-        (
-            &["run", "service", "--spills", "5"],
-            &["--spills: 'service' has another size option; use --points"],
-        ),
-        (
-            &["run", "--spills", "5", "--points", "5"],
-            &["'--spills <M>' cannot be used with '--points <M>'"],
-        ),
-        (
-            &["run", "--speed", "fast"],
-            &["'fast'", "--speed", "'max'", "'5x'"],
-        ),
-        (
-            &["run", "--log", "loud"],
-            &["'loud'", "--log", "full, summary, off"],
-        ),
-        (
-            &["run", "--step-order", "random"],
-            &["'random'", "'simultaneous' or 'in-order'"],
-        ),
-        (
-            &["run", "--stall-after", "-1"],
-            &["'-1'", "--stall-after", "a number of seconds above 0"],
-        ),
-        (
-            &["world", "--run", "a/b"],
-            &["'a/b'", "--run", "letters, digits"],
-        ),
-        (&["agent"], &["which robot?", "--robot NAME"]),
-        (
-            &["agent", "--robot", "blue#"],
-            &["'blue#'", "letters, digits"],
-        ),
-        (&["clock", "step", "0"], &["'0'", "a whole number above 0"]),
-        (&["scenarios", "nowhere"], &["'nowhere'", "waste-cleanup"]),
+    let commands: &[&[&str]] = &[
+        &["rum"],
+        &["run", "--limt", "3"],
+        &["run", "a", "b"],
+        &["run", "--seed", "first"],
+        &["run", "--limit", "0"],
+        &["run", "--robots", "0"],
+        &["run", "thesis-trapped-robot", "--spills", "5"],
+        &["run", "service", "--spills", "5"],
+        &["run", "--spills", "5", "--points", "5"],
+        &["run", "--speed", "fast"],
+        &["run", "--log", "loud"],
+        &["run", "--step-order", "random"],
+        &["run", "--stall-after", "-1"],
+        &["cluster", "world", "--run", "a/b"],
+        &["cluster", "agent"],
+        &["cluster", "agent", "--robot", "blue#"],
+        &["clock", "step", "0"],
+        &["list", "scenarios", "nowhere"],
     ];
-    for (arguments, texts) in cases {
-        assert_refused(&lab, arguments, texts);
-    }
+    let answers = commands.iter().map(|command| refusal(&lab, command));
+    insta::assert_snapshot!(answers.collect::<String>());
 }
 
 #[test]
@@ -128,52 +75,25 @@ fn wrong_scenarios_and_parameter_files_are_refused_in_one_line() {
         "rule.properties",
         "\n\nslowImpatience.gold.report-progress = 1000\n",
     );
-    let cases: &[(&[&str], &[&str])] = &[
-        (
-            &["nowhere"],
-            &[
-                "'nowhere' is neither a built-in scenario nor a file",
-                "there are waste-cleanup, ",
-            ],
-        ),
-        (&["waste-clean"], &["did you mean 'waste-cleanup'?"]),
-        (
-            &["key.toml"],
-            &["key.toml:3: stepms: ", "did you mean 'step_ms'?"],
-        ),
-        (&["torn.toml"], &["torn.toml:2: ", "`]`"]),
-        (&["crowded.toml"], &["crowded.toml"]),
-        (
-            &["idle.toml"],
-            &[
-                "idle.toml:5: robots[0].tasks: a has no behavior for any of its tasks",
-                "it can do find, report",
-            ],
-        ),
-        (
-            &["--params", "nowhere.properties"],
-            &["nowhere.properties: "],
-        ),
-        (
-            &["--params", "key.properties"],
-            &["key.properties:2: impatience.report-progress: unknown parameter"],
-        ),
-        (
-            &["--params", "value.properties"],
-            &["value.properties:2: ", "the value is missing", "above 0 Hz"],
-        ),
-        (
-            &["--params", "rule.properties"],
-            &["rule.properties:3: ", "the rule is 0 < slow < fast"],
-        ),
+    let cases: &[&[&str]] = &[
+        &["nowhere"],
+        &["waste-clean"],
+        &["key.toml"],
+        &["torn.toml"],
+        &["crowded.toml"],
+        &["idle.toml"],
+        &["--params", "nowhere.properties"],
+        &["--params", "key.properties"],
+        &["--params", "value.properties"],
+        &["--params", "rule.properties"],
     ];
-    for (arguments, texts) in cases {
-        for part in ["run", "world"] {
-            let mut all = vec![part, "--out", "out"];
-            all.extend(*arguments);
-            assert_refused(&lab, &all, texts);
+    let mut answers = String::new();
+    for command in [&["run"][..], &["cluster", "world"]] {
+        for arguments in cases {
+            answers += &refusal(&lab, &[command, &["--out", "out"], *arguments].concat());
         }
     }
+    insta::assert_snapshot!(answers);
 }
 
 /// Checks wrong sizes, unknown skills, impossible tasks and missing devices.
@@ -184,45 +104,22 @@ fn wrong_service_and_foraging_scenarios_are_refused_in_one_line() {
     let gold = |skills: &str| format!("{SERVICE}[[robots]]\nname = 'gold'\nskills = {skills}\n");
     let fault =
         |fault: &str| format!("{SERVICE}[faults]\ntimeline = [{{ fault.{fault}, at_s = 3 }}]\n");
-    let cases = [
-        (
-            SERVICE.replace("n = 4", "n = 20000"),
-            "service: more than 10000 points in all; give fewer points, random and spare",
-        ),
-        (
-            SERVICE.replace("max = 10 } }]", "max = 1 } }]"),
-            "kinds[1].work_s: min 6 is above max 1",
-        ),
-        (
-            gold("{ dust = 1, flor = 1 }"),
-            "robots[0].skills.flor: there is no skill 'flor'; did you mean 'floor'?",
-        ),
-        (
-            gold("{ dust = 1 }"),
-            "no robot has serve(p1) among its tasks and the skill floor, and 1 more task that no robot can do",
-        ),
-        (
-            gold("{ dust = 1, floor = 1 }\ndevices = ['gripper']"),
-            "robots[0].devices[0]: there is no optional device 'gripper'",
-        ),
-        (
-            fault("sensor = { robot = 'blue', device = 'eye', mode = 'dead' }"),
-            "sensor.device: there is no choice 'eye'; there are position",
-        ),
-        (
-            fault("skill = { robot = 'blue', skill = 'dusk', share = 0.3 }"),
-            "skill.skill: there is no skill 'dusk'; did you mean 'dust'?",
-        ),
-        (
-            "[waste]\nduration_s = 5\n".to_owned(),
-            "waste.duration_s: the clean-up ends when all items are delivered",
-        ),
+    let texts = [
+        SERVICE.replace("n = 4", "n = 20000"),
+        SERVICE.replace("max = 10 } }]", "max = 1 } }]"),
+        gold("{ dust = 1, flor = 1 }"),
+        gold("{ dust = 1 }"),
+        gold("{ dust = 1, floor = 1 }\ndevices = ['gripper']"),
+        fault("sensor = { robot = 'blue', device = 'eye', mode = 'dead' }"),
+        fault("skill = { robot = 'blue', skill = 'dusk', share = 0.3 }"),
+        "[waste]\nduration_s = 5\n".to_owned(),
     ];
     let lab = Lab::new();
-    for (text, line) in cases {
-        std::fs::write(lab.path("s.toml"), text).unwrap();
-        assert_refused(&lab, &["run", "s.toml", "--out", "out"], &["s.toml:", line]);
-    }
+    let answers = texts.map(|text| {
+        std::fs::write(lab.path("s.toml"), &text).unwrap();
+        text + "\n" + &refusal(&lab, &["run", "s.toml", "--out", "out"])
+    });
+    insta::assert_snapshot!(answers.concat());
 }
 
 #[test]
@@ -230,11 +127,7 @@ fn a_folder_with_a_run_is_not_overwritten() {
     let lab = Lab::new();
     lab.mission("run", &["--limit", "1"]).expect(1);
     let before = std::fs::read(lab.path("run/run.json")).unwrap();
-    let again = lab.mission("run", &["--limit", "2"]).expect(2);
-    assert_eq!(
-        again.stderr,
-        "alliance run: --out run: already holds a run; name a new folder\n"
-    );
+    insta::assert_snapshot!(lab.refusal(&["run", "--limit", "2", "--out", "run"]));
     assert_eq!(std::fs::read(lab.path("run/run.json")).unwrap(), before);
 }
 
@@ -309,50 +202,22 @@ fn wrong_profiles_are_refused_in_one_line() {
         std::fs::write(lab.path(name), text).unwrap();
     }
     std::fs::create_dir(lab.path("folder")).unwrap();
-    let cases: &[(&str, &[&str])] = &[
-        (
-            "robot.toml",
-            &[
-                "robot.toml:3: blue.report-progress.rad: ",
-                "no robot 'rad'",
-                "there are blue, gold, green",
-            ],
-        ),
-        (
-            "task.toml",
-            &[
-                "task.toml:1: blue.report: ",
-                "no task 'report'",
-                "report-progress",
-            ],
-        ),
-        (
-            "time.toml",
-            &[
-                "time.toml:2: ",
-                "latest_s[0]: -2 is out of range",
-                "above 0",
-            ],
-        ),
-        ("syntax.toml", &["syntax.toml:1: ", "TOML"]),
-        ("folder", &["--profile folder", "name a file"]),
-        (
-            "nowhere/p.toml",
-            &["--profile", "cannot write nowhere/p.toml"],
-        ),
-    ];
-    for (file, texts) in cases {
+    let mut answers = String::new();
+    for file in [
+        "robot.toml",
+        "task.toml",
+        "time.toml",
+        "syntax.toml",
+        "folder",
+        "nowhere/p.toml",
+    ] {
         for command in [&["run"][..], &["run", "--in-process"]] {
             let options = ["--allocator", "l-alliance", "--profile", file];
-            assert_refused(&lab, &[command, &options].concat(), texts);
+            answers += &refusal(&lab, &[command, &options].concat());
         }
     }
     // An allocator that learns nothing refuses a profile, whether the file exists or not.
-    let texts = [
-        "--profile new.toml",
-        "alliance, which learns nothing",
-        "l-alliance",
-    ];
-    assert_refused(&lab, &["run", "--profile", "new.toml"], &texts);
-    assert_refused(&lab, &["world", "--profile", "new.toml"], &texts);
+    answers += &refusal(&lab, &["run", "--profile", "new.toml"]);
+    answers += &refusal(&lab, &["cluster", "world", "--profile", "new.toml"]);
+    insta::assert_snapshot!(answers);
 }

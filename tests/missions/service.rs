@@ -120,7 +120,7 @@ fn a_degraded_skill_takes_longer_until_it_heals() {
             share,
         }))
     });
-    let events = events(&scenario, Outcome::Complete);
+    let events = events(&scenario, Outcome::Expired);
     let of_fault = events.iter().filter(|event| event.subject == "f1");
     let phases: Vec<&str> = of_fault.map(|event| event.kind.as_str()).collect();
     assert_eq!(phases, ["armed", "applied", "hit", "healed"]);

@@ -240,7 +240,7 @@ fn slurm_runs_shards_and_requeues_one_that_is_killed() {
     drop(cluster);
 
     lab.run(&["sweep", "--merge", "shards"]).expect(0);
-    super::sweep::assert_same_files(&lab, "whole", "shards");
+    lab.assert_same_results("whole", "shards");
 }
 
 /// The hosts as the script expects them.
@@ -278,7 +278,7 @@ fn slurm_runs_a_team_on_three_nodes() {
     assert!(submitted.status.success(), "{log}");
     let folder = format!("alliance-team-{job}");
     for (host, robot) in [("h2", "gold"), ("h3", "green")] {
-        let text = lab.path(&format!("{folder}/run/logs/host-{host}.log"));
+        let text = lab.path(&format!("{folder}/run/logs/host.{host}.log"));
         let text = fs::read_to_string(text).unwrap();
         assert!(text.contains(&format!("robots {robot}\n")), "{text}");
     }

@@ -117,6 +117,7 @@ fn an_agent_stopped_and_continued_fifty_times_keeps_its_incarnation() {
 fn in_a_separate_world_the_stall_deadline_detects_a_stopped_agent() {
     let lab = Lab::new();
     let world = lab.start(&[
+        "cluster",
         "world",
         "--out",
         "run",
@@ -128,7 +129,7 @@ fn in_a_separate_world_the_stall_deadline_detects_a_stopped_agent() {
     let robots = ["blue", "gold", "green"];
     let agents: Vec<_> = robots
         .iter()
-        .map(|robot| lab.start(&["agent", "--robot", robot]))
+        .map(|robot| lab.start(&["cluster", "agent", "--robot", robot]))
         .collect();
     let has = |text: &str| {
         std::fs::read_to_string(lab.path("run/events.csv"))

@@ -16,7 +16,6 @@ pub const WANDER: &str = "find-locations-wander";
 pub const TOP: &str = "move-spill(top)";
 pub const BOTTOM: &str = "move-spill(bottom)";
 pub const REPORT: &str = "report-progress";
-pub const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
 
 pub struct Story {
     pub events: Vec<EventRow>,

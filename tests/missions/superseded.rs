@@ -21,6 +21,7 @@ const RUN: &str = "run";
 fn a_superseded_incarnation_is_dismissed_and_a_dismissed_agent_ends() {
     let lab = Lab::new();
     let mut world = lab.start(&[
+        "cluster",
         "world",
         "--run",
         RUN,
@@ -78,8 +79,8 @@ fn a_superseded_incarnation_is_dismissed_and_a_dismissed_agent_ends() {
     assert_eq!(welcome.incarnation, 1);
     let token = secret.stamp(&keys.alive("gold", 1));
     let token = session.liveliness().declare_token(token).wait().unwrap();
-    let teammates =
-        ["blue", "green"].map(|robot| lab.start(&["agent", "--robot", robot, "--run", RUN]));
+    let teammates = ["blue", "green"]
+        .map(|robot| lab.start(&["cluster", "agent", "--robot", robot, "--run", RUN]));
     let has_event = |text: &str| {
         std::fs::read_to_string(lab.path("out/events.csv"))
             .is_ok_and(|events| events.contains(text))
@@ -92,7 +93,7 @@ fn a_superseded_incarnation_is_dismissed_and_a_dismissed_agent_ends() {
         has_event(",gone,gold,,,incarnation 1")
     });
 
-    let mut successor = lab.start(&["agent", "--robot", "gold", "--run", RUN]);
+    let mut successor = lab.start(&["cluster", "agent", "--robot", "gold", "--run", RUN]);
     wait_until("the second incarnation", || {
         has_event(",joined,gold,,,incarnation 2")
     });

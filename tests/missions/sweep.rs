@@ -1,13 +1,13 @@
 //! `alliance sweep`: killed, interrupted, in shards, with mistakes in the plan, and with runs that fail.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
-use std::path::Path;
 use std::process::Command;
 
 use alliance_tests::needs::cannot_run;
+use alliance_tests::testkit::{Row, journal_rows, results, rows};
 use nix::sys::signal::Signal;
+use scenario::testkit::entry;
 use serde_json::Value;
 
 use crate::harness::{Lab, wait_until};
@@ -42,55 +42,8 @@ fn lab() -> Lab {
     lab
 }
 
-/// Returns all files of a sweep except journals, by name.
-fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-        if path.is_dir() {
-            let below = files(&path).into_iter();
-            found.extend(below.map(|(file, bytes)| (format!("{name}/{file}"), bytes)));
-        } else if !name.ends_with(".jsonl") {
-            found.insert(name, fs::read(path).unwrap());
-        }
-    }
-    found
-}
-
-#[track_caller]
-pub fn assert_same_files(lab: &Lab, a: &str, b: &str) {
-    let (left, right) = (files(&lab.path(a)), files(&lab.path(b)));
-    assert!(left.contains_key("results.csv"), "{:?}", left.keys());
-    assert_eq!(
-        left.keys().collect::<Vec<_>>(),
-        right.keys().collect::<Vec<_>>()
-    );
-    for (name, bytes) in &left {
-        assert!(*bytes == right[name], "{name} of {a} and {b}");
-    }
-}
-
-/// Parses results.csv into rows by column name.
-fn rows(lab: &Lab, folder: &str) -> Vec<BTreeMap<String, String>> {
-    let text = fs::read_to_string(lab.path(folder).join("results.csv")).unwrap();
-    let mut lines = text.lines().map(|line| line.split(','));
-    let header: Vec<&str> = lines.next().unwrap().collect();
-    lines
-        .map(|cells| {
-            let cells = header.iter().zip(cells);
-            cells
-                .map(|(name, cell)| ((*name).to_owned(), cell.to_owned()))
-                .collect()
-        })
-        .collect()
-}
-
-/// Returns the number of complete rows in a journal.
-fn journal_rows(lab: &Lab, folder: &str) -> usize {
-    let text = fs::read(lab.path(folder).join("journal.jsonl")).unwrap_or_default();
-    let lines = text.iter().filter(|byte| **byte == b'\n').count();
-    lines.saturating_sub(1)
+fn result_rows(lab: &Lab, folder: &str) -> Vec<Row> {
+    rows(&fs::read(lab.path(folder).join("results.csv")).unwrap())
 }
 
 /// Returns the arguments of the command at the end of the line that contains `mark`.
@@ -109,7 +62,7 @@ fn a_sweep_has_a_row_for_each_run_and_each_run_can_be_repeated() {
     let stderr = &finished.stderr;
     assert!(stderr.contains("24 runs: "), "{stderr}");
     assert!(stderr.contains("gold-dies"), "{stderr}");
-    let rows = rows(&lab, "sweeps/plan");
+    let rows = result_rows(&lab, "sweeps/plan");
     assert_eq!(rows.len(), RUNS);
     let settings: Vec<String> = rows
         .iter()
@@ -136,7 +89,7 @@ fn a_sweep_has_a_row_for_each_run_and_each_run_can_be_repeated() {
             "{row:?}"
         );
     }
-    let created = files(&lab.path("sweeps/plan"));
+    let created = results(&lab.path("sweeps/plan"));
     let names: Vec<&str> = created.keys().map(String::as_str).collect();
     assert_eq!(
         names,
@@ -190,11 +143,11 @@ fn a_killed_or_interrupted_sweep_continues_and_ends_with_the_same_bytes() {
     let arguments = ["sweep", "plan.toml", "--out", "torn", "--jobs", "1"];
     for (signal, rows) in [(Signal::SIGKILL, 2), (Signal::SIGINT, 20)] {
         let sweep = lab.start(&arguments);
-        wait_until("rows", || journal_rows(&lab, "torn") >= rows);
+        wait_until("rows", || journal_rows(&lab.path("torn")) >= rows);
         sweep.signal(signal);
         let finished = sweep.wait();
         assert!(
-            journal_rows(&lab, "torn") < RUNS,
+            journal_rows(&lab.path("torn")) < RUNS,
             "the sweep was interrupted too late"
         );
         assert!(!lab.path("torn/results.csv").exists());
@@ -210,13 +163,13 @@ fn a_killed_or_interrupted_sweep_continues_and_ends_with_the_same_bytes() {
         journal.write_all(b"{\"run\":9,\"end\":{\"en").unwrap();
     }
     lab.run(&arguments).expect(0);
-    assert_same_files(&lab, "whole", "torn");
+    lab.assert_same_results("whole", "torn");
 
     // Another start has nothing to do and changes nothing.
-    let before = journal_rows(&lab, "torn");
+    let before = journal_rows(&lab.path("torn"));
     lab.run(&arguments).expect(0);
-    assert_eq!((before, journal_rows(&lab, "torn")), (RUNS, RUNS));
-    assert_same_files(&lab, "whole", "torn");
+    assert_eq!((before, journal_rows(&lab.path("torn"))), (RUNS, RUNS));
+    lab.assert_same_results("whole", "torn");
 }
 
 #[test]
@@ -246,11 +199,11 @@ fn merged_shards_equal_the_whole_sweep() {
     shard("1", "there");
     lab.run(&["sweep", "--merge", "here", "there", "--out", "together"])
         .expect(0);
-    assert_same_files(&lab, "whole", "together");
+    lab.assert_same_results("whole", "together");
     // The whole sweep reuses the runs of its shards.
     let finished = lab.run(&["sweep", "plan.toml", "--out", "here"]).expect(0);
     assert!(finished.stderr.contains("16 of them done before"));
-    assert_same_files(&lab, "whole", "here");
+    lab.assert_same_results("whole", "here");
 }
 
 /// Runs the jobs of an array with GNU parallel. Slurm and Kubernetes number jobs in the same way.
@@ -282,7 +235,7 @@ fn gnu_parallel_runs_shards() {
         assert!(stderr.contains(&line), "{stderr}");
     }
     lab.run(&["sweep", "--merge", "shards"]).expect(0);
-    assert_same_files(&lab, "whole", "shards");
+    lab.assert_same_results("whole", "shards");
 }
 
 #[test]
@@ -305,7 +258,7 @@ obstacles.0.x_m = [8.0, 5.0]
         stderr.contains("4 runs: 0 complete, 3 not complete, 1 failed"),
         "{stderr}"
     );
-    let rows = rows(&lab, "sweeps/big robots");
+    let rows = result_rows(&lab, "sweeps/big robots");
     let failed = &rows[3];
     assert_eq!(
         (failed["outcome"].as_str(), failed["hash"].as_str()),
@@ -353,53 +306,38 @@ obstacles.0.x_m = [8.0, 5.0]
 #[test]
 fn mistakes_give_one_line_and_create_no_files() {
     let lab = lab();
-    let refused = |arguments: &[&str], text: &str| {
-        let stderr = lab.run(arguments).expect(2).stderr;
-        assert_eq!(stderr.lines().count(), 1, "{stderr}");
-        assert!(stderr.contains(text), "no '{text}': {stderr}");
-    };
-    for (plan, text) in [
-        (
-            "[grod]\n",
-            "bad.toml:1: grod: unknown key; did you mean 'grid'?",
-        ),
-        (
-            "[grid]\nalliance.defaults.ceased_after = [4.0]\n",
-            "bad.toml:2: alliance.defaults.ceased_after: unknown key; did you mean 'ceased_after_s'?",
-        ),
-        (
-            "scenario = 'nowhere'\n",
-            "bad.toml:1: 'nowhere' is neither a built-in scenario nor a file",
-        ),
-        ("presets = ['tem']\n", "did you mean 'team'?"),
-        ("seeds = 0\n", "bad.toml:1: seeds: "),
-        (
-            "[faults.a]\ntimeline = [{ fault.kill = 'glod' }]\n",
-            "has no robot 'glod'; did you mean 'gold'?",
-        ),
-    ] {
+    let plans = [
+        "[grod]\n",
+        "[grid]\nalliance.defaults.ceased_after = [4.0]\n",
+        "scenario = 'nowhere'\n",
+        "presets = ['tem']\n",
+        "seeds = 0\n",
+        "[faults.a]\ntimeline = [{ fault.kill = 'glod' }]\n",
+    ];
+    let plans = plans.map(|plan| {
         fs::write(lab.path("bad.toml"), plan).unwrap();
-        refused(&["sweep", "bad.toml"], text);
-    }
-    refused(&["sweep", "nothing.toml"], "nothing.toml: No such file");
-    refused(&["sweep", "a.toml", "b.toml"], "name one FILE");
-    refused(&["sweep", "plan.toml", "--shard", "3/3"], "use I/N");
-    refused(&["sweep", "plan.toml", "--jobs", "0"], "from 1 on");
-    refused(
+        entry(plan, &lab.refusal(&["sweep", "bad.toml"]))
+    });
+    let commands: [&[&str]; 6] = [
+        &["sweep", "nothing.toml"],
+        &["sweep", "a.toml", "b.toml"],
+        &["sweep", "plan.toml", "--shard", "3/3"],
+        &["sweep", "plan.toml", "--jobs", "0"],
         &["sweep", "plan.toml", "--scenario", "24"],
-        "there is no run 24; runs are numbered from 0 to 23",
-    );
-    refused(&["sweep", "--merge", "."], "no journal of a sweep in .");
+        &["sweep", "--merge", "."],
+    ];
+    let commands = commands.map(|command| entry(&command.join(" "), &lab.refusal(command)));
     assert!(!lab.path("sweeps").exists());
 
     // A folder can contain only one sweep.
     fs::write(lab.path("little.toml"), "limit_s = 1.0\n").unwrap();
     lab.run(&["sweep", "little.toml"]).expect(0);
     fs::write(lab.path("little.toml"), "limit_s = 2.0\n").unwrap();
-    let before = files(&lab.path("sweeps/little"));
-    refused(
-        &["sweep", "little.toml"],
-        "holds another sweep, or this one before it was changed",
+    let before = results(&lab.path("sweeps/little"));
+    let changed = entry(
+        "another sweep in the same folder",
+        &lab.refusal(&["sweep", "little.toml"]),
     );
-    assert_eq!(before, files(&lab.path("sweeps/little")));
+    insta::assert_snapshot!(plans.concat() + &commands.concat() + &changed);
+    assert_eq!(before, results(&lab.path("sweeps/little")));
 }

@@ -108,7 +108,7 @@ impl<'l> Team<'l> {
     pub fn restart(&mut self, name: &str) -> Process {
         let agent = self
             .lab
-            .start(&["agent", "--robot", name, "--run", &self.id]);
+            .start(&["cluster", "agent", "--robot", name, "--run", &self.id]);
         let entry = self
             .pids
             .iter_mut()

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use alliance_tests::testkit::ROBOTS;
 use run_log::MotivationRow;
 use scenario::{SwitchSection, Switches};
 
-use crate::harness::Lab;
-use crate::story::{BOTTOM, Change, METHODICAL, REPORT, ROBOTS, Story, TOP, WANDER, change, setup};
+use crate::story::{BOTTOM, Change, METHODICAL, REPORT, Story, TOP, WANDER, change, setup};
 
 const NAME: &str = "thesis-no-interruption";
 
@@ -191,11 +191,4 @@ fn the_early_interruption_needs_each_of_its_switches() {
     assert!(!interrupts_early(
         |switches| switches.reset_stops_active = false
     ));
-}
-
-#[test]
-fn the_observations_hold_by_processes() {
-    let lab = Lab::new();
-    lab.mission("run", &[NAME]).expect(0);
-    assert_observations(&Story::read(lab.log("run")));
 }

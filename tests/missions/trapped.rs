@@ -3,7 +3,6 @@
 use run_log::{EventRow, MotivationRow};
 use scenario::time::SimTime;
 
-use crate::harness::Lab;
 use crate::story::{METHODICAL, REPORT, Report, Story, WANDER, change, setup};
 
 const NAME: &str = "thesis-trapped-robot";
@@ -156,11 +155,4 @@ fn the_observations_hold_with_many_seeds() {
         println!("seed {seed}");
         assert_observations(&Story::play(setup(NAME, seed)));
     }
-}
-
-#[test]
-fn the_observations_hold_by_processes() {
-    let lab = Lab::new();
-    lab.mission("run", &[NAME]).expect(0);
-    assert_observations(&Story::read(lab.log("run")));
 }

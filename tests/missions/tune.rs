@@ -1,10 +1,11 @@
 //! `alliance tune`: its results, continuation after a kill, and mistakes in the plan.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use alliance_tests::testkit::{Row, files, journal_rows, rows};
 use nix::sys::signal::Signal;
+use scenario::testkit::entry;
 
 use crate::harness::{Lab, wait_until};
 
@@ -51,31 +52,12 @@ fn lab() -> Lab {
     lab
 }
 
-/// Returns all files of a folder, including the journal.
-fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let entries = fs::read_dir(folder).unwrap();
-    let each = entries.map(|entry| {
-        let path = entry.unwrap().path();
-        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-        (name, fs::read(path).unwrap())
-    });
-    each.collect()
+fn table(lab: &Lab, folder: &str, name: &str) -> Vec<Row> {
+    rows(&fs::read(lab.path(folder).join(name)).unwrap())
 }
 
-/// Reads a CSV file of a folder into rows by column name.
-fn table(lab: &Lab, folder: &str, name: &str) -> Vec<BTreeMap<String, String>> {
-    let mut reader = csv::Reader::from_path(lab.path(folder).join(name)).unwrap();
-    let rows = reader.deserialize();
-    rows.map(|row| row.unwrap()).collect()
-}
-
-fn number(row: &BTreeMap<String, String>, column: &str) -> f64 {
+fn number(row: &Row, column: &str) -> f64 {
     row[column].parse().unwrap()
-}
-
-fn lines(lab: &Lab, folder: &str) -> usize {
-    let text = fs::read_to_string(lab.path(folder).join("journal.jsonl"));
-    text.unwrap_or_default().lines().count()
 }
 
 #[test]
@@ -145,15 +127,15 @@ fn a_killed_or_interrupted_tuning_continues_and_ends_with_the_same_bytes() {
     let lab = lab();
     lab.run(&["tune", "plan.toml", "--out", "whole", "--jobs", "2"])
         .expect(0);
-    let all = lines(&lab, "whole");
+    let all = journal_rows(&lab.path("whole"));
     let arguments = ["tune", "plan.toml", "--out", "torn", "--jobs", "1"];
-    for (signal, done) in [(Signal::SIGKILL, 2), (Signal::SIGINT, 5)] {
+    for (signal, done) in [(Signal::SIGKILL, 1), (Signal::SIGINT, 4)] {
         let tuning = lab.start(&arguments);
-        wait_until("batches", || lines(&lab, "torn") >= done);
+        wait_until("batches", || journal_rows(&lab.path("torn")) >= done);
         tuning.signal(signal);
         let finished = tuning.wait();
         assert!(
-            lines(&lab, "torn") < all,
+            journal_rows(&lab.path("torn")) < all,
             "the tuning was interrupted too late"
         );
         assert!(!lab.path("torn/tuned.toml").exists());
@@ -186,118 +168,54 @@ fn a_killed_or_interrupted_tuning_continues_and_ends_with_the_same_bytes() {
 #[test]
 fn mistakes_give_one_line_before_any_run() {
     let lab = lab();
-    let changed = |from: &str, to: &str| {
-        assert!(PLAN.contains(from), "{from}");
-        PLAN.replace(from, to)
+    let refusal = |plan: &str| {
+        fs::write(lab.path("bad.toml"), plan).unwrap();
+        lab.refusal(&["tune", "bad.toml"])
     };
-    let first = "alliance.defaults.fast_impatience = {";
-    for (plan, text) in [
+    let changes = [
         (
-            changed(
-                "alliance.defaults.slow_impatience",
-                "alliance.defaults.sluggish",
-            ),
-            "tune.parameters.alliance: alliance.defaults.sluggish: ",
+            "alliance.defaults.slow_impatience",
+            "alliance.defaults.sluggish",
         ),
+        ("[tune.parameters.alliance]", "[tune.parameters.aliance]"),
+        ("from = 1.0, to = 200.0", "from = 200.0, to = 1.0"),
+        ("from = 1.0, to = 200.0", "from = 2.0, to = 2.0"),
+        ("{ from = 1.0, to = 200.0, log = true }", "{ from = 1.0 }"),
+        ("from = 1.0, to = 200.0", "from = -1.0, to = 200.0"),
+        ("to = 0.9", "to = 1.5"),
         (
-            changed("[tune.parameters.alliance]", "[tune.parameters.aliance]"),
-            "tune.parameters.aliance: ",
+            "times = 'alliance.defaults.fast_impatience'",
+            "times = 'fast'",
         ),
+        ("[tune]", "[tune]\nmetric = 'par2'"),
+        ("test = 4", "test = []"),
+        ("test = 4\n", ""),
+        ("test = 4", "test = 12"),
+        ("selection = [51", "selection = [40, 51"),
+        ("unseen = ['deaf']", "unseen = ['deadly']"),
         (
-            changed("from = 1.0, to = 200.0", "from = 200.0, to = 1.0"),
-            "fast_impatience: the lower bound 200 is not below the upper one, 1",
+            "unseen = ['deaf']",
+            "unseen = ['deaf', 'none', 'gold-dies']",
         ),
+        ("budget = 60", "budget = 0"),
+        ("seeds_per_candidate = 3", "seeds_per_candidate = 31"),
+        ("question = ", "seeds = 3\nquestion = "),
         (
-            changed("from = 1.0, to = 200.0", "from = 2.0, to = 2.0"),
-            "the lower bound 2 is not below the upper one, 2",
+            "times = 'alliance.defaults.fast_impatience' }",
+            "times = 'alliance.defaults.fast_impatience' }\n[tune.parameters.cbba]\n\
+alliance.defaults.fast_impatience = { from = 4.0, to = 9.0 }",
         ),
-        (
-            changed(
-                &format!("{first} from = 1.0, to = 200.0, log = true }}"),
-                &format!("{first} from = 1.0 }}"),
-            ),
-            "fast_impatience: missing field `to`; write { from = 1.0, to = 10.0 }",
-        ),
-        (
-            changed("from = 1.0, to = 200.0", "from = -1.0, to = 200.0"),
-            "the lower bound -1 has no logarithm",
-        ),
-        (
-            changed("to = 0.9", "to = 1.5"),
-            "tune.parameters.alliance: alliance.defaults.slow_impatience: ",
-        ),
-        (
-            changed(
-                "times = 'alliance.defaults.fast_impatience'",
-                "times = 'fast'",
-            ),
-            "it is a multiple of 'fast', which is none of the parameters above it",
-        ),
-        (
-            changed("[tune]", "[tune]\nmetric = 'par2'"),
-            "tune.metric: there is no metric 'par2' to tune by; did you mean 'par2_s'?",
-        ),
-        (
-            changed("test = 4", "test = []"),
-            "tune.test: there are no test seeds",
-        ),
-        (
-            changed("test = 4\n", ""),
-            "bad.toml:14: tune.test: the key is missing; give it a value",
-        ),
-        (
-            changed("test = 4", "test = 12"),
-            "tune.test: seed 11 also belongs to training",
-        ),
-        (
-            changed("selection = [51", "selection = [40, 51"),
-            "tune.selection: seed 40 also belongs to training",
-        ),
-        (
-            changed("unseen = ['deaf']", "unseen = ['deadly']"),
-            "tune.unseen: there is no class of faults 'deadly'",
-        ),
-        (
-            changed(
-                "unseen = ['deaf']",
-                "unseen = ['deaf', 'none', 'gold-dies']",
-            ),
-            "tune.unseen: no class of faults is left for the search",
-        ),
-        (
-            changed("budget = 60", "budget = 0"),
-            "tune.budget: 0 is out of range",
-        ),
-        (
-            changed("seeds_per_candidate = 3", "seeds_per_candidate = 31"),
-            "31 are more than the 30 training seeds",
-        ),
-        (
-            format!("seeds = 3\n{PLAN}"),
-            "seeds: [tune] states the seeds",
-        ),
-        (
-            format!(
-                "{PLAN}[tune.parameters.cbba]\nalliance.defaults.fast_impatience = {{ from = 4.0, to = 9.0 }}\n"
-            ),
-            "is also tuned for alliance, but one scenario contains both",
-        ),
-        (
-            PLAN.split("[tune]").next().unwrap().to_owned(),
-            "the plan has no search; write a table [tune]",
-        ),
-    ] {
-        fs::write(lab.path("bad.toml"), &plan).unwrap();
-        let stderr = lab.run(&["tune", "bad.toml"]).expect(2).stderr;
-        assert_eq!(stderr.lines().count(), 1, "{plan}: {stderr}");
-        assert!(stderr.contains(text), "no '{text}': {stderr}");
-    }
+    ];
+    let answers = changes.map(|(from, to)| {
+        assert!(PLAN.contains(from), "{from}");
+        let error = refusal(&PLAN.replacen(from, to, 1));
+        entry(&format!("{from:?} becomes {to:?}"), &error)
+    });
+    let (without_tune, _) = PLAN.split_once("[tune]").unwrap();
+    let without_tune = entry("no table [tune]", &refusal(without_tune));
     // The plan of a tuning is no plan of a sweep.
-    let stderr = lab.run(&["sweep", "plan.toml"]).expect(2).stderr;
-    assert!(
-        stderr.contains("this is a plan for alliance tune"),
-        "{stderr}"
-    );
+    let sweep = entry("sweep plan.toml", &lab.refusal(&["sweep", "plan.toml"]));
+    insta::assert_snapshot!(answers.concat() + &without_tune + &sweep);
     assert!(!lab.path("tunings").exists() && !lab.path("sweeps").exists());
 }
 

@@ -34,15 +34,15 @@ STRUCTS = {
     "TickMessage": "incarnation u32, tick u64, now u64, last_counted ?u64, manifest [ManifestEntry], held [u16], readings Readings",
     "ManifestEntry": "sender u16, tick u64, incarnation u32, count u16, link ?LinkState",
     "LinkState": "cut bool, hold bool, drop u64, delay u64, jitter u64, duplicate u64, reorder u64",
-    "Offer": "robot u16, behavior u16, task u16, utility f64",
-    "Readings": "pose ?Pose, front_border ??f32, side_border ??f32, proximity ?Proximity, ground ?Ground, energy_j ?f32, mission Sensed",
+    "TaskOffer": "robot u16, behavior u16, task u16, utility f64",
+    "Readings": "pose ?Pose, front_border ??f32, side_border ??f32, proximity ?Proximity, ground ?Ground, energy_j ?f32, mission SensorReading",
     "Pose": "position Vec2, heading_rad f32",
     "Hit": "distance_m f32, normal_rad f32",
     "Proximity": "ahead 3Hit, left 3Hit, right 3Hit",
     "Ground": "here f32, ahead f32",
-    "ItemsSensed": "items ?[Vec2], zone ?Zone, at_site ?bool, holding ?bool",
-    "Actuation": "speed_m_s f32, turn_rad_s f32, deed Deed",
-    "ItemsDeed": "gripper Gripper, report bool",
+    "ItemsReading": "items ?[Vec2], zone ?Zone, at_site ?bool, holding ?bool",
+    "Actuation": "speed_m_s f32, turn_rad_s f32, action Action",
+    "ItemsAction": "gripper Gripper, report bool",
     "Report": "robot u16, incarnation u32, tick u64, actuation Actuation, broadcasts u16, broadcast_bytes u32, active ?u16,"
     " motivations [Motivation], allocation [AllocationRow], changes [StateChange], notes [Note], receptions [Reception]",
     "Motivation": "set u16, motivation f64, impatience f64, sensory_feedback bool, activity_suppression bool, impatience_reset bool,"
@@ -50,29 +50,29 @@ STRUCTS = {
     "AllocationRow": "task u16, behavior u16, utility f64, holder ?u16, state BehaviorState",
     "StateChange": "set u16, from BehaviorState, to BehaviorState, reason Reason",
     "Note": "kind u32, detail str",
-    "Reception": "at u64, sender u16, incarnation u32, sent u64, delivery Delivery, said ?Said",
-    "Said": "seq u64, kind BroadcastKind, state ?TaskState, since ?u64, set ?u16, task ?u16, progress ?u32",
-    "Broadcast": "sender u16, incarnation u32, tick u64, index u16, seq u64, sent u64, body Content",
-    "Heartbeat": "state TaskState, since u64, set ?u16, task ?u16, progress u32, position ?Vec2, carrying bool, lore Lore",
-    "Bulletin": "kind BulletinKind, about ?About, payload Payload",
-    "About": "task u16, set u16, progress u32",
-    "Knowledge": "locations ?FactLocations, withdrawn [Withdrawal], empty [Empty], loose [FactLooseItem], last_report ?FactNothing",
+    "Reception": "at u64, sender u16, incarnation u32, sent u64, delivery Delivery, said ?BroadcastSummary",
+    "BroadcastSummary": "seq u64, kind BroadcastKind, state ?TaskState, since ?u64, set ?u16, task ?u16, progress ?u32",
+    "Broadcast": "sender u16, incarnation u32, tick u64, index u16, seq u64, sent u64, body BroadcastContent",
+    "Heartbeat": "state TaskState, since u64, set ?u16, task ?u16, progress u32, position ?Vec2, carrying bool, shared_knowledge SharedKnowledge",
+    "Bulletin": "kind BulletinKind, about ?BulletinSubject, payload Payload",
+    "BulletinSubject": "task u16, set u16, progress u32",
+    "ItemsKnowledge": "locations ?FactLocations, withdrawn [Withdrawal], empty [Empty], loose [FactLooseItem], last_report ?FactNothing",
     "Locations": "min Vec2, max Vec2",
     "Withdrawal": "finder u16, seen u64",
     "LooseItem": "at Vec2, present bool",
     "OpenMessage": "schema str, bytes bytes",
-    "Eligibility": "entries [Eligible]",
-    "Eligible": "task u16, round u64, utility f32",
-    "Negotiation": "task u16, round u64, auction AuctionId, word Word",
+    "Eligibility": "entries [EligibleTask]",
+    "EligibleTask": "task u16, round u64, utility f32",
+    "Negotiation": "task u16, round u64, auction AuctionId, word NegotiationKind",
     "AuctionId": "auctioneer u16, incarnation u32, number u32",
-    "Table": "block u16, slot u16, beliefs [Belief], news [News]",
-    "Belief": "task u16, round u64, claim ?Claim",
-    "Claim": "robot u16, value f32",
-    "News": "robot u16, age_ms u32",
-    "Deltas": "entries [Delta]",
-    "Delta": "belief Belief, slot u16, made u64",
-    "Partition": "evolution u64, stamp f64, part u16, parts u16, members [Member]",
-    "Member": "robot u16, task u16, seen u64",
+    "BidTable": "block u16, slot u16, beliefs [TableEntry], news [TimeStamp]",
+    "TableEntry": "task u16, round u64, claim ?WinningBid",
+    "WinningBid": "robot u16, value f32",
+    "TimeStamp": "robot u16, age_ms u32",
+    "Deltas": "entries [BidChange]",
+    "BidChange": "belief TableEntry, slot u16, made u64",
+    "CoalitionPartition": "evolution u64, stamp f64, part u16, parts u16, members [CoalitionMember]",
+    "CoalitionMember": "robot u16, task u16, seen u64",
 }
 # A fact is a value with its observer and time. The wire format has no names for these types.
 FACTS = {"FactLocations": "Locations", "FactLooseItem": "LooseItem", "FactFlag": "bool", "FactNothing": "nothing"}
@@ -84,11 +84,11 @@ ENUMS = {
     "JoinReply": "Welcome Welcome, Refused Refusal",
     "Refusal": "UnknownRobot (robot str; known [str]), Taken (robot str; incarnation u32), Version (agent u32; world u32),"
     " Absent (robot str), Malformed, Over",
-    "ToAgent": "Tick TickMessage, End Outcome, Dismissed u32, Informed (0 TickMessage; 1 [Offer])",
-    "Outcome": "complete, time-limit, interrupted, no-robot-left",
-    "Sensed": "nothing, items ItemsSensed, open bytes",
+    "ToAgent": "Tick TickMessage, End Outcome, Dismissed u32, Informed (0 TickMessage; 1 [TaskOffer])",
+    "Outcome": "complete, time-limit, interrupted, no-robot-left, expired",
+    "SensorReading": "nothing, items ItemsReading, open bytes",
     "Zone": "None, Source, Target",
-    "Deed": "nothing, items ItemsDeed, open bytes",
+    "Action": "nothing, items ItemsAction, open bytes",
     "Gripper": "Keep, Pick, Drop",
     "BehaviorState": "Hibernating, Waiting, Active",
     "Reason": "Threshold, NotApplicable, Suppressed, ResetBy u16, AcquiescedPsi, GaveUpLambda, Arbitration, WaitOver, WaitBound, Chosen,"
@@ -96,14 +96,14 @@ ENUMS = {
     "Delivery": "Heard, Lost, Delayed, Duplicate, Dropped, Cut, Pending",
     "BroadcastKind": "Heartbeat, FirstBulletin, SecondBulletin, Allocation",
     "TaskState": "Executing, Waiting, Idle, Released",
-    "Content": "Heartbeat Heartbeat, Bulletin Bulletin, Allocation AllocationMessage",
+    "BroadcastContent": "Heartbeat Heartbeat, Bulletin Bulletin, Allocation AllocationMessage",
     "BulletinKind": "First, Second",
-    "Lore": "nothing, items Knowledge, open bytes",
+    "SharedKnowledge": "nothing, items ItemsKnowledge, open bytes",
     "Payload": "items ItemsBulletin, open bytes",
     "ItemsBulletin": "PositionUpdate FactLocations, Withdrawal Withdrawal",
-    "AllocationMessage": "Open OpenMessage, Ble Eligibility, Murdoch Negotiation, Table Table, Deltas Deltas, Partition Partition",
-    "Word": "Announce (closes u64), Bid (utility f32), Renew (winner u16), Ack (status Status; progress u32)",
-    "Status": "Ongoing, Done, Abort",
+    "AllocationMessage": "Open OpenMessage, Ble Eligibility, Murdoch Negotiation, Table BidTable, Deltas Deltas, Partition CoalitionPartition",
+    "NegotiationKind": "Announce (closes u64), Bid (utility f32), Renew (winner u16), Ack (status ContractStatus; progress u32)",
+    "ContractStatus": "Ongoing, Done, Abort",
 }
 
 
@@ -353,13 +353,13 @@ class Still:
         if self.sent is None or now - self.sent >= self.period:
             self.sent = now
             messages.append(("Heartbeat", self.heartbeat(readings)))
-        return {"speed_m_s": 0.0, "turn_rad_s": 0.0, "deed": ("nothing", None)}, messages
+        return {"speed_m_s": 0.0, "turn_rad_s": 0.0, "action": ("nothing", None)}, messages
 
     def heartbeat(self, readings):
         devices, items = readings["mission"]
         position = readings["pose"] and readings["pose"]["position"]
         idle = {"state": ("Idle", None), "since": self.since, "set": None, "task": None, "progress": 0}
-        return idle | {"position": position, "carrying": devices == "items" and bool(items["holding"]), "lore": ("nothing", None)}
+        return idle | {"position": position, "carrying": devices == "items" and bool(items["holding"]), "shared_knowledge": ("nothing", None)}
 
 
 class Listener(Still):

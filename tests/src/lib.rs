@@ -8,3 +8,4 @@ pub mod recompute;
 pub mod rooms;
 pub mod storm;
 pub mod ten_missions;
+pub mod testkit;

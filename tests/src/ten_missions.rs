@@ -7,7 +7,7 @@ use proto::tick::Outcome;
 use run_log::{LogLevel, MemoryLog};
 use scenario::{LearnedTimes, Profile, Scenario, Setup};
 
-const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
+use crate::testkit::ROBOTS;
 
 /// The duration of a unit of each task in s, as estimated by `alliance check`.
 const UNITS_S: [(&str, f64); 4] = [
@@ -79,21 +79,21 @@ pub fn wrong_by(factor: f64) -> Profile {
 }
 
 /// Returns the factor by which robots are wrong about their own times, as geometric mean over robots and tasks.
-/// `truth` contains the learned reference times.
+/// `reference` contains the learned reference times.
 ///
 /// The search is excluded, because its trials differ too much.
 ///
 /// # Panics
 /// Panics if a robot has no time of a task.
 #[must_use]
-pub fn error(profile: &Profile, truth: &Profile) -> f64 {
+pub fn error(profile: &Profile, reference: &Profile) -> f64 {
     let mean_s = |profile: &Profile, robot: &str, task: &str| {
         profile.robots[robot][task][robot].mean_and_deviation_s().0
     };
     let tasks = &UNITS_S[1..];
     let errors = ROBOTS.iter().flat_map(|robot| {
         tasks.iter().map(|(task, _)| {
-            let ratio = mean_s(profile, robot, task) / mean_s(truth, robot, task);
+            let ratio = mean_s(profile, robot, task) / mean_s(reference, robot, task);
             ratio.ln().abs()
         })
     });

@@ -144,7 +144,11 @@ impl Run {
     fn parts(&self) -> impl Iterator<Item = (String, u32)> {
         children(self.launcher.id()).filter_map(|pid| {
             let command = read(format!("/proc/{pid}/cmdline"));
-            let mut arguments = command.split('\0').skip(1);
+            // The agents and the world are subcommands of `cluster`; the page is a command.
+            let mut arguments = command
+                .split('\0')
+                .skip(1)
+                .filter(|word| *word != "cluster");
             match arguments.next()? {
                 "agent" => arguments.nth(1).map(|robot| (robot.to_owned(), pid)),
                 part => Some((part.to_owned(), pid)),

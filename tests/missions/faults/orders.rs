@@ -141,7 +141,9 @@ fn a_world_without_a_launcher_refuses_process_faults() {
         "name = \"kills\"\n[[faults.timeline]]\nfault.kill = \"gold\"\n",
     )
     .unwrap();
-    let finished = lab.run(&["world", "kills.toml", "--out", "none"]).expect(2);
+    let finished = lab
+        .run(&["cluster", "world", "kills.toml", "--out", "none"])
+        .expect(2);
     assert_eq!(
         finished.stderr.trim_end(),
         "world: scenario 'kills': its fault 'kill gold' needs a launcher; start it with `alliance run`"

@@ -25,6 +25,7 @@ fn router(machines: &Machines) -> Process {
     machines.start(
         "h2",
         &[
+            "cluster",
             "router",
             "--name",
             "h2",
@@ -43,12 +44,22 @@ fn agent(machines: &Machines, host: &str, robot: &str, to: &str) -> Process {
     let keys = machines.keys_of(&[&format!("robot-{robot}")]);
     machines.start(
         host,
-        &["agent", "--robot", robot, "--connect", to, "--keys", &keys],
+        &[
+            "cluster",
+            "agent",
+            "--robot",
+            robot,
+            "--connect",
+            to,
+            "--keys",
+            &keys,
+        ],
     )
 }
 
 fn start<'m>(machines: &'m Machines, arguments: &[&str]) -> Parts<'m> {
     let common = [
+        "cluster",
         "world",
         "waste-cleanup",
         "--listen",

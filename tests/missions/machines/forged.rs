@@ -1,4 +1,4 @@
-//! Certificates that `alliance keys` does not make: signed by the team's authority, with any dates.
+//! Certificates that `alliance cluster keys` does not make: signed by the team's authority, with any dates.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -107,7 +107,7 @@ struct Outsider {
 impl Outsider {
     fn of(machines: &Machines) -> Self {
         let lab = &machines.lab;
-        lab.run(&["keys", "cluster.toml", "--out", "other"])
+        lab.run(&["cluster", "keys", "cluster.toml", "--out", "other"])
             .expect(0);
         let team_keys = lab.path("keys");
         let of = |folder: &Path, identity| keyring(folder, &team_keys, identity);

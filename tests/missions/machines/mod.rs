@@ -6,6 +6,7 @@ mod hostile;
 mod outages;
 mod returns;
 mod started;
+mod vanishes;
 mod whole;
 
 use std::fs;
@@ -50,7 +51,7 @@ impl Machines {
             "scenario = \"waste-cleanup\"\nlisten = {WORLD:?}\nkeys = \"keys\"\nworld = \"h1\"\n{places}"
         );
         fs::write(lab.path("cluster.toml"), cluster).unwrap();
-        lab.run(&["keys", "cluster.toml"]).expect(0);
+        lab.run(&["cluster", "keys", "cluster.toml"]).expect(0);
         Some(Self { hosts, lab })
     }
 
@@ -87,6 +88,7 @@ impl Machines {
         self.start(
             on,
             &[
+                "cluster",
                 "host",
                 "--name",
                 name,

@@ -29,7 +29,7 @@ fn start() -> String {
 /// Returns the process id of an agent from the log of its host.
 #[track_caller]
 fn agent(run: &mut Run<'_>, host: &str, robot: &str) -> u32 {
-    let path = run.machines.lab.path(&format!("run/logs/host-{host}.log"));
+    let path = run.machines.lab.path(&format!("run/logs/host.{host}.log"));
     let prefix = format!("{robot} is process ");
     let mut found = None;
     wait_until(&prefix, || {
@@ -114,7 +114,7 @@ fn started_hosts_end_with_their_launcher() {
     let Some(machines) = enter() else { return };
     machines.hosts.unplug("h2");
     let run = machines.up(&["--start", &start()]);
-    let log = machines.lab.path("run/logs/host-h2.log");
+    let log = machines.lab.path("run/logs/host.h2.log");
     wait_until("a host that searches for the world", || {
         let text = fs::read_to_string(&log).unwrap_or_default();
         text.contains("trying again")

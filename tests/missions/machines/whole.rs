@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use nix::sys::signal::Signal;
 use run_log::EventRow;
 
 use super::{Machines, inputs_of};
@@ -113,6 +114,50 @@ fn a_network_that_loses_one_frame_in_twenty_changes_no_byte() {
             machines.hosts.frames()
         );
     }
+}
+
+#[test]
+fn a_host_that_is_not_connected_is_named() {
+    let places: [(&str, &[&str]); 2] = [("h1", &["blue"]), ("h2", &["gold", "green"])];
+    let Some(machines) = Machines::enter(2, &places) else {
+        return;
+    };
+    let mut run = machines.up(&["--limit", "5"]);
+    run.launcher.wait_for_stderr(
+        "host h2 (gold, green) to connect; start `alliance cluster host --name h2 --connect LOCATOR --keys DIR` there",
+    );
+    let daemon = machines.daemon("h2", "h2", &["gold", "green"]);
+    run.end();
+    daemon.wait().expect(0);
+}
+
+#[test]
+fn a_router_without_a_world_ends_at_a_signal() {
+    let Some(machines) = Machines::enter(2, &[("h1", &["blue"]), ("h2", &["gold", "green"])])
+    else {
+        return;
+    };
+    let keys = machines.keys_of(&["host-h2", "robot-gold", "robot-green"]);
+    // Nothing has this address, so an attempt to connect takes seconds.
+    let world = "tls/10.0.0.9:7447";
+    let mut router = machines.start(
+        "h2",
+        &[
+            "cluster",
+            "router",
+            "--name",
+            "h2",
+            "--connect",
+            world,
+            "--keys",
+            &keys,
+        ],
+    );
+    router.wait_for_stderr("trying again");
+    router.signal(Signal::SIGTERM);
+    let ended = router.wait().expect(0);
+    let last = ended.stderr.lines().last();
+    assert_eq!(last, Some("host h2: ended by a signal"), "{}", ended.stderr);
 }
 
 #[track_caller]

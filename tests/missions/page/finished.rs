@@ -9,7 +9,7 @@ use crate::harness::{Lab, Process};
 use crate::team::Team;
 
 fn view(lab: &Lab) -> (Process, Page) {
-    let mut view = lab.start(&["view", "run"]);
+    let mut view = lab.start(&["watch", "run"]);
     view.wait_for_stderr("/#");
     let page = Page::from_output(&view.stderr());
     (view, page)
@@ -171,11 +171,11 @@ fn the_log_of_a_killed_world_is_shown_up_to_its_last_complete_tick() {
 #[test]
 fn a_missing_run_gives_one_line() {
     let lab = Lab::new();
-    let nothing = lab.run(&["view", "nowhere"]).expect(2);
+    let nothing = lab.run(&["watch", "./nowhere"]).expect(2);
     assert!(
         nothing
             .stderr
-            .starts_with("alliance view: cannot read nowhere/run.json: "),
+            .starts_with("alliance watch: ./nowhere is not the folder of a run: "),
         "{}",
         nothing.stderr
     );
@@ -183,6 +183,6 @@ fn a_missing_run_gives_one_line() {
     let no_run = lab.run(&["watch"]).expect(3);
     assert_eq!(
         no_run.stderr,
-        "alliance watch: no run is live; start one with `alliance run` or `alliance world`\n"
+        "alliance watch: no run is live; start one with `alliance run` or `alliance cluster world`\n"
     );
 }

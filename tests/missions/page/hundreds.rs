@@ -26,7 +26,7 @@ fn open(lab: &Lab, browser: &Browser) -> Process {
         "run",
     ])
     .expect(1);
-    let mut view = lab.start(&["view", "run"]);
+    let mut view = lab.start(&["watch", "run"]);
     view.wait_for_stderr("/#");
     let page = Page::from_output(&view.stderr());
     browser.open(&page.link());

@@ -183,7 +183,7 @@ fn a_large_team_that_has_not_joined_yet_has_a_page() {
         .collect();
     let scenario = format!("room = {{ width_m = 120.0, height_m = 300.0 }}\n{robots}");
     std::fs::write(lab.path("many.toml"), scenario).unwrap();
-    let mut world = lab.start(&["world", "many.toml", "--out", "run"]);
+    let mut world = lab.start(&["cluster", "world", "many.toml", "--out", "run"]);
     world.wait_for_stderr("waiting for robots");
     let mut watch = lab.start(&["watch"]);
     watch.wait_for_stderr("/#");

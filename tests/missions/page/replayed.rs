@@ -19,7 +19,7 @@ fn a_finished_run_can_be_played_and_sought() {
     .unwrap();
     lab.mission("run", &["day.toml", "--limit", "150"])
         .expect(1);
-    let mut view = lab.start(&["view", "run"]);
+    let mut view = lab.start(&["watch", "run"]);
     view.wait_for_stderr("/#");
     browser.open(&Page::from_output(&view.stderr()).link());
     browser.wait_for("document.body.dataset.mode == 'log' && alliance.view != null");

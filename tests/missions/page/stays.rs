@@ -84,7 +84,7 @@ fn a_run_without_a_staying_page_prints_the_next_commands() {
     let last: Vec<&str> = ended.stderr.lines().rev().take(2).collect();
     assert_eq!(
         last,
-        ["        alliance report run", "next    alliance view run"]
+        ["        alliance report run", "next    alliance watch run"]
     );
 }
 
@@ -108,7 +108,7 @@ fn the_link_to_the_newest_run_exists_during_a_run_and_after_a_kill_of_its_world(
     run.wait().expect(3);
     assert_eq!(leads_to(), newest);
     // A separate world is also a run.
-    let mut by_hand = lab.start(&["world", "--out", "by-hand"]);
+    let mut by_hand = lab.start(&["cluster", "world", "--out", "by-hand"]);
     by_hand.wait_for_stderr("waiting for robots");
     assert_eq!(leads_to(), lab.path("by-hand").canonicalize().unwrap());
     by_hand.signal(Signal::SIGTERM);

@@ -8,8 +8,8 @@
 #[path = "../../../docs/examples/own-mission/src/data.rs"]
 mod data;
 #[rustfmt::skip]
-#[path = "../../../docs/examples/own-mission/src/mind.rs"]
-mod mind;
+#[path = "../../../docs/examples/own-mission/src/controller.rs"]
+mod controller;
 #[rustfmt::skip]
 #[path = "../../../docs/examples/own-mission/src/world.rs"]
 mod world;
@@ -35,12 +35,12 @@ const READ_ONLY: MissionParts = MissionParts {
 };
 
 fn main() -> ExitCode {
-    if std::env::args().nth(1).is_some_and(|part| part == "agent") {
+    if std::env::args().nth(2).is_some_and(|part| part == "agent") {
         panic_on_signal();
     }
     let registry = launch::Registry::built_in().with_mission(READ_ONLY);
     launch::main(match std::env::var_os("VISIT") {
-        Some(_) => registry.with_mission(MissionParts::new::<world::Visit, mind::Visitor>(
+        Some(_) => registry.with_mission(MissionParts::new::<world::Visit, controller::Visitor>(
             data::VISIT,
         )),
         None => registry,

@@ -111,7 +111,7 @@ fn rendezvous(endpoint: &str) -> Rendezvous {
             password: "team".to_owned(),
         },
         started: 0,
-        far: None,
+        remote: None,
     }
 }
 

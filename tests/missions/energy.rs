@@ -1,0 +1,110 @@
+//! Robots whose energy is used up release their tasks, and a team without energy ends the run.
+
+use missions::Registry;
+use proto::tick::Outcome;
+use run_log::{EventRow, LogLevel, PoseRow, RunLog};
+use scenario::{Scenario, Setup};
+
+use crate::in_process::run;
+use crate::recompute::log_of;
+
+/// Robot a has to drive far and uses up its energy on the way to its first point. Robot b has enough for all points.
+const BATTERY: &str = "
+limit_s = 900.0
+room = { width_m = 16.0, height_m = 4.0 }
+energy = { capacity_j = 1200.0, idle_w = 1.0, drive_w = 40.0 }
+service.kinds = [{ name = 't', work_s = { min = 10.0, max = 10.0 } }]
+service.points = [
+  { kind = 't', x_m = 15.0, y_m = 2.0 },
+  { kind = 't', x_m = 12.0, y_m = 1.0, arrival_s = 60.0 },
+  { kind = 't', x_m = 13.0, y_m = 3.0, arrival_s = 60.0 },
+]
+[[robots]]
+name = 'a'
+start = { x_m = 0.5, y_m = 2.0, heading_deg = 0.0 }
+[[robots]]
+name = 'b'
+start = { x_m = 12.0, y_m = 2.0, heading_deg = 0.0 }
+";
+
+/// A team without enough energy for its work.
+const POOR: &str = "
+limit_s = 3600.0
+energy = { capacity_j = 500.0, idle_w = 5.0, drive_w = 20.0 }
+service.kinds = [{ name = 't', work_s = { min = 30.0, max = 30.0 } }]
+service.random = [{ n = 12 }]
+[[robots]]
+name = 'a'
+[[robots]]
+name = 'b'
+";
+
+fn play(text: &str) -> (Outcome, RunLog) {
+    let known = Registry::built_in().vocabulary();
+    let scenario = Scenario::parse("s.toml", text, &known).unwrap_or_else(|why| panic!("{why}"));
+    let (outcome, recorder) = run(
+        Setup::resolve(scenario, 1, None).unwrap().setup,
+        LogLevel::Full,
+    );
+    (outcome, log_of(recorder))
+}
+
+/// Checks that a robot without energy is active in no tick after the one in which its reading is 0.
+fn assert_idle_when_empty(log: &RunLog, allocator: &str) {
+    let rows = log.rows::<PoseRow>().unwrap();
+    for robot in ["a", "b"] {
+        let empty = rows
+            .iter()
+            .filter(|row| row.robot == robot && row.energy == Some(0.0));
+        for row in empty.skip(1) {
+            assert_eq!(row.behavior_set, "", "{allocator}: {row:?}");
+        }
+    }
+}
+
+#[test]
+fn a_robot_without_energy_releases_its_task_to_a_teammate() {
+    for allocator in Registry::built_in().vocabulary().allocators {
+        let name = allocator.name;
+        let (outcome, log) = play(&format!("allocator = '{name}'\n{BATTERY}"));
+        assert_idle_when_empty(&log, name);
+        // These rules may leave work: the first never takes over, and the second leaves its tasks by chance.
+        if !["static", "threshold"].contains(&name) {
+            assert_eq!(outcome, Outcome::Complete, "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_team_without_energy_ends_the_run() {
+    for allocator in Registry::built_in().vocabulary().allocators {
+        let name = allocator.name;
+        let (outcome, log) = play(&format!("allocator = '{name}'\n{POOR}"));
+        assert_idle_when_empty(&log, name);
+        assert_eq!(outcome, Outcome::NoRobotLeft, "{name}");
+        let rows = log.rows::<EventRow>().unwrap();
+        let empty = rows.iter().filter(|row| row.kind == "energy-out");
+        let last = empty.map(|row| row.t_ms.0).max().unwrap();
+        let ticks = last / log.run.setup.scenario.step_ms + 1;
+        assert_eq!(
+            log.run.result.ticks, ticks,
+            "{name}: the run ends in that tick"
+        );
+    }
+}
+
+/// A power fault lasts for some time, so the run goes on.
+#[test]
+fn a_robot_without_power_works_again_when_the_fault_is_over() {
+    let faults = "[[faults.timeline]]\nfault.power = 'b'\nat_s = 5.0\nfor_s = 30.0\n\
+                  [[faults.timeline]]\nfault.power = 'a'\nat_s = 5.0\nfor_s = 10.0\n";
+    let (outcome, log) = play(&format!("allocator = 'first-come'\n{BATTERY}{faults}"));
+    assert_eq!(outcome, Outcome::Complete);
+    let rows = log.rows::<PoseRow>().unwrap();
+    let during = |row: &&PoseRow| (5100..34_900).contains(&row.t_ms.0) && row.robot == "b";
+    assert!(
+        rows.iter()
+            .filter(during)
+            .all(|row| row.behavior_set.is_empty())
+    );
+}

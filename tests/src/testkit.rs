@@ -1,0 +1,77 @@
+//! The robots and the faults of several tests, and readers of the folders that commands write.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+/// The robots of the default mission, by rank.
+pub const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
+
+/// Kills gold during its work, without a restart.
+pub const KILL: &str = "[[faults.timeline]]\nat_s = 100.0\nfault.kill = \"gold\"\n";
+/// Kills gold during its work and restarts it after 60 s.
+pub const RESTART: &str =
+    "[[faults.timeline]]\nat_s = 100.0\nfor_s = 60.0\nfault.kill = \"gold\"\n";
+/// Separates green from the other two robots for 60 s.
+pub const PARTITION: &str = "[[faults.timeline]]\nat_s = 60.0\nfor_s = 60.0\n\
+     fault.partition = { groups = [[\"blue\", \"gold\"], [\"green\"]] }\n";
+
+/// Returns a fault that drops this share of all messages.
+#[must_use]
+pub fn loss(share: f64) -> String {
+    format!("[[faults.timeline]]\nat_s = 0.0\nfault.drop = {{ p = {share} }}\n")
+}
+
+/// A row of a CSV table by column name.
+pub type Row = BTreeMap<String, String>;
+
+/// Returns the rows of a CSV table.
+///
+/// # Panics
+///
+/// If the text is no CSV table.
+#[must_use]
+pub fn rows(text: &[u8]) -> Vec<Row> {
+    csv::Reader::from_reader(text)
+        .deserialize()
+        .map(|row| row.expect("a row has a cell for each column"))
+        .collect()
+}
+
+/// Returns the bytes of each file in a folder and its subfolders, by path below the folder.
+///
+/// # Panics
+///
+/// If the folder cannot be read.
+#[must_use]
+pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(folder).expect("the folder is readable") {
+        let path = entry.expect("the folder is readable").path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if path.is_dir() {
+            let below = files(&path).into_iter();
+            found.extend(below.map(|(file, bytes)| (format!("{name}/{file}"), bytes)));
+        } else {
+            let bytes = fs::read(&path).expect("the file is readable");
+            found.insert(name.into_owned(), bytes);
+        }
+    }
+    found
+}
+
+/// Returns the files of a folder except journals, whose rows are in the order in which runs end.
+#[must_use]
+pub fn results(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut files = files(folder);
+    files.retain(|name, _| !name.ends_with(".jsonl"));
+    files
+}
+
+/// Returns the number of complete rows in the journal of a folder. The first line of a journal is no row.
+#[must_use]
+pub fn journal_rows(folder: &Path) -> usize {
+    let text = fs::read(folder.join("journal.jsonl")).unwrap_or_default();
+    let lines = text.iter().filter(|byte| **byte == b'\n').count();
+    lines.saturating_sub(1)
+}
