@@ -138,7 +138,7 @@ impl fmt::Display for Comparison {
 }
 
 /// Compares a log with the log of its replay: every tick, every byte of every table, and every value of run.json except
-/// the facts in [`NOT_REPRODUCED`].
+/// the facts in `NOT_REPRODUCED`.
 ///
 /// # Errors
 /// Returns an error when a table cannot be read.

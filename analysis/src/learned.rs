@@ -24,7 +24,7 @@ pub fn check_writable(path: &Path) -> anyhow::Result<()> {
 /// Writes the learned values of a logged run. An older file remains until the new one is complete.
 ///
 /// # Errors
-/// Returns the errors of [`learned`], or an error when the file cannot be written.
+/// Returns the errors of `learned`, or an error when the file cannot be written.
 pub fn write_profile(path: &Path, logged: &RunLog) -> anyhow::Result<()> {
     let text = learned_profile(logged)?.to_toml();
     let mut file = NewFile::create(path)?;

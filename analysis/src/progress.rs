@@ -13,7 +13,7 @@ const QUIET: Duration = Duration::from_millis(700);
 /// The shortest interval between two lines if stderr is not a terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
-/// A display of steps done, which begins after [`QUIET`].
+/// A display of steps done, which begins after `QUIET`.
 pub struct Progress {
     what: String,
     unit: &'static str,

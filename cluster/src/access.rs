@@ -12,7 +12,7 @@ use proto::keys::{ALIVE_WORLDS, KeyExpressions};
 /// The robots behind one link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LinkMembers {
-    /// The [identity](proto::identity) of the link.
+    /// The identity of the link.
     pub identity: String,
     /// The name of the host, if the link belongs to one.
     pub host: Option<String>,

@@ -15,7 +15,7 @@ const CLOCK_TOLERANCE: Duration = Duration::minutes(5);
 /// A member of a team: the world, a host or a robot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Member {
-    /// The [identity](proto::member): stem of the file names and common name in the certificate.
+    /// The identity: stem of the file names and common name in the certificate.
     pub identity: String,
     /// The addresses and names by which others connect; empty for a member that only connects to others.
     pub addresses: Vec<String>,

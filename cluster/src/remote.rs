@@ -94,7 +94,7 @@ async fn look_for_run(login: &Login) -> Result<Option<String>, ConnectError> {
     })
 }
 
-/// Returns whether a lost run appears again at the endpoint within [`RETURN_LIMIT`]. It does not if no program listens
+/// Returns whether a lost run appears again at the endpoint within `RETURN_LIMIT`. It does not if no program listens
 /// there, or if there is another run.
 pub async fn does_return(login: &Login, run: &str) -> bool {
     let until = Instant::now() + RETURN_LIMIT;

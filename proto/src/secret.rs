@@ -1,4 +1,4 @@
-//! Authentication of messages: every message is sealed. The run's secret is the `token` of its [`crate::rendezvous`].
+//! Authentication of messages: every message is sealed. The run's secret is the `token` of its `crate::rendezvous`.
 //! Each robot and host has its own secret, [`derived`] from the token, for its messages to and from the world.
 //!
 //! A seal is a keyed hash (SipHash-2-4) over the key expression and the message. It proves that a holder of the secret
@@ -32,7 +32,7 @@ pub struct Secret {
     hmac: Hmac<Sha256>,
 }
 
-/// Derives the secret of a [`member`] from the run's token: 32 hexadecimal digits. They are the first 16 bytes of
+/// Derives the secret of a `member` from the run's token: 32 hexadecimal digits. They are the first 16 bytes of
 /// HMAC-SHA256 over the identity, with the token's text as the key.
 #[must_use]
 pub fn derived(token: &str, identity: &str) -> String {

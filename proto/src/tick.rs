@@ -61,7 +61,7 @@ pub enum ToAgent<T = Box<TickMessage>> {
     End(Outcome),
     /// The incarnation has been superseded or given up, and its agent ends.
     Dismissed(Incarnation),
-    /// The next tick with its [ground truth](TickMessage::truth), if it has any.
+    /// The next tick with its ground truth, if it has any.
     Informed(T, Vec<TaskOffer>),
 }
 

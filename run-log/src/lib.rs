@@ -4,7 +4,7 @@
 //!   a row type; [`InputLine`] is a line of inputs.jsonl. [`Section`]: the sections of ticks.csv.
 //! - [`external`]: the answers of robots with external controllers, in foreign.bin.
 //! - [`Document`]: the files that are written as a whole; [`RunFile`]: run.json.
-//! - [`RunLog`]: reads a run folder, or a log in [`Memory`], up to the last complete tick.
+//! - `RunLog`: reads a run folder, or a log in `Memory`, up to the last complete tick.
 
 pub mod external;
 mod input;

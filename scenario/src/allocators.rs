@@ -21,7 +21,7 @@ pub struct AllocatorSpec {
     pub about: &'static str,
     /// The keys of `[allocators.NAME]`.
     pub parameters: Vec<ParameterSpec>,
-    /// True if its robots receive the [ground truth](crate::tick::TickMessage::truth).
+    /// True if its robots receive the ground truth.
     pub needs_ground_truth: bool,
     /// True if its robots learn times that a [`Profile`](super::Profile) carries to a later run.
     pub learns_times: bool,

@@ -14,7 +14,7 @@ use super::metrics::Metrics;
 const MAX_ROBOTS: usize = 30;
 
 /// Returns a line for each takeover from a lost robot, in order of time. There are none without a full log, without a
-/// loss, and for teams of more than [`MAX_ROBOTS`].
+/// loss, and for teams of more than `MAX_ROBOTS`.
 #[must_use]
 pub fn takeover_lines(folder: &Path, run: &RunFile, vocabulary: &Vocabulary) -> Vec<String> {
     let is_small = run.setup.scenario.robots.len() <= MAX_ROBOTS;

@@ -1,4 +1,4 @@
-//! `alliance cluster`: runs on several machines, and single processes by hand. [`up`] starts a run, [`host`] is the daemon on each other
+//! `alliance cluster`: runs on several machines, and single processes by hand. `up` starts a run, `host` is the daemon on each other
 //! host, [`keys`] makes certificates.
 
 pub mod host;

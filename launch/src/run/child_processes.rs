@@ -180,7 +180,7 @@ impl Process {
         }
     }
 
-    /// Removes the newer part of a log that is larger than [`LOG_MAX`]. Returns `true` the first time. A program that writes
+    /// Removes the newer part of a log that is larger than `LOG_MAX`. Returns `true` the first time. A program that writes
     /// without a pause would fill the disk within minutes.
     pub fn trim_log(&mut self) -> bool {
         let is_large = std::fs::metadata(&self.log).is_ok_and(|log| log.len() > LOG_MAX);

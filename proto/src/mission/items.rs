@@ -74,7 +74,7 @@ pub struct ItemsAction {
     pub report: bool,
 }
 
-/// Converts the default action to [`Deed::Nothing`], so that doing nothing has a single form.
+/// Converts the default action to `Deed::Nothing`, so that doing nothing has a single form.
 impl From<ItemsAction> for Action {
     #[inline]
     fn from(action: ItemsAction) -> Self {

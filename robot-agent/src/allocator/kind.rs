@@ -50,7 +50,7 @@ pub struct ConfigError {
     pub why: String,
 }
 
-/// The [`Kind`] of a type that implements [`Allocator`].
+/// The `Kind` of a type that implements `Allocator`.
 pub struct TypedAllocatorKind<A> {
     name: &'static str,
     about: &'static str,

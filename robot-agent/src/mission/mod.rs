@@ -3,7 +3,7 @@
 //! An [`AgentMission`] derives the applicable behaviors from readings and received broadcasts, and executes the
 //! behavior that the allocator selected. The framework adds links, heartbeats, the allocator, and the rollback of
 //! steps that did not count. A [`MissionController`] creates the robot's part under the mission's name, and an
-//! [`AgentRegistry`](crate::allocator::AgentRegistry) contains those of a program. A mission with its own message
+//! `AgentRegistry` contains those of a program. A mission with its own message
 //! types is shorter as a [`TypedController`], wrapped in [`ControllerAdapter`].
 //!
 //! # Guarantees and obligations

@@ -1,6 +1,6 @@
 //! Faults, with the same vocabulary for the control topic, the scenario's timeline, the command line and the page.
 //!
-//! - [`Fault`]: a failure and its target. [`Order`]: a fault with its id, trigger and duration. [`When`]: an event as a
+//! - `Fault`: a failure and its target. `Order`: a fault with its id, trigger and duration. `When`: an event as a
 //!   trigger.
 //! - [`RadioQuality`]: named sets of link faults. [`RandomFaults`]: random faults with mean times between failure and
 //!   repair.

@@ -19,7 +19,7 @@ use crate::world::{Bar, ChangeError, Floor, Push};
 /// The size of a mission's encoded state up to which a step allocates no memory, bytes.
 const STATE_ROOM: usize = 1024;
 
-/// A [`WorldMission`] with its own types; the docs of its methods are there. [`Typed`] converts it. The serialized form is
+/// A `WorldMission` with its own types; the docs of its methods are there. `Typed` converts it. The serialized form is
 /// hashed, so skip exactly the fields that never change.
 ///
 /// ```
