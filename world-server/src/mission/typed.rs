@@ -50,7 +50,7 @@ const STATE_ROOM: usize = 1024;
 ///
 ///     fn act(&mut self, robot: RobotId, _: Ring, _: &mut Floor, happened: &mut StepEvents) {
 ///         self.rung += 1;
-///         happened.tell("done", Some(robot));
+///         happened.push_mission_event("done", Some(robot));
 ///     }
 ///
 ///     fn sense(&self, _: RobotId, _: &Floor) -> (bool, Validity) {
