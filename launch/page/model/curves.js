@@ -11,7 +11,7 @@ const MAX_CORNERS = 20_000;
 export class Curves {
   /**
    * Corners by time, by rank · sets + set. A corner with `last` ends the curve.
-   * @type {Map<number, import("../../page-tests/types.js").Bend[]>}
+   * @type {Map<number, import("../../page-tests/types.js").Corner[]>}
    */
   #cells = new Map();
   #sets;
@@ -22,7 +22,7 @@ export class Curves {
 
   /**
    * Adds corners, ordered by time for each robot. Times are in ms.
-   * @param {import("../../page-tests/types.js").Bend[]} corners
+   * @param {import("../../page-tests/types.js").Corner[]} corners
    */
   add(corners) {
     for (const corner of corners) {
