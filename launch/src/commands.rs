@@ -175,183 +175,6 @@ const ENTRIES: &[Entry] = &[
         &[],
     ),
     entry(
-        "fault kill",
-        &[("alliance fault kill gold --at 60s", "without a restart")],
-        &[],
-    ),
-    entry(
-        "fault terminate",
-        &[(
-            "alliance fault terminate gold --for 20s",
-            "restarts after 20 s",
-        )],
-        &[],
-    ),
-    entry(
-        "fault pause",
-        &[("alliance fault pause gold --for 5s", "silent for 5 s")],
-        &[],
-    ),
-    entry(
-        "fault continue",
-        &[("alliance fault continue gold", "now")],
-        &[],
-    ),
-    entry(
-        "fault restart",
-        &[("alliance fault restart gold", "now, in a new incarnation")],
-        &[],
-    ),
-    entry(
-        "fault add",
-        &[(
-            "alliance fault add red --at 2min",
-            "joins after two minutes",
-        )],
-        &[],
-    ),
-    entry(
-        "fault remove",
-        &[("alliance fault remove gold", "now")],
-        &[],
-    ),
-    entry(
-        "fault drop",
-        &[
-            ("alliance fault drop --p 0.3", "30 % of all messages"),
-            (
-                "alliance fault drop --p 0.5 --burst 2s --to blue",
-                "in bursts",
-            ),
-        ],
-        &[],
-    ),
-    entry(
-        "fault delay",
-        &[(
-            "alliance fault delay --by 0.5s --jitter 0.2s",
-            "0.5 to 0.7 s",
-        )],
-        &[],
-    ),
-    entry(
-        "fault duplicate",
-        &[("alliance fault duplicate --p 0.1", "one message in ten")],
-        &[],
-    ),
-    entry(
-        "fault reorder",
-        &[("alliance fault reorder --p 0.1", "one message in ten")],
-        &[],
-    ),
-    entry(
-        "fault hold",
-        &[(
-            "alliance fault hold --from gold --for 10s",
-            "delivered after 10 s",
-        )],
-        &[],
-    ),
-    entry(
-        "fault partition",
-        &[(
-            "alliance fault partition blue,gold / green --for 30s",
-            "two groups",
-        )],
-        &[],
-    ),
-    entry(
-        "fault mute",
-        &[(
-            "alliance fault mute gold --for 30s",
-            "sends nothing for 30 s",
-        )],
-        &[],
-    ),
-    entry(
-        "fault deaf",
-        &[(
-            "alliance fault deaf gold --for 30s",
-            "receives nothing for 30 s",
-        )],
-        &[],
-    ),
-    entry(
-        "fault range",
-        &[("alliance fault range 5", "at most 5 m")],
-        &[],
-    ),
-    entry(
-        "fault radio",
-        &[("alliance fault radio poor-radio", "until it is cleared")],
-        &[],
-    ),
-    entry(
-        "fault good-radio",
-        &[("alliance fault good-radio", "until it is cleared")],
-        &[],
-    ),
-    entry(
-        "fault poor-radio",
-        &[("alliance fault poor-radio --for 1min", "for a minute")],
-        &[],
-    ),
-    entry(
-        "fault severe-radio",
-        &[("alliance fault severe-radio --for 1min", "for a minute")],
-        &[],
-    ),
-    entry(
-        "fault sensor",
-        &[
-            ("alliance fault sensor gold position dead", "no readings"),
-            (
-                "alliance fault sensor gold position noise 0.5",
-                "standard deviation 0.5 m",
-            ),
-        ],
-        &[],
-    ),
-    entry(
-        "fault actuator",
-        &[("alliance fault actuator gold slowed 0.5", "half its speed")],
-        &[],
-    ),
-    entry(
-        "fault skill",
-        &[("alliance fault skill gold weld 0.5", "half its skill")],
-        &[],
-    ),
-    entry(
-        "fault power",
-        &[("alliance fault power gold", "the body ignores commands")],
-        &[],
-    ),
-    entry(
-        "fault babble",
-        &[(
-            "alliance fault babble gold --when \"gold picks any\"",
-            "at an event",
-        )],
-        &[],
-    ),
-    entry(
-        "fault obstacle",
-        &[(
-            "alliance fault obstacle 4 3 0.5 1",
-            "0.5 m by 1 m, corner at (4, 3)",
-        )],
-        &[],
-    ),
-    entry(
-        "fault move-robot",
-        &[(
-            "alliance fault move-robot gold 2 3 --heading 90",
-            "to (2, 3)",
-        )],
-        &[],
-    ),
-    entry(
         "clock",
         &[
             ("alliance clock pause", "hold the run"),
@@ -713,7 +536,7 @@ fn find(words: &str) -> Option<&'static Entry> {
     ENTRIES.iter().find(|entry| entry.words == words)
 }
 
-/// Returns the examples of a command: those of its entry, or the generated one of a mission's fault.
+/// Returns the examples of a command: those of its entry, or those of a fault.
 pub fn examples_of(words: &str) -> Vec<(Cow<'static, str>, &'static str)> {
     if let Some(entry) = find(words) {
         let examples = entry.examples.iter();
@@ -721,11 +544,10 @@ pub fn examples_of(words: &str) -> Vec<(Cow<'static, str>, &'static str)> {
             .map(|(line, purpose)| (Cow::Borrowed(*line), *purpose))
             .collect();
     }
-    let generated = words.strip_prefix("fault ").and_then(fault::example_of);
-    generated
-        .map(|line| (Cow::Owned(line), "now"))
-        .into_iter()
-        .collect()
+    words
+        .strip_prefix("fault ")
+        .map(fault::examples_of)
+        .unwrap_or_default()
 }
 
 /// Returns the exit statuses of a command: its own ones, or else those of its parent.

@@ -3,7 +3,7 @@
 use glam::Vec2;
 use proto::control::Phase;
 use scenario::Scenario;
-use scenario::fault::{ActuatorMode, Fault};
+use scenario::fault::{ActuatorMode, Fault, FaultGroup};
 use scenario::mission::expected_properties::ExpectedProperties;
 
 use super::solids::distance;
@@ -28,9 +28,9 @@ pub fn is_covered(scenario: &Scenario, state: &WorldState) -> bool {
         fault.phase == Phase::InForce
             && match &fault.order.fault {
                 // Wrong positions, false completion, or a body that does not follow its controller.
-                Fault::Sensor(_) | Fault::Babble(_) => true,
                 Fault::Actuator(fault) => fault.mode != ActuatorMode::Dead,
-                _ => false,
+                Fault::Power(_) | Fault::Skill(_) => false,
+                other => other.group() == FaultGroup::Robot,
             }
     });
     !kept && !lies && (0..state.robots.len()).any(sound)
@@ -41,10 +41,8 @@ pub fn is_covered(scenario: &Scenario, state: &WorldState) -> bool {
 pub fn is_operational(scenario: &Scenario, state: &WorldState, rank: usize) -> bool {
     let (robot, name) = (&state.robots[rank], scenario.robots[rank].name.as_str());
     let broken = state.faults.iter().any(|fault| {
-        let impairs = matches!(
-            fault.order.fault,
-            Fault::Sensor(_) | Fault::Actuator(_) | Fault::Power(_) | Fault::Babble(_)
-        );
+        let impairs = fault.order.fault.group() == FaultGroup::Robot
+            && !matches!(fault.order.fault, Fault::Skill(_));
         fault.phase == Phase::InForce && impairs && fault.order.fault.robot() == Some(name)
     });
     robot.present && robot.takes_part && robot.energy_j.is_none_or(|left| left > 0.0) && !broken

@@ -2,7 +2,7 @@
 
 use proto::control::Phase;
 use scenario::Scenario;
-use scenario::fault::{Fault, LinkEnd};
+use scenario::fault::{Fault, FaultGroup, LinkEnd};
 
 use super::WorldState;
 
@@ -55,7 +55,7 @@ fn affects(scenario: &Scenario, state: &WorldState, fault: &Fault, from: usize, 
             matches!((group(from), group(to)), (Some(a), Some(b)) if a != b)
         }
         Fault::Range(spec) => apart_m(state, from, to) > spec.range_m - MARGIN_M,
-        Fault::Radio(_) => true,
-        _ => false,
+        Fault::Duplicate(_) => false,
+        other => other.group() == FaultGroup::Radio,
     }
 }

@@ -3,8 +3,8 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use scenario::fault::{
-    Delay, EventTrigger, Fault, FaultRange, FaultValue, LinkChance, LinkEnd, LinkSelection, Loss,
-    MissionFault, MoveRobot, Order, Partition, RadioQuality, RangeFault, SkillFault, TriggerEvent,
+    Delay, EventTrigger, Fault, FaultKind, FaultRange, FaultSpec, LinkChance, LinkEnd,
+    LinkSelection, Loss, MoveRobot, Order, Partition, RangeFault, SkillFault, TriggerEvent,
 };
 use scenario::ids::BehaviorId;
 use scenario::{Catalog, Obstacle, Robot, Scenario};
@@ -45,87 +45,27 @@ impl RandomFaults {
     }
 }
 
-/// A function that draws a fault of one kind. It returns `None` if the mission has no possible target.
-type Draw = fn(&mut Dice<'_>) -> Option<Fault>;
+/// A kind of random faults.
+#[derive(Clone, Copy)]
+enum Draw {
+    Common(&'static FaultKind),
+    /// Any fault that the mission defines.
+    Mission,
+}
 
-/// All kinds of faults, with equal probability.
-const DRAWS: [Draw; 26] = [
-    |dice| Some(Fault::Kill(dice.robot().name)),
-    |dice| Some(Fault::Terminate(dice.robot().name)),
-    |dice| Some(Fault::Pause(dice.robot().name)),
-    |dice| Some(Fault::Continue(dice.robot().name)),
-    |dice| Some(Fault::Restart(dice.robot().name)),
-    |dice| Some(Fault::Add(dice.absent_robot()?)),
-    |dice| Some(Fault::Remove(dice.robot().name)),
-    |dice| {
-        let LinkSelection { from, to } = dice.link();
-        Some(Fault::Drop(Loss {
-            from,
-            to,
-            p: dice.between(0.1, 1.0),
-            burst_s: dice.any(&[0.0, 0.5, 2.0]),
-        }))
-    },
-    |dice| {
-        let LinkSelection { from, to } = dice.link();
-        Some(Fault::Delay(Delay {
-            from,
-            to,
-            delay_s: dice.between(0.0, 3.0),
-            jitter_s: dice.any(&[0.0, 0.5, 2.0]),
-        }))
-    },
-    |dice| Some(Fault::Duplicate(dice.chance())),
-    |dice| Some(Fault::Reorder(dice.chance())),
-    |dice| Some(Fault::Hold(dice.link())),
-    |dice| dice.partition().map(Fault::Partition),
-    |dice| Some(Fault::Mute(dice.robot().name)),
-    |dice| Some(Fault::Deaf(dice.robot().name)),
-    |dice| {
-        let range_m = dice.between(1.0, 8.0) as f32;
-        Some(Fault::Range(RangeFault { range_m }))
-    },
-    |dice| Some(Fault::Radio(dice.any(&RadioQuality::ALL))),
-    |dice| {
-        let robot = dice.robot();
-        Some(random_sensor_fault(
-            dice.rng,
-            &robot,
-            dice.scenario.mission(),
-        ))
-    },
-    |dice| {
-        let robot = dice.robot();
-        Some(random_actuator_fault(dice.rng, &robot))
-    },
-    |dice| Some(Fault::Power(dice.robot().name)),
-    |dice| Some(Fault::Babble(dice.robot().name)),
-    |dice| {
-        let (x_m, y_m) = dice.place();
-        Some(Fault::Obstacle(Obstacle {
-            x_m,
-            y_m,
-            width_m: dice.between(0.2, 1.5) as f32,
-            height_m: dice.between(0.2, 1.5) as f32,
-            penetrability: dice.any(&[0.0, 0.0, 0.0, 0.3, 2.0]),
-        }))
-    },
-    |dice| dice.mission_fault().map(Fault::Mission),
-    |dice| dice.mission_fault().map(Fault::Mission),
-    |dice| {
-        let (x_m, y_m) = dice.place();
-        Some(Fault::MoveRobot(MoveRobot {
-            robot: dice.robot().name,
-            x_m,
-            y_m,
-            heading_deg: dice.any(&[None, Some(-90.0), Some(33.0)]),
-        }))
-    },
-    |dice| dice.worse_skill().map(Fault::Skill),
-];
-
-/// The number of kinds for missions without skills.
-const WITHOUT_SKILLS: usize = DRAWS.len() - 1;
+/// Returns the kinds of faults, which have equal probability. Faults of the mission count twice.
+fn draws(has_skills: bool) -> Vec<Draw> {
+    let is_skill = |kind: &&FaultKind| kind.spec.name == "skill";
+    let (skill, others): (Vec<&'static FaultKind>, Vec<_>) =
+        Fault::KINDS.into_iter().partition(is_skill);
+    let common = others.into_iter().flat_map(|kind: &'static FaultKind| {
+        let missions = if kind.spec.name == "move-robot" { 2 } else { 0 };
+        let missions = std::iter::repeat_n(Draw::Mission, missions);
+        missions.chain([Draw::Common(kind)])
+    });
+    let skill = skill.into_iter().filter(|_| has_skills);
+    common.chain(skill.map(Draw::Common)).collect()
+}
 
 /// Rounds a position down to two decimals, so that it never lies beyond the border.
 fn written(place_m: f32) -> f64 {
@@ -139,13 +79,13 @@ pub fn timeline(faults: &RandomFaults, scenario: &Scenario, rng: &mut ChaCha8Rng
     let mut dice = Dice { rng, scenario };
     let mut orders = Vec::new();
     let mission = scenario.mission();
-    let draws = match scenario.mission().skills(scenario)[..] {
-        [] => &DRAWS[..WITHOUT_SKILLS],
-        _ => &DRAWS[..],
-    };
+    let draws = draws(!mission.skills(scenario).is_empty());
     while orders.len() < count as usize {
-        let draw = dice.any(draws);
-        let order = draw(&mut dice).map(|fault| dice.order(fault, faults.until_s));
+        let fault = match dice.any(&draws) {
+            Draw::Common(kind) => dice.fault(&kind.spec),
+            Draw::Mission => dice.mission_fault(),
+        };
+        let order = fault.map(|fault| dice.order(fault, faults.until_s));
         // A mission may have no room for an order, such as another point.
         let fits = |order: &Order| mission.check_order(scenario, order).is_ok();
         orders.extend(order.filter(fits));
@@ -286,38 +226,121 @@ impl Dice<'_> {
         })
     }
 
+    /// Draws a fault of every mission. Returns `None` if the mission has no possible target.
+    fn fault(&mut self, spec: &FaultSpec) -> Option<Fault> {
+        Some(match spec.name {
+            "add" => Fault::Add(self.absent_robot()?),
+            "drop" => {
+                let LinkSelection { from, to } = self.link();
+                Fault::Drop(Loss {
+                    from,
+                    to,
+                    p: self.between(0.1, 1.0),
+                    burst_s: self.any(&[0.0, 0.5, 2.0]),
+                })
+            }
+            "delay" => {
+                let LinkSelection { from, to } = self.link();
+                Fault::Delay(Delay {
+                    from,
+                    to,
+                    delay_s: self.between(0.0, 3.0),
+                    jitter_s: self.any(&[0.0, 0.5, 2.0]),
+                })
+            }
+            "duplicate" => Fault::Duplicate(self.chance()),
+            "reorder" => Fault::Reorder(self.chance()),
+            "hold" => Fault::Hold(self.link()),
+            "partition" => Fault::Partition(self.partition()?),
+            "range" => {
+                let range_m = self.between(1.0, 8.0) as f32;
+                Fault::Range(RangeFault { range_m })
+            }
+            "sensor" => {
+                let robot = self.robot();
+                random_sensor_fault(self.rng, &robot, self.scenario.mission())
+            }
+            "actuator" => {
+                let robot = self.robot();
+                random_actuator_fault(self.rng, &robot)
+            }
+            "skill" => Fault::Skill(self.worse_skill()?),
+            "obstacle" => {
+                let (x_m, y_m) = self.place();
+                Fault::Obstacle(Obstacle {
+                    x_m,
+                    y_m,
+                    width_m: self.between(0.2, 1.5) as f32,
+                    height_m: self.between(0.2, 1.5) as f32,
+                    penetrability: self.any(&[0.0, 0.0, 0.0, 0.3, 2.0]),
+                })
+            }
+            "move-robot" => {
+                let (x_m, y_m) = self.place();
+                Fault::MoveRobot(MoveRobot {
+                    robot: self.robot().name,
+                    x_m,
+                    y_m,
+                    heading_deg: self.any(&[None, Some(-90.0), Some(33.0)]),
+                })
+            }
+            _ => {
+                let place = match spec.place() {
+                    Some(_) => self.place(),
+                    None => (0.0, 0.0),
+                };
+                return self.any_of(spec, place);
+            }
+        })
+    }
+
     /// Draws one of the mission's own faults, if there are any.
-    fn mission_fault(&mut self) -> Option<MissionFault> {
-        let mission = self.scenario.mission();
-        let specs = mission.faults();
+    fn mission_fault(&mut self) -> Option<Fault> {
+        let specs = self.scenario.mission().faults();
         let spec = (!specs.is_empty()).then(|| self.any(specs))?;
-        let (x_m, y_m) = self.place_of_interest();
-        let items = mission.expected_properties(self.scenario).items as u32;
-        let values = spec.arguments.iter().map(|argument| {
-            let number = match argument.range {
-                FaultRange::X => written(x_m),
-                FaultRange::Y => written(y_m),
-                FaultRange::Within(from, to) => self.between(from, to),
+        let place = self.place_of_interest();
+        self.any_of(&spec, place)
+    }
+
+    /// Draws any values for the arguments of a fault at a place, m. Returns `None` if an argument has a form that needs
+    /// a draw of its own.
+    fn any_of(&mut self, spec: &FaultSpec, (x_m, y_m): (f32, f32)) -> Option<Fault> {
+        let mission = self.scenario.mission();
+        let mut values = toml::Table::new();
+        for argument in spec.arguments {
+            let value: toml::Value = match argument.range {
+                FaultRange::X => written(x_m).into(),
+                FaultRange::Y => written(y_m).into(),
+                FaultRange::Within(from, to) => self.between(from, to).into(),
+                FaultRange::Above(to) => self.between(to / 100.0, to).into(),
+                FaultRange::Time => self.between(0.0, 3.0).into(),
                 // An existing item, or the first id that does not exist.
-                FaultRange::Item => self.rng.random_range(0..=items).into(),
+                FaultRange::Item => {
+                    let items = mission.expected_properties(self.scenario).items as u32;
+                    f64::from(self.rng.random_range(0..=items)).into()
+                }
                 // At most two more than the minimum.
                 FaultRange::Whole(from, to) => {
                     let most = to.min(from.saturating_add(2));
-                    self.rng.random_range(from..=most).into()
+                    f64::from(self.rng.random_range(from..=most)).into()
                 }
                 FaultRange::Name => {
                     let names = mission.fault_names(self.scenario, argument.key);
-                    let name = FaultValue::Name(self.any(&names));
-                    return (argument.key.to_owned(), name);
+                    self.any(&names).into()
                 }
+                FaultRange::Robot => self.robot().name.into(),
+                FaultRange::Choice(choices) => self.any(choices).0.into(),
+                FaultRange::From
+                | FaultRange::To
+                | FaultRange::Flag
+                | FaultRange::Device
+                | FaultRange::Skill
+                | FaultRange::Groups
+                | FaultRange::Mode(_) => return None,
             };
-            (argument.key.to_owned(), FaultValue::Number(number))
-        });
-        let values = values.collect();
-        Some(MissionFault {
-            name: spec.name.to_owned(),
-            values,
-        })
+            values.insert(argument.key.to_owned(), value);
+        }
+        Fault::from_values(spec.name, values).ok()
     }
 
     /// Draws a place within the border, m. Half of the draws give a place where robots look for items.

@@ -1,8 +1,6 @@
 //! `alliance fault`: injects, lists and clears faults in a live run.
 
-mod args;
-mod mission_fault;
-mod modes;
+mod command;
 #[cfg(test)]
 mod tests;
 mod timing;
@@ -19,7 +17,7 @@ use terminal::stderr_line;
 
 use crate::control::{ControlArgs, print, unexpected};
 
-pub(crate) use mission_fault::example_of;
+pub(crate) use command::examples_of;
 
 /// Inject, list and clear faults in a live run
 #[derive(Args, Clone, Debug)]
@@ -44,7 +42,7 @@ enum Action {
         id: Option<String>,
     },
     #[command(flatten)]
-    Order(Box<args::FaultCommand>),
+    Order(Box<command::FaultCommand>),
 }
 
 impl FaultArgs {

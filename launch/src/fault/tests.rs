@@ -1,10 +1,8 @@
 //! The command line accepts the text form of every fault.
 
-use std::collections::BTreeSet;
-
 use clap::{CommandFactory, Parser};
 use scenario::fault::Fault;
-use scenario::testkit::entry;
+use scenario::testkit::{entry, one_of_each};
 
 use super::*;
 
@@ -177,7 +175,6 @@ fn the_text_form_of_every_fault_is_a_command() {
         " --for 3s --when \"blue activates move-spill(top)\"",
         " --when \"any dies\"",
     ];
-    let mut known = BTreeSet::new();
     for (line, json) in FAULTS {
         let fault = serde_json::from_str(json).unwrap();
         assert_eq!(read(line), Ok(Order::now(fault)), "{line}");
@@ -185,14 +182,25 @@ fn the_text_form_of_every_fault_is_a_command() {
             let line = format!("{line}{timing}");
             let order = read(&line).unwrap_or_else(|error| panic!("{line}: {error}"));
             assert_eq!(order.to_string(), line);
-            known.insert(order.fault.name().to_owned());
         }
     }
-    let mission_faults = missions::waste::data::WASTE.faults();
-    let all = Fault::COMMON_NAMES
-        .into_iter()
-        .chain(mission_faults.iter().map(|spec| spec.name));
-    assert_eq!(known, all.map(str::to_owned).collect());
+    // The declarations have an example of every common fault; "shake" belongs to a mission that this program lacks.
+    for fault in one_of_each() {
+        let order = Order::now(fault);
+        let is_here = order.fault.kind().is_some();
+        assert!(
+            !is_here || read(&order.to_string()) == Ok(order.clone()),
+            "{order}"
+        );
+    }
+}
+
+/// The examples in the help of a fault are commands.
+#[test]
+fn examples_of_commands_are_accepted() {
+    for (line, _) in Fault::KINDS.iter().flat_map(|kind| kind.commands) {
+        assert!(read(line).is_ok(), "{line}");
+    }
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! The constant description of a run for the page.
 
-use scenario::fault::{Device, Fault, FaultRange, FaultSpec};
+use scenario::fault::{ArgumentForm, Device, Fault, FaultArgument, FaultRange, FaultSpec};
 use scenario::mission::registry::Mission;
+use scenario::names::ALL;
 use scenario::{Scenario, Setup};
 use serde_json::{Value, json};
 
@@ -28,7 +29,7 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
         "columns": terms.columns,
         "events": terms.events,
         "bulletins": terms.bulletins,
-        "faults": mission_faults.map(|spec| mission_fault(spec, &setup.scenario)).collect::<Vec<_>>(),
+        "faults": mission_faults.map(|spec| fault(spec, &setup.scenario)).collect::<Vec<_>>(),
     });
     let setup_file = json!(setup);
     json!({
@@ -42,6 +43,7 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
         "devices": devices(catalog.mission),
         "skills": catalog.mission.skills(&setup.scenario),
         "momentary": momentary(catalog.mission),
+        "faults": Fault::KINDS.map(|kind| fault(&kind.spec, &setup.scenario)),
         "mission": mission,
         "log": log,
     })
@@ -69,13 +71,11 @@ fn momentary(mission: Mission) -> Vec<&'static str> {
         .collect()
 }
 
-/// Returns a fault of the mission with its arguments. `place` and `item` name the arguments that select a position or an item.
-fn mission_fault(spec: &FaultSpec, scenario: &Scenario) -> Value {
+/// Returns a fault with its arguments. `place` and `item` name the arguments that select a position or an item.
+fn fault(spec: &FaultSpec, scenario: &Scenario) -> Value {
     let arguments = spec.arguments.iter().map(|argument| {
         let (stem, unit) = argument.stem_and_unit();
-        let (from, to) = argument.range.bounds(scenario.room);
-        let names = (argument.range == FaultRange::Name)
-            .then(|| scenario.mission().fault_names(scenario, argument.key));
+        let (from, to) = argument.range.bounds(scenario.room).unzip();
         json!({
             "key": argument.key,
             "label": stem.replace('_', " "),
@@ -85,7 +85,12 @@ fn mission_fault(spec: &FaultSpec, scenario: &Scenario) -> Value {
             "to": to,
             "is_whole": argument.range.is_whole(),
             "default": argument.default,
-            "names": names,
+            "names": names(argument, scenario),
+            "option": match argument.form {
+                ArgumentForm::Option(name) | ArgumentForm::Optional(name) => Some(name),
+                ArgumentForm::Either | ArgumentForm::Position => None,
+            },
+            "is_time": argument.range == FaultRange::Time,
         })
     });
     json!({
@@ -94,6 +99,21 @@ fn mission_fault(spec: &FaultSpec, scenario: &Scenario) -> Value {
         "arguments": arguments.collect::<Vec<_>>(),
         "place": spec.place(),
         "item": spec.item(),
+    })
+}
+
+/// Returns the names that an argument accepts; `None` if it is no name.
+fn names(argument: &FaultArgument, scenario: &Scenario) -> Option<Vec<String>> {
+    let robots = || scenario.robots.iter().map(|robot| robot.name.clone());
+    let mission = scenario.mission();
+    Some(match argument.range {
+        FaultRange::Name => mission.fault_names(scenario, argument.key),
+        FaultRange::Robot => robots().collect(),
+        FaultRange::From | FaultRange::To => [ALL.to_owned()].into_iter().chain(robots()).collect(),
+        FaultRange::Choice(choices) => choices.iter().map(|(name, _)| (*name).to_owned()).collect(),
+        FaultRange::Device => Device::names_for(mission).map(str::to_owned).collect(),
+        FaultRange::Skill => mission.skills(scenario),
+        _ => return None,
     })
 }
 
@@ -139,6 +159,7 @@ mod tests {
             json!({
                 "key": key, "label": label, "unit": unit, "about": about,
                 "from": 0.0, "to": 12.0, "is_whole": false, "default": null, "names": null,
+                "option": null, "is_time": false,
             })
         };
         assert_eq!(shake["arguments"][0], argument("x_m", "x", "m", "where, m"));
@@ -147,6 +168,7 @@ mod tests {
             json!({
                 "key": "times", "label": "times", "unit": "", "about": "how often",
                 "from": 1.0, "to": 9.0, "is_whole": true, "default": 1.0, "names": null,
+                "option": null, "is_time": false,
             })
         );
     }

@@ -29,6 +29,12 @@ pub fn schema() -> serde_json::Value {
     schema.insert("reply".to_owned(), reply.to_value());
     let mut schema = schema.to_value();
     if let Some(Value::Array(faults)) = schema.pointer_mut("/$defs/Fault/oneOf") {
+        for fault in &mut *faults {
+            let name = fault["required"][0].as_str().unwrap_or_default();
+            if let Some(kind) = Fault::kind_named(name) {
+                fault["description"] = kind.spec.about.into();
+            }
+        }
         faults.push(json!({
             "description": "A fault that the mission defines.",
             "type": "object",

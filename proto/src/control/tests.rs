@@ -24,4 +24,6 @@ fn the_schema_describes_requests_and_replies() {
     let nonce = &schema["properties"]["nonce"];
     assert_eq!(nonce["type"], "string");
     assert_eq!(vocabulary(), Fault::COMMON_NAMES.map(str::to_owned).into());
+    let faults = schema["$defs"]["Fault"]["oneOf"].as_array().unwrap();
+    assert!(faults.iter().all(|fault| fault["description"].is_string()));
 }

@@ -1,19 +1,16 @@
 //! Checks of an order, independent of its source.
 
-use super::{
-    ActuatorMode, Device, Fault, FaultRange, LinkEnd, MissionFault, Order, Role, SensorMode,
-    TriggerEvent,
-};
-use crate::Obstacle;
+use super::spec::{FaultArgument, FaultKind, FaultRange};
+use super::{Fault, MissionFault, Order, Role, TriggerEvent};
 use crate::limits::readable;
-use crate::names::is_name;
-use crate::{Catalog, Robot, Scenario, name_remedy};
+use crate::names::{ALL, is_name};
+use crate::{Catalog, Scenario, name_remedy};
 
 /// The longest time, s, as in scenario files.
-const LONGEST_S: f64 = 1e9;
+pub(super) const LONGEST_S: f64 = 1e9;
 
 /// The farthest place and the largest size, m, as in scenario files.
-const FARTHEST_M: f64 = 1e3;
+pub(super) const FARTHEST_M: f64 = 1e3;
 
 /// An order that is not valid. It displays as one line: field, problem and remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -27,7 +24,7 @@ pub struct OrderError {
     pub remedy: String,
 }
 
-type Checked = Result<(), OrderError>;
+pub(super) type Checked = Result<(), OrderError>;
 
 impl Order {
     /// Checks robots, behavior sets and ranges. `catalog` must be the scenario's.
@@ -93,9 +90,10 @@ impl Order {
     }
 }
 
-struct Checker<'s> {
-    scenario: &'s Scenario,
-    catalog: &'s Catalog,
+/// A scenario against which orders are checked.
+pub struct Checker<'s> {
+    pub(super) scenario: &'s Scenario,
+    pub(super) catalog: &'s Catalog,
 }
 
 impl Checker<'_> {
@@ -106,85 +104,51 @@ impl Checker<'_> {
         } else if let Some(robot) = fault.robot() {
             self.robot(&["fault", name], robot)?;
         }
-        let at = |key| ["fault", name, key];
         match fault {
-            Fault::Add(robot) => self.absent(&["fault", name], robot),
-            Fault::Drop(loss) => {
-                self.ends(name, &loss.from, &loss.to)?;
-                within(&at("burst_s"), loss.burst_s, 0.0, LONGEST_S, "s")?;
-                share(&at("p"), loss.p)
-            }
-            Fault::Delay(delay) => {
-                self.ends(name, &delay.from, &delay.to)?;
-                within(&at("delay_s"), delay.delay_s, 0.0, LONGEST_S, "s")?;
-                within(&at("jitter_s"), delay.jitter_s, 0.0, LONGEST_S, "s")
-            }
-            Fault::Duplicate(chance) | Fault::Reorder(chance) => {
-                self.ends(name, &chance.from, &chance.to)?;
-                share(&at("p"), chance.p)
-            }
-            Fault::Hold(link) => self.ends(name, &link.from, &link.to),
-            Fault::Partition(partition) => self.partition(&at("groups"), &partition.groups),
-            Fault::Range(range) => above_zero(&at("range_m"), range.range_m, FARTHEST_M, "m"),
-            Fault::Sensor(fault) => {
-                let field = at("mode");
-                let mission = self.catalog.mission;
-                if !Device::names_for(mission).any(|name| fault.device == *name) {
-                    let what = format!("there is no choice '{}'", fault.device);
-                    let known = &mut Device::names_for(mission);
-                    return Err(wrong(
-                        &at("device"),
-                        what,
-                        &name_remedy(fault.device.as_str(), known),
-                    ));
-                }
-                self.has(&at("device"), &fault.robot, fault.device.as_str())?;
-                match fault.mode {
-                    SensorMode::Dropout(p) => share(&field, p),
-                    SensorMode::Noise(error) | SensorMode::Bias(error) => {
-                        if !fault.device.measures_lengths(mission) {
-                            let what =
-                                format!("'{}' does not measure lengths", fault.device.as_str());
-                            return Err(wrong(&field, what, "use dead, stuck or dropout"));
-                        }
-                        within(&field, error.m, -FARTHEST_M, FARTHEST_M, "m")?;
-                        within(&field, error.deg, -360.0, 360.0, "degrees")
-                    }
-                    SensorMode::Dead | SensorMode::Stuck => Ok(()),
-                }
-            }
-            Fault::Actuator(fault) => match fault.mode {
-                ActuatorMode::Slowed(part) => share(&at("mode"), part),
-                ActuatorMode::TurnBias(deg_s) => {
-                    within(&at("mode"), deg_s, -3600.0, 3600.0, "degrees/s")
-                }
-                ActuatorMode::Dead | ActuatorMode::OneWheel(_) | ActuatorMode::Gripper => Ok(()),
-            },
-            Fault::Skill(fault) => {
-                self.can(&at("skill"), &fault.robot, &fault.skill)?;
-                share(&at("share"), fault.share)
-            }
-            Fault::Obstacle(rectangle) => {
-                anywhere(name, rectangle.x_m, rectangle.y_m)?;
-                self.in_the_room(&["fault", name], rectangle)?;
-                above_zero(&at("width_m"), rectangle.width_m, FARTHEST_M, "m")?;
-                above_zero(&at("height_m"), rectangle.height_m, FARTHEST_M, "m")?;
-                within(
-                    &at("penetrability"),
-                    rectangle.penetrability,
-                    0.0,
-                    100.0,
-                    "",
-                )
-            }
             Fault::Mission(fault) => self.mission(fault),
-            Fault::MoveRobot(moved) => {
-                if let Some(heading_deg) = moved.heading_deg {
-                    within(&at("heading_deg"), heading_deg, -360.0, 360.0, "degrees")?;
+            _ => fault.kind().map_or(Ok(()), |kind| {
+                self.arguments(kind, &fault.values())?;
+                (kind.check)(fault, self)
+            }),
+        }
+    }
+
+    /// Checks the ranges of numbers and the ends of links.
+    fn arguments(&self, kind: &FaultKind, values: &toml::Table) -> Checked {
+        let name = kind.spec.name;
+        let text = |key| values.get(key).and_then(toml::Value::as_str);
+        for argument in kind.spec.arguments {
+            let at = ["fault", name, argument.key];
+            match (argument.range, text(argument.key)) {
+                (FaultRange::From | FaultRange::To, Some(end)) if end != ALL => {
+                    self.robot(&at, end)?;
+                    if argument.range == FaultRange::To && text("from") == Some(end) {
+                        let what = format!("'{end}' does not receive its own messages");
+                        return Err(wrong(&at, what, "name two robots, or all"));
+                    }
                 }
-                self.inside(name, moved.x_m, moved.y_m)
+                _ => {
+                    let value = values.get(argument.key).and_then(toml::Value::as_float);
+                    value.map_or(Ok(()), |value| self.number(&at, argument, value))?;
+                }
             }
-            _ => Ok(()),
+        }
+        Ok(())
+    }
+
+    /// Checks a number against the range of its argument.
+    fn number(&self, at: &[&str], argument: &FaultArgument, value: f64) -> Checked {
+        let Some((from, to)) = argument.range.bounds(self.scenario.room) else {
+            return Ok(());
+        };
+        let (_, unit) = argument.stem_and_unit();
+        if argument.range.is_whole() && value.fract() != 0.0 {
+            let what = format!("{value} is not a whole number");
+            return Err(wrong(at, what, &format!("write one from {from} to {to}")));
+        }
+        match argument.range {
+            FaultRange::Above(to) => above_zero(at, value, to, unit),
+            _ => within(at, value, from, to, unit),
         }
     }
 
@@ -235,18 +199,12 @@ impl Checker<'_> {
                 let what = format!("'{stated}' is not a number");
                 return Err(wrong(&at, what, "write a number"));
             };
-            let (from, to) = argument.range.bounds(self.scenario.room);
-            if argument.range.is_whole() && value.fract() != 0.0 {
-                let what = format!("{value} is not a whole number");
-                return Err(wrong(&at, what, &format!("write one from {from} to {to}")));
-            }
-            let (_, unit) = argument.stem_and_unit();
-            within(&at, value, from, to, unit)?;
+            self.number(&at, argument, value)?;
         }
         Ok(())
     }
 
-    fn robot(&self, field: &[&str], robot: &str) -> Checked {
+    pub(super) fn robot(&self, field: &[&str], robot: &str) -> Checked {
         let mut known = self.scenario.robots.iter().map(|robot| robot.name.as_str());
         if known.clone().any(|name| name == robot) {
             return Ok(());
@@ -268,9 +226,10 @@ impl Checker<'_> {
     /// perhaps no other device.
     fn role(&self, name: &str, role: Role<'_>) -> Checked {
         let field = ["fault", name];
-        if !Fault::ROLE_TARGETED.contains(&name) {
+        let known: Vec<&str> = Fault::role_targeted().collect();
+        if !known.contains(&name) {
             let what = format!("'{name}' cannot target a role");
-            let known = Fault::ROLE_TARGETED.join(", ");
+            let known = known.join(", ");
             let remedy = format!("name a robot, or use one of {known}");
             return Err(wrong(&field, what, &remedy));
         }
@@ -279,148 +238,9 @@ impl Checker<'_> {
             Role::Idle => Ok(()),
         }
     }
-
-    fn absent(&self, field: &[&str], robot: &str) -> Checked {
-        let mut absent = self.scenario.robots.iter().filter(|robot| robot.absent);
-        if absent.clone().any(|absent| absent.name == robot) {
-            return Ok(());
-        }
-        let what = format!("'{robot}' is in the mission from its start");
-        let known = &mut absent.by_ref().map(|robot| robot.name.as_str());
-        let remedy = format!(
-            "name a robot that the scenario marks as absent: {}",
-            name_remedy(robot, known)
-        );
-        Err(wrong(field, what, &remedy))
-    }
-
-    fn ends(&self, name: &str, from: &LinkEnd, to: &LinkEnd) -> Checked {
-        for (key, who) in [("from", from), ("to", to)] {
-            if let LinkEnd::Robot(robot) = who {
-                self.robot(&["fault", name, key], robot)?;
-            }
-        }
-        if let (LinkEnd::Robot(from), LinkEnd::Robot(to)) = (from, to)
-            && from == to
-        {
-            let what = format!("'{to}' does not receive its own messages");
-            let remedy = "name two robots, or all";
-            return Err(wrong(&["fault", name, "to"], what, remedy));
-        }
-        Ok(())
-    }
-
-    /// Checks that a robot has a device. A missing device cannot fail.
-    fn has(&self, field: &[&str], robot: &str, device: &str) -> Checked {
-        let has = |robot: &&Robot| robot.has_device(device);
-        let mut with = self.scenario.robots.iter().filter(has);
-        let is_there = with.clone().any(|with| with.name == robot);
-        if is_there || !Device::is_optional(device, self.catalog.mission) {
-            return Ok(());
-        }
-        let known = &mut with.by_ref().map(|robot| robot.name.as_str());
-        let remedy = format!("name one that has it: {}", name_remedy(robot, known));
-        Err(wrong(
-            field,
-            format!("'{robot}' has no '{device}'"),
-            &remedy,
-        ))
-    }
-
-    /// Checks that a robot has a skill. Only an existing skill can get worse.
-    fn can(&self, field: &[&str], robot: &str, skill: &str) -> Checked {
-        let known = self.catalog.mission.skills(self.scenario);
-        let mut known = known.iter().map(String::as_str);
-        if !known.clone().any(|known| known == skill) {
-            let what = format!("there is no skill '{skill}'");
-            return Err(wrong(field, what, &name_remedy(skill, &mut known)));
-        }
-        let has = |robot: &&Robot| robot.skill(skill).unwrap_or(1.0) > 0.0;
-        let able = self.scenario.robots.iter().filter(has);
-        let mut able = able.map(|robot| robot.name.as_str());
-        if able.clone().any(|able| able == robot) {
-            return Ok(());
-        }
-        let what = format!("'{robot}' has no skill '{skill}'");
-        let remedy = format!("name one that has it: {}", name_remedy(robot, &mut able));
-        Err(wrong(field, what, &remedy))
-    }
-
-    /// Checks that an obstacle lies in the room and does not fill it.
-    fn in_the_room(&self, field: &[&str], rectangle: &Obstacle) -> Checked {
-        let room = self.scenario.room;
-        let along = |from: f32, size: f32, room: f32| {
-            (
-                from + size >= 0.0 && from <= room,
-                from <= 0.0 && from + size >= room,
-            )
-        };
-        let (meets_x, fills_x) = along(rectangle.x_m, rectangle.width_m, room.width_m);
-        let (meets_y, fills_y) = along(rectangle.y_m, rectangle.height_m, room.height_m);
-        let remedy = format!(
-            "the room is {} m wide and {} m high",
-            room.width_m, room.height_m
-        );
-        if !(meets_x && meets_y) {
-            return Err(wrong(
-                field,
-                "the obstacle is outside the room".to_owned(),
-                &remedy,
-            ));
-        }
-        if fills_x && fills_y {
-            return Err(wrong(
-                field,
-                "the obstacle fills the room".to_owned(),
-                &remedy,
-            ));
-        }
-        Ok(())
-    }
-
-    fn partition(&self, field: &[&str], groups: &[Vec<String>]) -> Checked {
-        if groups.len() < 2 || groups.iter().any(Vec::is_empty) {
-            let what = "a partition has at least two groups, none of them empty".to_owned();
-            return Err(wrong(field, what, "write them as in \"blue,gold / green\""));
-        }
-        let mut seen = Vec::new();
-        for robot in groups.iter().flatten() {
-            self.robot(field, robot)?;
-            if seen.contains(&robot) {
-                let what = format!("'{robot}' is in two groups");
-                return Err(wrong(field, what, "name it once"));
-            }
-            seen.push(robot);
-        }
-        Ok(())
-    }
-
-    /// Checks that a place lies inside the border.
-    fn inside(&self, name: &str, x_m: f32, y_m: f32) -> Checked {
-        let room = self.scenario.room;
-        within(
-            &["fault", name, "x_m"],
-            x_m,
-            0.0,
-            f64::from(room.width_m),
-            "m",
-        )?;
-        within(
-            &["fault", name, "y_m"],
-            y_m,
-            0.0,
-            f64::from(room.height_m),
-            "m",
-        )
-    }
 }
 
-fn anywhere(name: &str, x_m: f32, y_m: f32) -> Checked {
-    within(&["fault", name, "x_m"], x_m, -FARTHEST_M, FARTHEST_M, "m")?;
-    within(&["fault", name, "y_m"], y_m, -FARTHEST_M, FARTHEST_M, "m")
-}
-
-fn share(field: &[&str], value: impl Into<f64>) -> Checked {
+pub(super) fn share(field: &[&str], value: impl Into<f64>) -> Checked {
     within(field, value, 0.0, 1.0, "")
 }
 
@@ -437,7 +257,13 @@ fn above_zero(field: &[&str], value: impl Into<f64>, to: f64, unit: &str) -> Che
     ))
 }
 
-fn within(field: &[&str], value: impl Into<f64>, from: f64, to: f64, unit: &str) -> Checked {
+pub(super) fn within(
+    field: &[&str],
+    value: impl Into<f64>,
+    from: f64,
+    to: f64,
+    unit: &str,
+) -> Checked {
     let value = value.into();
     if (from..=to).contains(&value) {
         return Ok(());
@@ -451,7 +277,7 @@ fn within(field: &[&str], value: impl Into<f64>, from: f64, to: f64, unit: &str)
     ))
 }
 
-fn wrong(field: &[&str], what: String, remedy: &str) -> OrderError {
+pub(super) fn wrong(field: &[&str], what: String, remedy: &str) -> OrderError {
     OrderError::at(field, what, remedy)
 }
 

@@ -3,7 +3,7 @@
 use super::*;
 use crate::Catalog;
 use crate::testkit::bincode_round_trip;
-use crate::testkit::{default_scenario, one_of_each};
+use crate::testkit::{default_scenario, examples_of, one_of_each};
 
 #[test]
 fn every_fault_survives_bincode_and_json() {
@@ -28,7 +28,9 @@ fn every_fault_survives_bincode_and_json() {
 #[test]
 fn the_default_team_accepts_every_fault() {
     let scenario = default_scenario();
-    for fault in one_of_each() {
+    // The team has no absent robot, and a skill of its own.
+    let accepted = |fault: &Fault| !matches!(fault, Fault::Add(_) | Fault::Skill(_));
+    for fault in one_of_each().into_iter().filter(accepted) {
         let order = Order::now(fault);
         assert_eq!(
             order.check(&scenario, &Catalog::new(&scenario)),
@@ -187,6 +189,90 @@ fn only_existing_skills_can_get_worse() {
             format!(
                 "fault.skill.share: {share} is out of range; it must be at least 0 and at most 1"
             )
+        );
+    }
+}
+
+/// Every declaration is complete: its example has its name and its target, and only instantaneous faults do not heal.
+#[test]
+fn declarations_agree_with_their_faults() {
+    for kind in Fault::KINDS {
+        let name = kind.spec.name;
+        assert!(!kind.commands.is_empty(), "{name}");
+        let examples = examples_of(kind);
+        assert!(!examples.is_empty(), "{name}");
+        for fault in examples {
+            assert_eq!(fault.name(), name);
+            let takes_robot = kind.spec.arguments.first() == Some(&FaultArgument::ROBOT);
+            assert_eq!(fault.robot().is_some(), takes_robot, "{name}");
+            let target = fault.with_target("blue");
+            assert!(!kind.takes_role || target.robot() == Some("blue"), "{name}");
+            let keys: Vec<&str> = kind.spec.arguments.iter().map(|each| each.key).collect();
+            let values = fault.values();
+            assert!(
+                values.keys().all(|key| keys.contains(&key.as_str())),
+                "{name}"
+            );
+            assert_eq!(Fault::from_values(name, values), Ok(fault));
+        }
+    }
+}
+
+/// Returns the table of the faults of a group.
+fn table(group: FaultGroup) -> String {
+    let has_healing = group == FaultGroup::Process;
+    let mut rows = match has_healing {
+        true => "| fault | effect | healing |\n|---|---|---|\n".to_owned(),
+        false => "| fault | effect |\n|---|---|\n".to_owned(),
+    };
+    for kind in Fault::KINDS.iter().filter(|kind| kind.group == group) {
+        for (json, effect) in kind.examples {
+            rows += &format!("| `{json}` | {effect} |");
+            if has_healing {
+                rows += &format!(" {} |", kind.healing.unwrap_or("–"));
+            }
+            rows.push('\n');
+        }
+    }
+    rows
+}
+
+/// Returns the line with the names of the matching faults.
+fn names(matches: fn(&FaultKind) -> bool) -> String {
+    let kinds = Fault::KINDS.into_iter().filter(|kind| matches(kind));
+    let names: Vec<String> = kinds.map(|kind| format!("`{}`", kind.spec.name)).collect();
+    format!("{}.\n", names.join(", "))
+}
+
+/// The tables of docs/CONTROL.md follow from the declarations. `INSTA_UPDATE=always` writes them.
+#[test]
+fn the_control_page_shows_the_declarations() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/CONTROL.md");
+    let page = std::fs::read_to_string(path).unwrap();
+    let mut expected = String::new();
+    for part in page.split_inclusive("<!-- end -->") {
+        let Some((text, rest)) = part.split_once("<!-- faults: ") else {
+            expected += part;
+            continue;
+        };
+        let (name, _) = rest.split_once(' ').unwrap();
+        let content = match name {
+            "process" => table(FaultGroup::Process),
+            "radio" => table(FaultGroup::Radio),
+            "robot" => table(FaultGroup::Robot),
+            "world" => table(FaultGroup::World),
+            "role" => names(|kind| kind.takes_role),
+            "instantaneous" => names(|kind| kind.healing.is_none()),
+            other => panic!("unknown table {other}"),
+        };
+        expected += &format!("{text}<!-- faults: {name} -->\n\n{content}\n<!-- end -->");
+    }
+    if std::env::var("INSTA_UPDATE").is_ok_and(|update| update == "always") {
+        std::fs::write(path, &expected).unwrap();
+    } else {
+        assert_eq!(
+            page, expected,
+            "run with INSTA_UPDATE=always and review the difference"
         );
     }
 }

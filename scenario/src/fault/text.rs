@@ -2,9 +2,9 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use super::{
-    ActuatorMode, Fault, LinkChance, LinkEnd, LinkSelection, Order, SensorError, SensorMode, Side,
-};
+use super::spec::{ArgumentForm, FaultArgument, FaultGroup, FaultKind, FaultRange};
+use super::{Fault, Order};
+use crate::limits::readable;
 
 /// A role that selects the target of a fault in place of a robot's name. The fault applies to the robot that holds the
 /// role when it takes effect.
@@ -25,98 +25,24 @@ impl Role<'_> {
 }
 
 impl Fault {
-    /// The faults that can target a role.
-    pub const ROLE_TARGETED: [&str; 8] = [
-        "kill",
-        "terminate",
-        "pause",
-        "remove",
-        "mute",
-        "deaf",
-        "power",
-        "babble",
-    ];
+    /// Returns the declaration of the fault of every mission with this name.
+    #[must_use]
+    pub fn kind_named(name: &str) -> Option<&'static FaultKind> {
+        Self::KINDS.into_iter().find(|kind| kind.spec.name == name)
+    }
 
-    /// The names of the faults of every mission.
-    pub const COMMON_NAMES: [&str; 24] = [
-        "kill",
-        "terminate",
-        "pause",
-        "continue",
-        "restart",
-        "add",
-        "remove",
-        "drop",
-        "delay",
-        "duplicate",
-        "reorder",
-        "hold",
-        "partition",
-        "mute",
-        "deaf",
-        "range",
-        "radio",
-        "sensor",
-        "actuator",
-        "skill",
-        "power",
-        "babble",
-        "obstacle",
-        "move-robot",
-    ];
+    /// Returns the names of the faults that can target a role.
+    pub(super) fn role_targeted() -> impl Iterator<Item = &'static str> {
+        let kinds = Self::KINDS.into_iter().filter(|kind| kind.takes_role);
+        kinds.map(|kind| kind.spec.name)
+    }
 
     /// Returns the name: the command, and the key in JSON and TOML.
     #[must_use]
     pub fn name(&self) -> &str {
         match self {
-            Self::Kill(_) => "kill",
-            Self::Terminate(_) => "terminate",
-            Self::Pause(_) => "pause",
-            Self::Continue(_) => "continue",
-            Self::Restart(_) => "restart",
-            Self::Add(_) => "add",
-            Self::Remove(_) => "remove",
-            Self::Drop(_) => "drop",
-            Self::Delay(_) => "delay",
-            Self::Duplicate(_) => "duplicate",
-            Self::Reorder(_) => "reorder",
-            Self::Hold(_) => "hold",
-            Self::Partition(_) => "partition",
-            Self::Mute(_) => "mute",
-            Self::Deaf(_) => "deaf",
-            Self::Range(_) => "range",
-            Self::Radio(_) => "radio",
-            Self::Sensor(_) => "sensor",
-            Self::Actuator(_) => "actuator",
-            Self::Skill(_) => "skill",
-            Self::Power(_) => "power",
-            Self::Babble(_) => "babble",
-            Self::Obstacle(_) => "obstacle",
-            Self::MoveRobot(_) => "move-robot",
             Self::Mission(fault) => &fault.name,
-        }
-    }
-
-    /// Returns the robot that the fault targets, if it is a single one.
-    #[must_use]
-    pub fn robot(&self) -> Option<&str> {
-        match self {
-            Self::Kill(robot)
-            | Self::Terminate(robot)
-            | Self::Pause(robot)
-            | Self::Continue(robot)
-            | Self::Restart(robot)
-            | Self::Add(robot)
-            | Self::Remove(robot)
-            | Self::Mute(robot)
-            | Self::Deaf(robot)
-            | Self::Power(robot)
-            | Self::Babble(robot) => Some(robot),
-            Self::Sensor(fault) => Some(&fault.robot),
-            Self::Actuator(fault) => Some(&fault.robot),
-            Self::Skill(fault) => Some(&fault.robot),
-            Self::MoveRobot(fault) => Some(&fault.robot),
-            _ => None,
+            _ => self.kind().map_or("", |kind| kind.spec.name),
         }
     }
 
@@ -130,106 +56,111 @@ impl Fault {
         robot.strip_prefix(Role::EXECUTING).map(Role::Executing)
     }
 
-    /// Returns the same fault with this robot as its target.
-    #[must_use]
-    pub fn with_target(&self, name: &str) -> Self {
-        let name = name.to_owned();
-        match self {
-            Self::Kill(_) => Self::Kill(name),
-            Self::Terminate(_) => Self::Terminate(name),
-            Self::Pause(_) => Self::Pause(name),
-            Self::Remove(_) => Self::Remove(name),
-            Self::Mute(_) => Self::Mute(name),
-            Self::Deaf(_) => Self::Deaf(name),
-            Self::Power(_) => Self::Power(name),
-            Self::Babble(_) => Self::Babble(name),
-            // `check` rejects a role for every other fault.
-            other => other.clone(),
-        }
-    }
-
     /// Returns true if the fault is instantaneous, so that it has no duration and cannot heal.
     #[must_use]
     pub fn is_instantaneous(&self) -> bool {
-        Self::is_instantaneous_name(self.name())
+        self.kind().is_none_or(|kind| kind.healing.is_none())
     }
 
     /// Returns true for the name of an instantaneous fault: a few common ones, and all that a mission defines.
     #[must_use]
     pub fn is_instantaneous_name(name: &str) -> bool {
-        matches!(name, "continue" | "restart" | "move-robot") || !Self::COMMON_NAMES.contains(&name)
+        Self::kind_named(name).is_none_or(|kind| kind.healing.is_none())
+    }
+
+    /// Returns the part of the system that the fault affects. Faults of missions affect the world.
+    #[must_use]
+    pub fn group(&self) -> FaultGroup {
+        self.kind().map_or(FaultGroup::World, |kind| kind.group)
     }
 
     /// Returns true if the fault acts on the process of an agent, which only the launcher that started it can do.
     #[must_use]
     pub fn affects_process(&self) -> bool {
-        matches!(
-            self,
-            Self::Kill(_)
-                | Self::Terminate(_)
-                | Self::Pause(_)
-                | Self::Continue(_)
-                | Self::Restart(_)
-                | Self::Add(_)
-                | Self::Remove(_)
-        )
+        self.group() == FaultGroup::Process
+    }
+
+    /// Creates a fault from its name and the values of its arguments, as in a file.
+    ///
+    /// # Errors
+    /// If a value is missing or has a wrong type.
+    pub fn from_values(name: &str, mut values: toml::Table) -> Result<Self, toml::de::Error> {
+        let bare = Self::kind_named(name)
+            .filter(|kind| kind.is_bare())
+            .and_then(|kind| values.remove(kind.spec.arguments[0].key));
+        let content = bare.unwrap_or(toml::Value::Table(values));
+        let fault = toml::Table::from_iter([(name.to_owned(), content)]);
+        fault.try_into()
+    }
+
+    /// Returns the values of the arguments as in a file, by key.
+    pub(super) fn values(&self) -> toml::Table {
+        let table = toml::Table::try_from(self);
+        // A fault is a table with its name as the only key.
+        let content = table.ok().and_then(|mut table| table.remove(self.name()));
+        match (content, self.kind()) {
+            (Some(toml::Value::Table(values)), _) => values,
+            (Some(bare), Some(kind)) => {
+                toml::Table::from_iter([(kind.spec.arguments[0].key.to_owned(), bare)])
+            }
+            _ => toml::Table::new(),
+        }
     }
 }
 
 impl Display for Fault {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())?;
-        if let Some(robot) = self.robot() {
-            write!(f, " {robot}")?;
-        }
         match self {
-            Self::Drop(loss) => {
-                ends(f, &loss.from, &loss.to)?;
-                write!(f, " --p {}", loss.p)?;
-                option(f, "burst", loss.burst_s, "s")
-            }
-            Self::Delay(delay) => {
-                ends(f, &delay.from, &delay.to)?;
-                write!(f, " --by {}s", delay.delay_s)?;
-                option(f, "jitter", delay.jitter_s, "s")
-            }
-            Self::Duplicate(LinkChance { from, to, p })
-            | Self::Reorder(LinkChance { from, to, p }) => {
-                ends(f, from, to)?;
-                write!(f, " --p {p}")
-            }
-            Self::Hold(LinkSelection { from, to }) => ends(f, from, to),
-            Self::Partition(partition) => {
-                for (index, group) in partition.groups.iter().enumerate() {
-                    let slash = if index > 0 { "/ " } else { "" };
-                    write!(f, " {slash}{}", group.join(","))?;
-                }
-                f.write_str(if partition.one_way { " --one-way" } else { "" })
-            }
-            Self::Range(range) => write!(f, " {}", range.range_m),
-            Self::Radio(quality) => write!(f, " {}", quality.as_str()),
-            Self::Sensor(fault) => write!(f, " {} {}", fault.device.as_str(), fault.mode),
-            Self::Actuator(fault) => write!(f, " {}", fault.mode),
-            Self::Skill(fault) => write!(f, " {} {}", fault.skill, fault.share),
-            Self::Obstacle(rectangle) => {
-                let (x, y, w, h) = (
-                    rectangle.x_m,
-                    rectangle.y_m,
-                    rectangle.width_m,
-                    rectangle.height_m,
-                );
-                write!(f, " {x} {y} {w} {h}")?;
-                option(f, "penetrability", rectangle.penetrability, "")
-            }
             Self::Mission(fault) => write!(f, "{fault}"),
-            Self::MoveRobot(moved) => {
-                write!(f, " {} {}", moved.x_m, moved.y_m)?;
-                match moved.heading_deg {
-                    Some(heading_deg) => write!(f, " --heading {heading_deg}"),
-                    None => Ok(()),
-                }
+            _ => {
+                let mut values = self.values();
+                let arguments = self.kind().map_or(&[][..], |kind| kind.spec.arguments);
+                arguments
+                    .iter()
+                    .try_for_each(|argument| match values.remove(argument.key) {
+                        Some(value) => argument.write(f, value),
+                        None => Ok(()),
+                    })
             }
-            _ => Ok(()),
+        }
+    }
+}
+
+impl FaultArgument {
+    /// Writes a value as on the command line, unless it is an option with its default value.
+    fn write(&self, f: &mut Formatter<'_>, value: toml::Value) -> fmt::Result {
+        let number = value.as_float();
+        match self.form {
+            ArgumentForm::Option(name) if self.range == FaultRange::Flag => {
+                let is_set = value == toml::Value::Boolean(true);
+                return if is_set {
+                    write!(f, " --{name}")
+                } else {
+                    Ok(())
+                };
+            }
+            ArgumentForm::Option(_) if number.is_some() && number == self.default => return Ok(()),
+            ArgumentForm::Option(name) | ArgumentForm::Optional(name) => write!(f, " --{name} ")?,
+            ArgumentForm::Either | ArgumentForm::Position => f.write_str(" ")?,
+        }
+        match (self.range, value) {
+            (FaultRange::Time, toml::Value::Float(time_s)) => write!(f, "{}s", readable(time_s)),
+            (FaultRange::Mode(mode), value) => {
+                f.write_str(&(mode.format)(value).unwrap_or_default())
+            }
+            (_, toml::Value::Float(number)) => f.write_str(&readable(number)),
+            (_, toml::Value::Array(groups)) => {
+                let robots = |group: &toml::Value| {
+                    let robots = group.as_array().into_iter().flatten();
+                    let robots: Vec<&str> = robots.filter_map(toml::Value::as_str).collect();
+                    robots.join(",")
+                };
+                let groups: Vec<String> = groups.iter().map(robots).collect();
+                f.write_str(&groups.join(" / "))
+            }
+            (_, toml::Value::String(name)) => f.write_str(&name),
+            (_, other) => write!(f, "{other}"),
         }
     }
 }
@@ -251,52 +182,6 @@ impl Display for Order {
         match &self.when {
             Some(when) => write!(f, " --when \"{when}\""),
             None => Ok(()),
-        }
-    }
-}
-
-fn ends(f: &mut Formatter<'_>, from: &LinkEnd, to: &LinkEnd) -> fmt::Result {
-    write!(f, " --from {} --to {}", from.as_str(), to.as_str())
-}
-
-/// Writes an option unless it has its default value.
-fn option<T: Display + Default + PartialEq>(
-    f: &mut Formatter<'_>,
-    name: &str,
-    value: T,
-    unit: &str,
-) -> fmt::Result {
-    if value == T::default() {
-        return Ok(());
-    }
-    write!(f, " --{name} {value}{unit}")
-}
-
-impl Display for SensorMode {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let sized = |f: &mut Formatter<'_>, name, error: &SensorError| {
-            write!(f, "{name} {}", error.m)?;
-            option(f, "deg", error.deg, "")
-        };
-        match self {
-            Self::Dead => f.write_str("dead"),
-            Self::Stuck => f.write_str("stuck"),
-            Self::Noise(error) => sized(f, "noise", error),
-            Self::Bias(error) => sized(f, "bias", error),
-            Self::Dropout(share) => write!(f, "dropout {share}"),
-        }
-    }
-}
-
-impl Display for ActuatorMode {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Dead => f.write_str("dead"),
-            Self::Slowed(share) => write!(f, "slowed {share}"),
-            Self::TurnBias(deg_s) => write!(f, "turn-bias {deg_s}"),
-            Self::OneWheel(Side::Left) => f.write_str("one-wheel left"),
-            Self::OneWheel(Side::Right) => f.write_str("one-wheel right"),
-            Self::Gripper => f.write_str("gripper"),
         }
     }
 }

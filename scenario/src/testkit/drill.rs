@@ -171,29 +171,15 @@ impl MissionData for Drill {
     }
 
     fn faults(&self) -> &'static [FaultSpec] {
-        const ARGUMENT: FaultArgument = FaultArgument {
-            key: "x_m",
-            about: "where, m",
-            range: FaultRange::X,
-            default: None,
-        };
+        const ARGUMENTS: &[FaultArgument] = &[
+            FaultArgument::new("x_m", "where, m", FaultRange::X, None),
+            FaultArgument::new("y_m", "where, m", FaultRange::Y, None),
+            FaultArgument::new("times", "how often", FaultRange::Whole(1, 9), Some(1.0)),
+        ];
         &[FaultSpec {
             name: "shake",
             about: "shakes the floor",
-            arguments: &[
-                ARGUMENT,
-                FaultArgument {
-                    key: "y_m",
-                    range: FaultRange::Y,
-                    ..ARGUMENT
-                },
-                FaultArgument {
-                    key: "times",
-                    about: "how often",
-                    range: FaultRange::Whole(1, 9),
-                    default: Some(1.0),
-                },
-            ],
+            arguments: ARGUMENTS,
         }]
     }
 }

@@ -5,7 +5,7 @@ mod faults;
 mod snapshot;
 
 pub use drill::{DRILL, default_scenario, default_setup, unlike_robots, vocabulary};
-pub use faults::one_of_each;
+pub use faults::{examples_of, one_of_each};
 pub use snapshot::{entry, refusals};
 
 /// Returns `value` after encoding it as the bus does and decoding it again.

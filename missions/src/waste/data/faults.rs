@@ -9,17 +9,8 @@ use super::check::{MAX_ITEMS, MAX_ITEMS_TOTAL};
 pub const ADD_WASTE: &str = "waste";
 pub const MOVE_WASTE: &str = "move-waste";
 
-const X: FaultArgument = FaultArgument {
-    key: "x_m",
-    about: "place, m",
-    range: FaultRange::X,
-    default: None,
-};
-const Y: FaultArgument = FaultArgument {
-    key: "y_m",
-    range: FaultRange::Y,
-    ..X
-};
+const X: FaultArgument = FaultArgument::new("x_m", "place, m", FaultRange::X, None);
+const Y: FaultArgument = FaultArgument::new("y_m", "place, m", FaultRange::Y, None);
 
 pub(super) const ALL: &[FaultSpec] = &[
     FaultSpec {
@@ -28,24 +19,24 @@ pub(super) const ALL: &[FaultSpec] = &[
         arguments: &[
             X,
             Y,
-            FaultArgument {
-                key: "items",
-                about: "number of items",
-                range: FaultRange::Whole(1, MAX_ITEMS),
-                default: Some(1.0),
-            },
+            FaultArgument::new(
+                "items",
+                "number of items",
+                FaultRange::Whole(1, MAX_ITEMS),
+                Some(1.0),
+            ),
         ],
     },
     FaultSpec {
         name: MOVE_WASTE,
         about: "move an item that lies on the floor",
         arguments: &[
-            FaultArgument {
-                key: "item",
-                about: "number of the item: 7 for the item-7 of events.csv",
-                range: FaultRange::Item,
-                default: None,
-            },
+            FaultArgument::new(
+                "item",
+                "number of the item: 7 for the item-7 of events.csv",
+                FaultRange::Item,
+                None,
+            ),
             X,
             Y,
         ],

@@ -1,7 +1,61 @@
-//! Named radio qualities: sets of link faults.
+//! The fault `radio`: named radio qualities, which are sets of link faults.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+use super::Target;
+use crate::fault::spec::{FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec};
+
+pub(in crate::fault) const KIND: FaultKind = FaultKind {
+    spec: FaultSpec {
+        name: "radio",
+        about: "Set the quality of all links by name",
+        arguments: &[FaultArgument::at(
+            "quality",
+            "Name of the quality",
+            FaultRange::Choice(&[
+                (GOOD, "Set all links to 1 % loss and 20 to 50 ms delay"),
+                (
+                    POOR,
+                    "Set all links to 15 % loss in bursts, 0.1 to 0.4 s delay, 1 % duplicates",
+                ),
+                (
+                    SEVERE,
+                    "Set all links to 40 % loss in long bursts, 0.3 to 1.5 s delay, 5 % duplicates, 5 % reordered",
+                ),
+            ]),
+        )],
+    },
+    group: FaultGroup::Radio,
+    takes_role: false,
+    examples: &[
+        (
+            r#"{"radio": "good-radio"}"#,
+            "all links: 1 % loss, 20 to 50 ms delay",
+        ),
+        (
+            r#"{"radio": "poor-radio"}"#,
+            "all links: 15 % loss in bursts of 0.5 s, 0.1 to 0.4 s delay, 1 % duplicates",
+        ),
+        (
+            r#"{"radio": "severe-radio"}"#,
+            "all links: 40 % loss in bursts of 2 s, 0.3 to 1.5 s delay, 5 % duplicates, 5 % reordered",
+        ),
+    ],
+    commands: &[
+        ("radio poor-radio", "until it is cleared"),
+        ("good-radio", "until it is cleared"),
+        ("poor-radio --for 1min", "for a minute"),
+        ("severe-radio --for 1min", "for a minute"),
+    ],
+    ..FaultKind::OF_ROBOT
+};
+
+const GOOD: &str = "good-radio";
+const POOR: &str = "poor-radio";
+const SEVERE: &str = "severe-radio";
+
+impl Target for RadioQuality {}
 
 /// The quality of the radio on all links. The values are round numbers of this project for the default rate of one
 /// heartbeat in 2 s. A good radio hardly affects a team, a poor one impairs it, and a severe one separates it at times.
@@ -38,9 +92,9 @@ impl RadioQuality {
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
-            Self::GoodRadio => "good-radio",
-            Self::PoorRadio => "poor-radio",
-            Self::SevereRadio => "severe-radio",
+            Self::GoodRadio => GOOD,
+            Self::PoorRadio => POOR,
+            Self::SevereRadio => SEVERE,
         }
     }
 

@@ -1,0 +1,311 @@
+//! Declarations of faults. Checks, the text form, the command line, the page and the documents follow from them.
+
+use super::Fault;
+use super::check::{Checked, Checker};
+use crate::Room;
+
+/// The declaration of a fault: its name, its effect and its arguments.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaultSpec {
+    /// The name, unique among all faults.
+    pub name: &'static str,
+    /// The effect in one line.
+    pub about: &'static str,
+    /// The arguments: required ones first, then optional ones.
+    pub arguments: &'static [FaultArgument],
+}
+
+impl FaultSpec {
+    /// Returns the keys of the fault's place on the floor, x and y, if it has one.
+    #[must_use]
+    pub fn place(&self) -> Option<[&'static str; 2]> {
+        Some([self.key_of(FaultRange::X)?, self.key_of(FaultRange::Y)?])
+    }
+
+    /// Returns the key of the fault's item, if it has one.
+    #[must_use]
+    pub fn item(&self) -> Option<&'static str> {
+        self.key_of(FaultRange::Item)
+    }
+
+    fn key_of(&self, range: FaultRange) -> Option<&'static str> {
+        let mut arguments = self.arguments.iter();
+        Some(arguments.find(|argument| argument.range == range)?.key)
+    }
+}
+
+/// The declaration of a fault of every mission.
+#[derive(Clone, Copy, Debug)]
+pub struct FaultKind {
+    /// The name, the effect and the arguments.
+    pub spec: FaultSpec,
+    /// The part of the system that the fault affects.
+    pub group: FaultGroup,
+    /// The effect of healing; `None` if the fault is instantaneous.
+    pub healing: Option<&'static str>,
+    /// True if a role can replace the name of the target robot.
+    pub takes_role: bool,
+    /// The checks beyond the ranges of the arguments.
+    pub(super) check: fn(&Fault, &Checker<'_>) -> Checked,
+    /// Examples in JSON with their effects, for the documents and the tests. They are valid in every mission with the
+    /// robots blue, gold, green and the absent robot red.
+    pub examples: &'static [(&'static str, &'static str)],
+    /// Examples of the command after `alliance fault`, with their effects.
+    pub commands: &'static [(&'static str, &'static str)],
+}
+
+/// The healing of a fault whose effect ends without a trace.
+pub(super) const ENDS: Option<&str> = Some("its effect ends");
+
+impl FaultKind {
+    /// A fault of the target robot `robot` as its only argument, with a duration and without further checks.
+    pub(super) const OF_ROBOT: Self = Self {
+        spec: FaultSpec {
+            name: "",
+            about: "",
+            arguments: &[FaultArgument::ROBOT],
+        },
+        group: FaultGroup::Process,
+        healing: ENDS,
+        takes_role: true,
+        check: |_, _| Ok(()),
+        examples: &[],
+        commands: &[],
+    };
+
+    /// Returns true if files contain the only argument in place of a table: `{"kill": "gold"}`.
+    #[must_use]
+    pub(super) fn is_bare(&self) -> bool {
+        let names = |range| matches!(range, FaultRange::Robot | FaultRange::Choice(_));
+        matches!(self.spec.arguments, [only] if names(only.range))
+    }
+}
+
+/// The part of the system that a fault affects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaultGroup {
+    /// The process of an agent. Only the launcher that started it can apply the fault.
+    Process,
+    /// Messages between robots.
+    Radio,
+    /// Sensors, actuators and other properties of a robot.
+    Robot,
+    /// The world itself.
+    World,
+}
+
+/// An argument of a fault.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaultArgument {
+    /// The key, which ends with the unit.
+    pub key: &'static str,
+    /// The meaning in one line.
+    pub about: &'static str,
+    /// The range of allowed values.
+    pub range: FaultRange,
+    /// The default value; `None` makes the argument required. Of a [name](FaultRange::Name), it is the index of the
+    /// default.
+    pub default: Option<f64>,
+    /// The form on the command line.
+    pub form: ArgumentForm,
+}
+
+/// The form of an argument on the command line and in texts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ArgumentForm {
+    /// A position, or an option named like the key. Texts contain the option.
+    Either,
+    /// A position.
+    Position,
+    /// An option with this name. Texts omit the default value.
+    Option(&'static str),
+    /// An option with this name that may be absent without a default.
+    Optional(&'static str),
+}
+
+impl FaultArgument {
+    /// The name of the target robot.
+    pub(super) const ROBOT: Self = Self::at("robot", "Name of the robot", FaultRange::Robot);
+    /// The sender of the affected messages.
+    pub(super) const FROM: Self =
+        Self::at("from", "Sender: a robot or all", FaultRange::From).option("from");
+    /// The receiver of the affected messages.
+    pub(super) const TO: Self =
+        Self::at("to", "Receiver: a robot or all", FaultRange::To).option("to");
+
+    /// Creates an argument from all its fields, with either form.
+    #[must_use]
+    pub const fn new(
+        key: &'static str,
+        about: &'static str,
+        range: FaultRange,
+        default: Option<f64>,
+    ) -> Self {
+        Self {
+            key,
+            about,
+            range,
+            default,
+            form: ArgumentForm::Either,
+        }
+    }
+
+    /// Creates a required argument with a position.
+    pub(super) const fn at(key: &'static str, about: &'static str, range: FaultRange) -> Self {
+        Self {
+            form: ArgumentForm::Position,
+            ..Self::new(key, about, range, None)
+        }
+    }
+
+    /// Returns the argument as an option with this name.
+    pub(super) const fn option(self, name: &'static str) -> Self {
+        Self {
+            form: ArgumentForm::Option(name),
+            ..self
+        }
+    }
+
+    /// Returns the argument with a default value.
+    pub(super) const fn default(self, value: f64) -> Self {
+        Self {
+            default: Some(value),
+            ..self
+        }
+    }
+
+    /// Returns true if the command line requires the argument.
+    #[must_use]
+    pub fn is_required(&self) -> bool {
+        let has_default = matches!(
+            self.range,
+            FaultRange::From | FaultRange::To | FaultRange::Flag
+        );
+        let is_optional = matches!(self.form, ArgumentForm::Optional(_));
+        self.default.is_none() && !has_default && !is_optional
+    }
+
+    /// The suffixes of keys and their units. A suffix stands before any suffix that it ends with.
+    const UNITS: [(&str, &str); 10] = [
+        ("_deg_s", "degrees/s"),
+        ("_m_s", "m/s"),
+        ("_m", "m"),
+        ("_ms", "ms"),
+        ("_s", "s"),
+        ("_deg", "degrees"),
+        ("_hz", "Hz"),
+        ("_kg", "kg"),
+        ("_j", "J"),
+        ("_w", "W"),
+    ];
+
+    /// Returns the key without its unit, and the unit for display, empty if there is none.
+    #[must_use]
+    pub fn stem_and_unit(&self) -> (&'static str, &'static str) {
+        let mut units = Self::UNITS.iter();
+        let found = units.find_map(|(end, unit)| Some((self.key.strip_suffix(end)?, *unit)));
+        found.unwrap_or((self.key, ""))
+    }
+}
+
+/// The allowed range of a fault's argument.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FaultRange {
+    /// An x coordinate inside the border, m.
+    X,
+    /// A y coordinate inside the border, m.
+    Y,
+    /// The number of an item: 7 for `item-7` of events.csv.
+    Item,
+    /// A whole number from the first to the second.
+    Whole(u32, u32),
+    /// A number from the first to the second.
+    Within(f64, f64),
+    /// A number above 0, up to this one.
+    Above(f64),
+    /// A time with a unit on the command line, s.
+    Time,
+    /// A name of [`MissionData::fault_names`](crate::mission::data::MissionData::fault_names).
+    Name,
+    /// The name of a robot.
+    Robot,
+    /// The sender of messages: a robot or all.
+    From,
+    /// The receiver of messages: a robot or all, but not the sender.
+    To,
+    /// Groups of robots: `blue,gold / green`.
+    Groups,
+    /// True or, without it, false.
+    Flag,
+    /// One of these names, each with its effect. Each name is a command, too.
+    Choice(&'static [(&'static str, &'static str)]),
+    /// The name of a sensing device.
+    Device,
+    /// The name of a skill.
+    Skill,
+    /// A mode of failure with its size.
+    Mode(ModeForm),
+}
+
+impl FaultRange {
+    /// The range of a share.
+    pub(super) const SHARE: Self = Self::Within(0.0, 1.0);
+
+    /// Returns the least and the greatest allowed value of a number in a room; `None` for other arguments.
+    #[must_use]
+    pub fn bounds(&self, room: Room) -> Option<(f64, f64)> {
+        Some(match *self {
+            Self::X => (0.0, room.width_m.into()),
+            Self::Y => (0.0, room.height_m.into()),
+            Self::Item => (0.0, u32::MAX.into()),
+            Self::Whole(from, to) => (from.into(), to.into()),
+            Self::Within(from, to) => (from, to),
+            Self::Above(to) => (0.0, to),
+            Self::Time => (0.0, super::check::LONGEST_S),
+            _ => return None,
+        })
+    }
+
+    /// Returns true if the value must be a whole number.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        matches!(self, Self::Item | Self::Whole(..))
+    }
+}
+
+/// The text form of a mode of failure: a name, possibly a size, and possibly the option `--deg`.
+#[derive(Clone, Copy, Debug)]
+pub struct ModeForm {
+    /// The names of the modes.
+    pub names: &'static [&'static str],
+    /// The meaning of the size.
+    pub size: &'static str,
+    /// The meaning of the option `--deg`, if there is one.
+    pub deg: Option<&'static str>,
+    /// A function that parses a mode from its name, size and degrees to its form in files.
+    pub parse: fn(&str, Option<&str>, Option<f32>) -> Result<toml::Value, String>,
+    /// A function that formats a mode from its form in files.
+    pub(super) format: fn(toml::Value) -> Option<String>,
+}
+
+impl PartialEq for ModeForm {
+    fn eq(&self, other: &Self) -> bool {
+        self.names == other.names
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_end_with_their_units() {
+        let of = |key| FaultArgument::new(key, "", FaultRange::Item, None).stem_and_unit();
+        assert_eq!(of("x_m"), ("x", "m"));
+        assert_eq!(of("top_speed_m_s"), ("top_speed", "m/s"));
+        assert_eq!(of("turn_deg_s"), ("turn", "degrees/s"));
+        assert_eq!(of("late_ms"), ("late", "ms"));
+        assert_eq!(of("for_s"), ("for", "s"));
+        assert_eq!(of("max_robots"), ("max_robots", ""));
+    }
+}
