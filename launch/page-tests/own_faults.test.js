@@ -39,7 +39,7 @@ test("each fault has its own key while keys are free", () => {
 
 test("a fault is formatted as on the command line", () => {
   const fault = { "shake-floor": { y_m: 4.5, x_m: 3, times: 2 } };
-  assert.equal(faultInWords(fault), "shake-floor --times 2 --x-m 3 --y-m 4.5");
+  assert.equal(faultInWords(fault, []), "shake-floor --times 2 --x-m 3 --y-m 4.5");
 });
 
 test("a robot has the common devices and its own", () => {

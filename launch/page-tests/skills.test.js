@@ -5,17 +5,12 @@ import { test } from "node:test";
 
 import { skillsOf } from "../page/model/skills.js";
 import { kindColor } from "../page/ui/colors.js";
-import { faultInWords } from "../page/ui/words.js";
 
 test("a robot has its stated skills, or all skills without any stated", () => {
   const robots = [{ skills: { dust: 0.5, floor: 0 } }, {}];
   const run = { skills: ["garbage", "dust", "floor"], scenario: { robots } };
   assert.deepEqual(skillsOf(run, 0), ["dust"]);
   assert.deepEqual(skillsOf(run, 1), ["garbage", "dust", "floor"]);
-});
-
-test("a skill fault is formatted as on the command line", () => {
-  assert.equal(faultInWords({ skill: { robot: "gold", skill: "dust", share: 0.3 } }), "skill gold dust 0.3");
 });
 
 test("marks of several kinds have a color per kind", () => {

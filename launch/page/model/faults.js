@@ -14,12 +14,6 @@ const matches = (end, name) => (end ?? "all") === "all" || end === name;
 export function affectsLink(fault, from, to) {
   const [[kind, value]] = Object.entries(fault);
   switch (kind) {
-    case "drop":
-    case "delay":
-    case "duplicate":
-    case "reorder":
-    case "hold":
-      return matches(value.from, from) && matches(value.to, to);
     case "mute":
       return value === from;
     case "deaf":
@@ -33,8 +27,9 @@ export function affectsLink(fault, from, to) {
       if (sender < 0 || receiver < 0 || sender === receiver) return false;
       return !value.one_way || sender > receiver;
     }
+    // A fault of a link states its ends; any other fault affects no link.
     default:
-      return false;
+      return typeof value === "object" && "from" in value && matches(value.from, from) && matches(value.to, to);
   }
 }
 
@@ -42,10 +37,10 @@ const PHASE_EVENTS = new Set(["armed", "applied", "healed", "disarmed", "failed"
 
 /**
  * Returns all faults up to now, latest first: `{id, words, terms, phase, applied_ms, healed_ms, hits, failed}`. The
- * view has the faults that are armed or in force. The events have the past ones.
+ * view has the faults that are armed or in force. The events have the past ones. `kinds` are the faults of every mission.
  * @param {import("../../page-tests/types.js").View} view
  */
-export function faultRows(view, events) {
+export function faultRows(view, events, kinds) {
   const rows = new Map();
   for (const event of events) {
     if (!PHASE_EVENTS.has(event.kind)) continue;
@@ -65,7 +60,7 @@ export function faultRows(view, events) {
   for (const { id, order, phase, applied_ms, hits, failed } of view.faults) {
     const row = rows.get(id) ?? { id, healed_ms: null };
     rows.set(id, row);
-    Object.assign(row, { phase, hits, failed, words: faultInWords(order.fault), terms: termsInWords(order) });
+    Object.assign(row, { phase, hits, failed, words: faultInWords(order.fault, kinds), terms: termsInWords(order) });
     row.applied_ms = applied_ms ?? row.applied_ms ?? null;
   }
   return [...rows.values()].reverse();

@@ -4,6 +4,7 @@ import { faultRows } from "../model/faults.js";
 import { attribute, byId, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
 import { seconds } from "../ui/words.js";
+import { openNewFault } from "./new_fault.js";
 
 const MAX_ROWS = 100;
 
@@ -15,6 +16,7 @@ export class Faults {
     this.#model = model;
     this.#orders = orders;
     byId("undo-all").addEventListener("click", () => this.#orders.clear(null));
+    byId("new-fault").addEventListener("click", ({ currentTarget }) => openNewFault(this.#model.run, this.#orders, currentTarget));
   }
 
   draw() {
@@ -23,8 +25,9 @@ export class Faults {
     const count = view.faults.length;
     text(byId("fault-count"), count ? ` (${count})` : "");
     byId("undo-all").disabled = count === 0 || !this.#model.isOpen;
+    byId("new-fault").disabled = !this.#model.isOpen;
     if (!isShown("faults")) return;
-    const rows = faultRows(view, this.#model.eventsSoFar()).slice(0, MAX_ROWS);
+    const rows = faultRows(view, this.#model.eventsSoFar(), this.#model.run.faults).slice(0, MAX_ROWS);
     byId("no-faults").hidden = rows.length > 0;
     keyed(
       byId("fault-rows"),

@@ -127,7 +127,7 @@ export class Links {
       return el(
         "li",
         {},
-        `${id}: ${faultInWords(order.fault)} `,
+        `${id}: ${faultInWords(order.fault, this.#model.run.faults)} `,
         this.#model.isOpen ? el("button", { type: "button", "data-undo": id, onclick: undo }, "Undo") : null,
       );
     });

@@ -189,7 +189,7 @@ export class Robots {
                 {
                   type: "button",
                   "data-undo": id,
-                  title: `Undo ${faultInWords(order.fault)}`,
+                  title: `Undo ${faultInWords(order.fault, this.#model.run.faults)}`,
                   onclick: () => this.#orders.clear(id),
                 },
                 "Undo",
@@ -200,7 +200,7 @@ export class Robots {
         // A new order takes effect in the next step.
         const isNext = phase === "in-force" && applied_ms >= this.#model.now;
         const when = phase === "armed" ? " (armed)" : isNext ? " (from the next tick)" : "";
-        text(row.firstChild, `${id}: ${faultInWords(order.fault)}${when} `);
+        text(row.firstChild, `${id}: ${faultInWords(order.fault, this.#model.run.faults)}${when} `);
       },
     );
   }

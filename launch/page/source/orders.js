@@ -29,7 +29,7 @@ export class Orders {
     if (!reply?.armed) return null;
     const { id } = reply.armed;
     const lasting = order.for_s ? `, for ${order.for_s} s` : "";
-    const line = `${id}: ${faultInWords(fault)} ${effectTime(reply.armed)}${lasting}`;
+    const line = `${id}: ${faultInWords(fault, this.#model.run.faults)} ${effectTime(reply.armed)}${lasting}`;
     if (!isInstantaneous) this.#undoable.push(id);
     notify("done", line, isInstantaneous ? null : { label: "Undo", run: () => this.clear(id) });
     return id;

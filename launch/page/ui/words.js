@@ -20,53 +20,36 @@ const percent = (share) => `${Math.round(100 * share)} %`;
 /** Formats a share from 0 to 1 in percent. */
 export { percent };
 
-const ends = (link) => ` --from ${link.from ?? "all"} --to ${link.to ?? "all"}`;
-const option = (name, value, unit = "") => (value ? ` --${name} ${value}${unit}` : "");
-
-function sensorMode(mode) {
-  if (typeof mode === "string") return mode;
-  const [[name, value]] = Object.entries(mode);
-  return typeof value === "number" ? `${name} ${value}` : `${name} ${value.m ?? 0}${option("deg", value.deg)}`;
+/** Formats the value of an argument: a number, a name, groups of robots, or a mode with its size. */
+function valueInWords(value) {
+  if (Array.isArray(value)) return value.map((group) => group.join(",")).join(" / ");
+  if (typeof value !== "object") return `${value}`;
+  const [[name, size]] = Object.entries(value);
+  if (typeof size !== "object") return `${name} ${size}`;
+  return `${name} ${size.m ?? 0}${size.deg ? ` --deg ${size.deg}` : ""}`;
 }
 
-function actuatorMode(mode) {
-  if (typeof mode === "string") return mode;
-  const [[name, value]] = Object.entries(mode);
-  return `${name} ${value}`;
-}
-
-/** Formats a fault as on the command line and in the log: `drop --from green --to all --p 0.3`. */
-export function faultInWords(fault) {
-  const [[name, value]] = Object.entries(fault);
-  if (typeof value === "string") return `${name} ${value}`;
-  switch (name) {
-    case "drop":
-      return `drop${ends(value)} --p ${value.p}${option("burst", value.burst_s, "s")}`;
-    case "delay":
-      return `delay${ends(value)} --by ${value.delay_s}s${option("jitter", value.jitter_s, "s")}`;
-    case "duplicate":
-    case "reorder":
-      return `${name}${ends(value)} --p ${value.p}`;
-    case "hold":
-      return `hold${ends(value)}`;
-    case "partition":
-      return `partition ${value.groups.map((group) => group.join(",")).join(" / ")}${value.one_way ? " --one-way" : ""}`;
-    case "range":
-      return `range ${value.range_m}`;
-    case "sensor":
-      return `sensor ${value.robot} ${value.device} ${sensorMode(value.mode)}`;
-    case "actuator":
-      return `actuator ${value.robot} ${actuatorMode(value.mode)}`;
-    case "skill":
-      return `skill ${value.robot} ${value.skill} ${value.share}`;
-    case "obstacle":
-      return `obstacle ${value.x_m} ${value.y_m} ${value.width_m} ${value.height_m}${option("penetrability", value.penetrability)}`;
-    case "move-robot":
-      return `move-robot ${value.robot} ${value.x_m} ${value.y_m}${option("heading", value.heading_deg)}`;
+/**
+ * Formats a fault as on the command line and in the log: `drop --from green --to all --p 0.3`. `kinds` are the faults
+ * of every mission, as the run declares them.
+ */
+export function faultInWords(fault, kinds) {
+  const [[name, content]] = Object.entries(fault);
+  const kind = kinds.find((each) => each.name === name);
+  if (!kind) {
     // A fault of the mission.
-    default:
-      return [name, ...Object.keys(value).sort().map((key) => `--${key.replaceAll("_", "-")} ${value[key]}`)].join(" ");
+    const keys = Object.keys(content).sort();
+    return [name, ...keys.map((key) => `--${key.replaceAll("_", "-")} ${content[key]}`)].join(" ");
   }
+  const values = typeof content === "string" ? { [kind.arguments[0].key]: content } : content;
+  const words = kind.arguments.flatMap(({ key, option, default: usual, is_time }) => {
+    const value = values[key] ?? null;
+    if (value === null || value === false || (option !== null && value === usual)) return [];
+    if (value === true) return [`--${option}`];
+    const shown = valueInWords(value) + (is_time ? "s" : "");
+    return [option === null ? shown : `--${option} ${shown}`];
+  });
+  return [name, ...words].join(" ");
 }
 
 /** Capitalizes the first letter: `put an item elsewhere` → `Put an item elsewhere`. */

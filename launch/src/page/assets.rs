@@ -40,6 +40,7 @@ const FILES: &[(&str, &[u8])] = files! {
     "panels/matrix.js"
     "panels/messages.js"
     "panels/mission.js"
+    "panels/new_fault.js"
     "panels/robots.js"
     "panels/tasks.js"
     "panels/timeline.js"
