@@ -23,8 +23,8 @@ pub use level::LogLevel;
 pub use memory::{Document, MemoryLog};
 pub use read::{ReadError, RunLog, Seal};
 pub use rows::{
-    AllocationMessageRow, AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow,
-    TableRow, TargetRow, TickRow,
+    AllocationMessageRow, AllocationRow, CellKind, CellValue, Column, DeclaredRow, EventRow,
+    MessageRow, MissionRow, MotivationRow, PoseRow, RowHash, TableRow, TargetRow, TickRow,
 };
 pub use run_file::{ControllerFile, Figures, RobotFigures, RunFile, RunOutcome};
 pub use section::{RUN_SECTION, Section, WORLD_ROBOT};

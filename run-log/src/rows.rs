@@ -1,4 +1,5 @@
-//! The rows of the tables as they are read: one field per column, named like the column.
+//! The tables of the log. Each is declared once: its rows as they are read, and its columns with name, type and meaning.
+//! The header line, the exports and the table of columns in `docs/GUARANTEES.md` follow from the declarations.
 
 use std::fmt;
 
@@ -14,81 +15,340 @@ pub trait TableRow: DeserializeOwned {
     const TABLE: Table;
 }
 
-/// A row of motivations.csv.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // Units as in `telemetry::Motivation`.
-pub struct MotivationRow {
-    pub t_ms: SimTime,
-    pub robot: String,
-    pub behavior_set: String,
-    pub task: String,
-    pub motivation: f64,
-    pub impatience: f64,
-    #[serde(deserialize_with = "flag")]
-    pub sensory_feedback: bool,
-    #[serde(deserialize_with = "flag")]
-    pub activity_suppression: bool,
-    #[serde(deserialize_with = "flag")]
-    pub impatience_reset: bool,
-    #[serde(deserialize_with = "flag")]
-    pub acquiescence: bool,
-    pub state: String,
+/// A row of a table whose columns do not depend on the mission.
+pub trait DeclaredRow: TableRow + 'static {
+    /// The columns, in the order of the file.
+    const COLUMNS: &'static [Column<Self>];
+    /// The first line of the file.
+    const HEADER: &'static str;
 }
 
-impl TableRow for MotivationRow {
-    const TABLE: Table = Table::Motivations;
+/// A column of a table.
+pub struct Column<R> {
+    /// The name in the header line. It ends with the unit, if there is one.
+    pub name: &'static str,
+    /// The meaning in one line.
+    pub about: &'static str,
+    /// The type of the values.
+    pub kind: CellKind,
+    /// True if a value may be missing. A missing text is empty.
+    pub is_optional: bool,
+    /// A function that returns the value in a row; `None` if it is missing.
+    pub value: for<'r> fn(&'r R) -> Option<CellValue<'r>>,
 }
 
-/// A row of allocation.csv.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // As in `telemetry::AllocationRow`; `holder` is empty for a free task.
-pub struct AllocationRow {
-    pub t_ms: SimTime,
-    pub robot: String,
-    pub task: String,
-    pub behavior_set: String,
-    pub utility: f64,
-    pub holder: String,
-    pub state: String,
+/// The type of the values of a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CellKind {
+    /// A whole number below 2^32.
+    Whole32,
+    /// A whole number.
+    Whole64,
+    /// A number of single precision.
+    Single,
+    /// A number of double precision.
+    Double,
+    /// A flag: 0 or 1.
+    Flag,
+    /// A text.
+    Text,
+    /// A hash: 16 hexadecimal digits.
+    Hash,
 }
 
-impl TableRow for AllocationRow {
-    const TABLE: Table = Table::Allocation;
+impl CellKind {
+    /// Returns the name of the type for documents.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Whole32 | Self::Whole64 => "whole number",
+            Self::Single => "number (single precision)",
+            Self::Double => "number (double precision)",
+            Self::Flag => "0 or 1",
+            Self::Text => "text",
+            Self::Hash => "16 hexadecimal digits",
+        }
+    }
 }
 
-/// A row of allocation_messages.csv: an entry of a message of an allocator. Columns that the kind does not use are empty.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct AllocationMessageRow {
-    /// The time of sending.
-    pub t_ms: SimTime,
-    pub sender: String,
-    pub incarnation: u32,
-    /// The running number of the broadcast, as in messages.csv.
-    pub seq: u64,
-    pub kind: String,
-    pub task: String,
-    pub slot: Option<u16>,
-    /// The robot of the bid, the winner, or the member of a coalition.
-    pub robot: String,
-    /// The bid or utility, in the allocator's own unit.
-    pub bid: Option<f32>,
-    /// The time since which the task is due, according to the sender.
-    pub round_ms: Option<SimTime>,
-    /// The end of an auction, the time of a bid, or the time of the latest news of a robot.
-    pub time_ms: Option<SimTime>,
-    /// The auction as AUCTIONEER/INCARNATION/NUMBER.
-    pub auction: String,
-    /// The number of decisions that led to a partition.
-    pub evolution: Option<u64>,
-    pub stamp: Option<f64>,
-    pub detail: String,
+/// A value in a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CellValue<'r> {
+    Whole(u64),
+    Single(f32),
+    Double(f64),
+    Flag(bool),
+    Text(&'r str),
+    Hash(u64),
 }
 
-impl TableRow for AllocationMessageRow {
-    const TABLE: Table = Table::AllocationMessages;
+/// A hash in ticks.csv.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RowHash(pub u64);
+
+impl fmt::LowerHex for RowHash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::LowerHex::fmt(&self.0, f)
+    }
+}
+
+/// A type of values in rows.
+trait Cell: Sized {
+    const KIND: CellKind;
+    const IS_OPTIONAL: bool = false;
+
+    /// Reads the value from a field of a CSV file.
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error>;
+
+    /// Returns the value; `None` if it is missing.
+    fn value(&self) -> Option<CellValue<'_>>;
+}
+
+/// Implements `Cell` for types that CSV files contain in the form of serde.
+macro_rules! cells {
+    ($($type:ty: $kind:ident = $value:expr;)+) => {$(
+        impl Cell for $type {
+            const KIND: CellKind = CellKind::$kind;
+
+            fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                Self::deserialize(deserializer)
+            }
+
+            fn value(&self) -> Option<CellValue<'_>> {
+                let value: for<'r> fn(&'r Self) -> CellValue<'r> = $value;
+                Some(value(self))
+            }
+        }
+
+        impl Cell for Option<$type> {
+            const KIND: CellKind = CellKind::$kind;
+            const IS_OPTIONAL: bool = true;
+
+            fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                Self::deserialize(deserializer)
+            }
+
+            fn value(&self) -> Option<CellValue<'_>> {
+                self.as_ref()?.value()
+            }
+        }
+    )+};
+}
+
+cells! {
+    SimTime: Whole64 = |time| CellValue::Whole(time.0);
+    u64: Whole64 = |number| CellValue::Whole(*number);
+    u32: Whole32 = |number| CellValue::Whole((*number).into());
+    u16: Whole32 = |number| CellValue::Whole((*number).into());
+    f32: Single = |number| CellValue::Single(*number);
+    f64: Double = |number| CellValue::Double(*number);
+    String: Text = |text| CellValue::Text(text);
+}
+
+impl Cell for bool {
+    const KIND: CellKind = CellKind::Flag;
+
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        match u8::deserialize(deserializer)? {
+            0 => Ok(false),
+            1 => Ok(true),
+            other => Err(D::Error::custom(format!("{other} is neither 0 nor 1"))),
+        }
+    }
+
+    fn value(&self) -> Option<CellValue<'_>> {
+        Some(CellValue::Flag(*self))
+    }
+}
+
+impl Cell for RowHash {
+    const KIND: CellKind = CellKind::Hash;
+
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let digits = String::deserialize(deserializer)?;
+        let hash = parse_hash(&digits)
+            .ok_or_else(|| D::Error::custom(format!("'{digits}' is not 16 hexadecimal digits")))?;
+        Ok(Self(hash))
+    }
+
+    fn value(&self) -> Option<CellValue<'_>> {
+        Some(CellValue::Hash(self.0))
+    }
+}
+
+/// Parses a hash of ticks.csv.
+pub(super) fn parse_hash(digits: &str) -> Option<u64> {
+    let hash = u64::from_str_radix(digits, 16).ok()?;
+    (digits.len() == 16).then_some(hash)
+}
+
+/// Declares the rows of a table. The comment of a field is the meaning of its column, in one line.
+macro_rules! table {
+    (
+        $(#[doc = $about:literal])+
+        $row:ident in $table:ident {
+            #[doc = $time:literal]
+            t_ms,
+            $(
+                #[doc = $meaning:literal]
+                $column:ident: $type:ty,
+            )+
+        }
+    ) => {
+        $(#[doc = $about])+
+        #[derive(Clone, Debug, PartialEq, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct $row {
+            #[doc = $time]
+            pub t_ms: SimTime,
+            $(
+                #[doc = $meaning]
+                #[serde(deserialize_with = "Cell::read")]
+                pub $column: $type,
+            )+
+        }
+
+        impl TableRow for $row {
+            const TABLE: Table = Table::$table;
+        }
+
+        impl DeclaredRow for $row {
+            const COLUMNS: &'static [Column<Self>] = &[
+                Column {
+                    name: "t_ms",
+                    about: $time.trim_ascii(),
+                    kind: CellKind::Whole64,
+                    is_optional: false,
+                    value: |row| row.t_ms.value(),
+                },
+                $(Column {
+                    name: stringify!($column),
+                    about: $meaning.trim_ascii(),
+                    kind: <$type as Cell>::KIND,
+                    is_optional: <$type as Cell>::IS_OPTIONAL,
+                    value: |row| row.$column.value(),
+                },)+
+            ];
+            const HEADER: &'static str = concat!("t_ms" $(, ",", stringify!($column))+, "\n");
+        }
+    };
+}
+
+table! {
+    /// A row of motivations.csv: a behavior set of a robot.
+    MotivationRow in Motivations {
+        /// The time of the tick. The row contains the end of its step.
+        t_ms,
+        /// The robot.
+        robot: String,
+        /// The behavior set.
+        behavior_set: String,
+        /// The task of the behavior set.
+        task: String,
+        /// The motivation; the set is activated at the threshold.
+        motivation: f64,
+        /// The rate of the motivation in this step, motivation/s.
+        impatience: f64,
+        /// 1 if the sensors call for the task.
+        sensory_feedback: bool,
+        /// 1 if no other set of the robot suppresses this one.
+        activity_suppression: bool,
+        /// 1 if no teammate has reset the impatience in this step.
+        impatience_reset: bool,
+        /// 1 if the robot does not give up the task.
+        acquiescence: bool,
+        /// The state: hibernating, waiting or active.
+        state: String,
+    }
+}
+
+table! {
+    /// A row of allocation.csv: a behavior set of a robot whose allocator has no motivations.
+    AllocationRow in Allocation {
+        /// The time of the tick. The row contains the end of its step.
+        t_ms,
+        /// The robot.
+        robot: String,
+        /// The task of the behavior set.
+        task: String,
+        /// The behavior set.
+        behavior_set: String,
+        /// The value that the allocator ranks by, in its own unit. It is not always the bid (CBBA bids the gain in its bundle).
+        utility: f64,
+        /// The robot that executes the task or owns its bid or contract, according to this robot. Empty for a free task.
+        holder: String,
+        /// The state: hibernating, waiting or active.
+        state: String,
+    }
+}
+
+table! {
+    /// A row of allocation_messages.csv: an entry of a message of an allocator. Columns that the kind does not use are
+    /// empty.
+    AllocationMessageRow in AllocationMessages {
+        /// The time of sending.
+        t_ms,
+        /// The robot that sent the message.
+        sender: String,
+        /// The incarnation of the sender.
+        incarnation: u32,
+        /// The running number of the broadcast, as in messages.csv.
+        seq: u64,
+        /// The kind of the entry.
+        kind: String,
+        /// The task.
+        task: String,
+        /// The place of the task's robot, from 0.
+        slot: Option<u16>,
+        /// The robot of the bid, the winner, or the member of a coalition.
+        robot: String,
+        /// The bid or utility, in the allocator's own unit.
+        bid: Option<f32>,
+        /// The time since which the task is due, according to the sender.
+        round_ms: Option<SimTime>,
+        /// The end of an auction, the time of a bid, or the time of the latest news of a robot.
+        time_ms: Option<SimTime>,
+        /// The auction as AUCTIONEER/INCARNATION/NUMBER.
+        auction: String,
+        /// The number of decisions that led to a partition.
+        evolution: Option<u64>,
+        /// The random number that decides between partitions of equal age.
+        stamp: Option<f64>,
+        /// Other contents, as text.
+        detail: String,
+    }
+}
+
+table! {
+    /// A row of messages.csv: a broadcast at a receiver.
+    MessageRow in Messages {
+        /// The time of the delivery, or the time at which it was due.
+        t_ms,
+        /// The robot that receives the broadcast.
+        receiver: String,
+        /// The robot that sent the broadcast.
+        sender: String,
+        /// The incarnation of the sender.
+        incarnation: u32,
+        /// The running number of the broadcast.
+        seq: Option<u64>,
+        /// The kind of the broadcast.
+        kind: String,
+        /// The state of the sender's behavior set.
+        state: String,
+        /// The time since which the sender has been in that state.
+        since_ms: Option<SimTime>,
+        /// The sender's behavior set.
+        behavior_set: String,
+        /// The sender's task.
+        task: String,
+        /// The sender's progress, in the unit of its mission.
+        progress: Option<u32>,
+        /// The time of sending.
+        sent_ms: SimTime,
+        /// The delivery.
+        delivery: String,
+    }
 }
 
 /// A row of mission.csv. Its columns depend on the mission.
@@ -145,117 +405,145 @@ impl<'de> Deserialize<'de> for MissionRow {
     }
 }
 
-/// A row of messages.csv.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // As in `telemetry::Reception` and `telemetry::Said`.
-pub struct MessageRow {
-    pub t_ms: SimTime,
-    pub receiver: String,
-    pub sender: String,
-    pub incarnation: u32,
-    pub seq: Option<u64>,
-    pub kind: String,
-    pub state: String,
-    pub since_ms: Option<SimTime>,
-    pub behavior_set: String,
-    pub task: String,
-    pub progress: Option<u32>,
-    pub sent_ms: SimTime,
-    pub delivery: String,
-}
-
-impl TableRow for MessageRow {
-    const TABLE: Table = Table::Messages;
-}
-
-/// A row of events.csv.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // As in `Event`.
-pub struct EventRow {
-    pub t_ms: SimTime,
-    pub kind: String,
-    pub robot: String,
-    pub subject: String,
-    pub reason: String,
-    pub detail: String,
-}
-
-impl TableRow for EventRow {
-    const TABLE: Table = Table::Events;
-}
-
-/// A row of poses.csv.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // As in `BodyRecord`.
-pub struct PoseRow {
-    pub t_ms: SimTime,
-    pub robot: String,
-    pub x_m: f32,
-    pub y_m: f32,
-    pub heading_rad: f32,
-    pub speed_m_s: f32,
-    #[serde(deserialize_with = "flag")]
-    pub carrying: bool,
-    pub behavior_set: String,
-    pub energy: Option<f32>,
-}
-
-impl TableRow for PoseRow {
-    const TABLE: Table = Table::Poses;
-}
-
-/// A row of targets.csv.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // As in `mission::Target`.
-pub struct TargetRow {
-    pub t_ms: SimTime,
-    pub target: String,
-    pub x_m: f32,
-    pub y_m: f32,
-    pub observers: u32,
-}
-
-impl TableRow for TargetRow {
-    const TABLE: Table = Table::Targets;
-}
-
-/// A row of ticks.csv.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
-pub struct TickRow {
-    pub t_ms: SimTime,
-    pub tick: u64,
-    pub robot: String,
-    pub section: String,
-    #[serde(deserialize_with = "hash")]
-    pub hash: u64,
-}
-
-impl TableRow for TickRow {
-    const TABLE: Table = Table::Ticks;
-}
-
-fn flag<'de, D: Deserializer<'de>>(deserializer: D) -> Result<bool, D::Error> {
-    match u8::deserialize(deserializer)? {
-        0 => Ok(false),
-        1 => Ok(true),
-        other => Err(D::Error::custom(format!("{other} is neither 0 nor 1"))),
+table! {
+    /// A row of events.csv.
+    EventRow in Events {
+        /// The time of the tick.
+        t_ms,
+        /// The kind of the event.
+        kind: String,
+        /// The robot. Empty for an event of the world.
+        robot: String,
+        /// The behavior set, the fault, or another object of the event.
+        subject: String,
+        /// The reason of a state change, or the trigger of a fault.
+        reason: String,
+        /// Further information, as text.
+        detail: String,
     }
 }
 
-fn hash<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
-    let digits = String::deserialize(deserializer)?;
-    parse_hash(&digits)
-        .ok_or_else(|| D::Error::custom(format!("'{digits}' is not 16 hexadecimal digits")))
+table! {
+    /// A row of poses.csv: a body.
+    PoseRow in Poses {
+        /// The time of the tick. The row contains the start of its step.
+        t_ms,
+        /// The robot.
+        robot: String,
+        /// The x coordinate of the center, m.
+        x_m: f32,
+        /// The y coordinate of the center, m.
+        y_m: f32,
+        /// The heading, rad counter-clockwise from the x axis.
+        heading_rad: f32,
+        /// The speed, m/s.
+        speed_m_s: f32,
+        /// 1 if the robot carries an item.
+        carrying: bool,
+        /// The active behavior set. Empty if there is none.
+        behavior_set: String,
+        /// The remaining energy, J. Empty if energy is unlimited.
+        energy: Option<f32>,
+    }
 }
 
-/// Parses a hash of ticks.csv.
-pub(super) fn parse_hash(digits: &str) -> Option<u64> {
-    let hash = u64::from_str_radix(digits, 16).ok()?;
-    (digits.len() == 16).then_some(hash)
+table! {
+    /// A row of targets.csv: a target.
+    TargetRow in Targets {
+        /// The time of the tick. The row contains the end of its step.
+        t_ms,
+        /// The target.
+        target: String,
+        /// The x coordinate, m.
+        x_m: f32,
+        /// The y coordinate, m.
+        y_m: f32,
+        /// The number of robots that see the target.
+        observers: u32,
+    }
+}
+
+table! {
+    /// A row of ticks.csv: the hash of a section of the run.
+    TickRow in Ticks {
+        /// The time of the tick.
+        t_ms,
+        /// The number of the tick.
+        tick: u64,
+        /// The robot of the section.
+        robot: String,
+        /// The section. A file name stands for the rows of that table so far.
+        section: String,
+        /// The hash of the section.
+        hash: RowHash,
+    }
+}
+
+impl Table {
+    /// Returns the first line with its line end; empty for JSON lines. `None` for mission.csv, whose columns depend on
+    /// the mission.
+    #[must_use]
+    pub fn header(self) -> Option<&'static str> {
+        Some(match self {
+            Self::Motivations => MotivationRow::HEADER,
+            Self::Allocation => AllocationRow::HEADER,
+            Self::AllocationMessages => AllocationMessageRow::HEADER,
+            Self::Messages => MessageRow::HEADER,
+            Self::Events => EventRow::HEADER,
+            Self::Poses => PoseRow::HEADER,
+            Self::Mission => return None,
+            Self::Targets => TargetRow::HEADER,
+            Self::Inputs => "",
+            Self::External => super::external::HEADER,
+            Self::Ticks => TickRow::HEADER,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the rows of a table of columns in Markdown.
+    fn lines<R: DeclaredRow>() -> String {
+        let file = R::TABLE.file_name();
+        let line = |column: &Column<R>| {
+            let Column { name, about, .. } = column;
+            let optional = if column.is_optional { "optional " } else { "" };
+            let kind = column.kind.as_str();
+            format!("| `{file}` | `{name}` | {optional}{kind} | {about} |\n")
+        };
+        R::COLUMNS.iter().map(line).collect()
+    }
+
+    /// The table of columns follows from the declarations. `INSTA_UPDATE=always` writes it.
+    #[test]
+    fn the_guarantees_list_the_columns() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/GUARANTEES.md");
+        let page = std::fs::read_to_string(path).unwrap();
+        let (begin, rest) = page.split_once("<!-- columns -->\n").unwrap();
+        let (_, end) = rest.split_once("<!-- end -->\n").unwrap();
+        let tables = [
+            lines::<MotivationRow>(),
+            lines::<AllocationRow>(),
+            lines::<AllocationMessageRow>(),
+            lines::<MessageRow>(),
+            lines::<EventRow>(),
+            lines::<PoseRow>(),
+            lines::<TargetRow>(),
+            lines::<TickRow>(),
+        ];
+        let expected = format!(
+            "{begin}<!-- columns -->\n\n| file | column | type | meaning |\n|---|---|---|---|\n{}\n<!-- end -->\n{end}",
+            tables.concat()
+        );
+        if std::env::var("INSTA_UPDATE").is_ok_and(|update| update == "always") {
+            std::fs::write(path, &expected).unwrap();
+        } else {
+            assert_eq!(
+                page, expected,
+                "run with INSTA_UPDATE=always and review the difference"
+            );
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! The append-only files of a run, with their names and header lines.
+//! The append-only files of a run, with their names.
 
 /// An append-only file of a run folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -68,34 +68,6 @@ impl Table {
             self,
             Self::Allocation | Self::AllocationMessages | Self::Targets | Self::External
         )
-    }
-
-    /// Returns the first line with its line end; empty for JSON lines. `None` for mission.csv, whose columns depend on
-    /// the mission.
-    #[must_use]
-    pub fn header(self) -> Option<&'static str> {
-        Some(match self {
-            Self::Motivations => {
-                "t_ms,robot,behavior_set,task,motivation,impatience,sensory_feedback,activity_suppression,\
-                 impatience_reset,acquiescence,state\n"
-            }
-            Self::Allocation => "t_ms,robot,task,behavior_set,utility,holder,state\n",
-            Self::AllocationMessages => {
-                "t_ms,sender,incarnation,seq,kind,task,slot,robot,bid,round_ms,time_ms,auction,evolution,stamp,detail\n"
-            }
-            Self::Messages => {
-                "t_ms,receiver,sender,incarnation,seq,kind,state,since_ms,behavior_set,task,progress,sent_ms,delivery\n"
-            }
-            Self::Events => "t_ms,kind,robot,subject,reason,detail\n",
-            Self::Poses => {
-                "t_ms,robot,x_m,y_m,heading_rad,speed_m_s,carrying,behavior_set,energy\n"
-            }
-            Self::Mission => return None,
-            Self::Targets => "t_ms,target,x_m,y_m,observers\n",
-            Self::Inputs => "",
-            Self::External => super::external::HEADER,
-            Self::Ticks => "t_ms,tick,robot,section,hash\n",
-        })
     }
 }
 

@@ -4,6 +4,7 @@
 //! - `parquet`: the tables of its log, one file each.
 //! - `scenario`: the run as a scenario with all external influences, to run, change or sweep again.
 
+mod columns;
 #[cfg(feature = "mcap")]
 mod mcap;
 #[cfg(not(feature = "mcap"))]

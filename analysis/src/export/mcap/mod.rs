@@ -17,7 +17,7 @@
 
 mod frames;
 mod merge;
-mod mission;
+mod proto;
 mod recording;
 mod scene;
 mod sensors;

@@ -4,7 +4,6 @@
 //! floats. Flags are booleans. Missing numbers are null, and missing texts are empty.
 
 mod column;
-mod tables;
 
 use std::fs::{self, File};
 use std::io::{BufWriter, ErrorKind};
@@ -18,14 +17,13 @@ use ::parquet::file::writer::SerializedFileWriter;
 use ::parquet::schema::types::Type;
 use anyhow::{Context, anyhow, bail};
 use run_log::{
-    AllocationMessageRow, AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow,
-    RunLog, Table, TableRow, TargetRow, TickRow,
+    AllocationMessageRow, AllocationRow, DeclaredRow, EventRow, MessageRow, MissionRow,
+    MotivationRow, PoseRow, RunLog, Table, TableRow, TargetRow, TickRow,
 };
 
+use super::columns::{Column, declared, of_mission};
 use super::facts;
 use crate::new_file::NewFile;
-use column::Column;
-use tables::{Columns, of_mission};
 
 /// Rows per group, which are in memory at once.
 const GROUP_ROWS: usize = 1 << 16;
@@ -103,8 +101,8 @@ fn name(table: Table) -> &'static str {
     table.file_name().trim_end_matches(".csv")
 }
 
-fn write_known<R: Columns>(log: &RunLog, file: &mut NewFile) -> anyhow::Result<()> {
-    write_table(log, R::COLUMNS, file)
+fn write_known<R: DeclaredRow>(log: &RunLog, file: &mut NewFile) -> anyhow::Result<()> {
+    write_table(log, &declared::<R>(), file)
 }
 
 fn write_mission(log: &RunLog, file: &mut NewFile) -> anyhow::Result<()> {
@@ -119,7 +117,7 @@ fn write_table<R: TableRow>(
 ) -> anyhow::Result<()> {
     let fields = columns
         .iter()
-        .map(Column::schema)
+        .map(column::schema)
         .collect::<Result<_, _>>()?;
     let schema = Type::group_type_builder(name(R::TABLE))
         .with_fields(fields)
@@ -146,7 +144,7 @@ fn write_table<R: TableRow>(
             let mut column_writer = group_writer
                 .next_column()?
                 .context("fewer columns than in the schema")?;
-            column.write(&group, &mut column_writer)?;
+            column::write(column, &group, &mut column_writer)?;
             column_writer.close()?;
         }
         group_writer.close()?;

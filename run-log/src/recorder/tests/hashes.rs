@@ -14,7 +14,7 @@ fn hashes(ticks: &[OwnedTick]) -> BTreeMap<(Tick, String, String), u64> {
     let rows: Vec<TickRow> = log.rows().unwrap();
     rows.into_iter()
         .filter(|row| row.section != RUN_SECTION && !row.section.contains('.'))
-        .map(|row| ((row.tick, row.robot, row.section), row.hash))
+        .map(|row| ((row.tick, row.robot, row.section), row.hash.0))
         .collect()
 }
 
