@@ -10,13 +10,14 @@
 //! - `vicinity`: search results that stay valid for several steps. `unchanged`: validity of the latest readings.
 //! - `radio`: robots in radio range. `sensing`: readings of the devices that every mission has.
 //! - `change`: changes by interruption handlers between steps.
-//! - [`Floor`]: the combination of these modules. [`World`]: a floor and the [mission](crate::mission) on it.
+//! - [`Floor`]: the combination of these modules. `state`: [`World`], a floor and the [mission](crate::mission) on it.
 //!
 //! # One step
 //! Interruption handlers change the world between steps (`change`: [`Floor::add_obstacle`], [`Floor::move_robot`], …). In a
 //! step the components act in rank order, then the aspects evolve. A robot first acts on its mission at the position
 //! where it read its sensors. Then it turns and moves. If a bar stops it, the mission may let the bar
-//! [give way](WorldMission::handle_push), and the body continues. Robots of lower rank have moved by then, others have not.
+//! [give way](crate::mission::WorldMission::handle_push), and the body continues. Robots of lower rank have moved by
+//! then, others have not.
 //!
 //! # Design decisions
 //! - The center beam of the proximity sensor uses the same sweep as a moving body, so it is free exactly when the body can
@@ -40,18 +41,8 @@ mod readings_cache;
 mod sensing;
 mod space;
 pub(crate) mod start;
+mod state;
 pub(crate) mod step_events;
-
-use std::ops::{Deref, DerefMut};
-
-use proto::mission::Action;
-use proto::readings::{Actuation, Readings};
-use scenario::Setup;
-use scenario::fault::Fault;
-use scenario::ids::RobotId;
-
-use crate::mission::{MissionWorld, Validity, WorldMission};
-use run_log::recorder::Event;
 
 pub use aspect::{Aspect, Battery};
 pub use bar::{Bar, Push};
@@ -63,131 +54,6 @@ pub use motion::{limit_command, wrap_angle};
 pub use neighbor_cache::Circle;
 pub use outline::{Outline, SKIN_M};
 pub use places::Places;
-pub use space::directions_around;
-pub use start::{ROUNDING_M, StartError, start_poses};
-use step_events::StepEvents;
-
-/// The state of the simulated world: the mission and its floor. It dereferences to the floor.
-pub struct World {
-    floor: Floor,
-    mission: Box<dyn WorldMission>,
-}
-
-impl Clone for World {
-    fn clone(&self) -> Self {
-        Self {
-            floor: self.floor.clone(),
-            mission: self.mission.clone_boxed(),
-        }
-    }
-}
-
-impl Deref for World {
-    type Target = Floor;
-
-    fn deref(&self) -> &Floor {
-        &self.floor
-    }
-}
-
-impl DerefMut for World {
-    fn deref_mut(&mut self) -> &mut Floor {
-        &mut self.floor
-    }
-}
-
-impl World {
-    /// Creates the world at the start of a run of the given mission.
-    ///
-    /// # Panics
-    /// If [`start_poses`] rejects the scenario; validation calls that function first.
-    #[must_use]
-    pub fn new(setup: &Setup, kind: MissionWorld) -> Self {
-        let area = (kind.start_area)(&setup.scenario);
-        let starts = (kind.starts)(&setup.scenario);
-        let bars = (kind.bars)(&setup.scenario);
-        let floor = Floor::new(&setup.scenario, area, &starts, bars);
-        let mission = (kind.new)(setup, &floor);
-        Self { floor, mission }
-    }
-
-    /// Advances the world by one step. `commands` is indexed by rank; a body without a command or without power stays still.
-    pub fn step(&mut self, commands: &[Option<Actuation>]) -> Vec<Event> {
-        let Self { floor, mission } = self;
-        let mut happened = StepEvents::default();
-        floor.drift.begin_step();
-        mission.begin(floor, &mut happened);
-        for rank in 0..floor.robots.len() {
-            let can_act = floor.robots[rank].can_act();
-            let command = commands.get(rank).copied().flatten().filter(|_| can_act);
-            let command = limit_command(&floor.robots[rank].body, command.unwrap_or_default());
-            let robot = RobotId(rank as u16);
-            if !matches!(command.action, Action::Nothing) {
-                mission.act(robot, &command.action, floor, &mut happened);
-            }
-            let push = floor.turn_and_move(robot, command.turn_rad_s, command.speed_m_s);
-            if let Some(push) = push {
-                let way_m = mission.handle_push(&push, floor, &mut happened);
-                floor.move_on(robot, way_m.min(push.remaining_m));
-            }
-        }
-        mission.settle(floor, &mut happened);
-        if floor.has_aspects {
-            floor.evolve_aspects(&mut happened);
-        }
-        floor.now = floor.now + floor.step;
-        happened.into_events()
-    }
-
-    /// Returns the current readings of a robot with all its devices intact. Faults change the readings later.
-    #[must_use]
-    pub fn readings(&self, robot: RobotId) -> Readings {
-        let mut readings = Readings::default();
-        self.read_sensors(robot, &mut readings);
-        readings
-    }
-
-    /// Writes the current readings of a robot to `readings`; see [`World::readings`]. The function writes in place, because a
-    /// copy after many small writes causes a store-forwarding stall.
-    pub fn write_readings(&self, robot: RobotId, readings: &mut Readings) {
-        let validity = self.read_sensors(robot, readings);
-        // Energy changes without any event.
-        let lasts = validity == Validity::UntilChange && !self.floor.has_aspects;
-        self.floor.set_readings_valid(robot, lasts);
-    }
-
-    fn read_sensors(&self, robot: RobotId, readings: &mut Readings) -> Validity {
-        self.floor.look(robot, readings);
-        self.mission
-            .sense(robot, &self.floor, &mut readings.mission)
-    }
-
-    #[must_use]
-    pub fn mission(&self) -> &dyn WorldMission {
-        &*self.mission
-    }
-
-    pub fn mission_mut(&mut self) -> (&mut dyn WorldMission, &mut Floor) {
-        (&mut *self.mission, &mut self.floor)
-    }
-
-    /// Applies a fault of the mission, see [`WorldMission::change`].
-    pub fn change(&mut self, fault: &Fault) -> Option<Result<String, ChangeError>> {
-        self.mission.change(fault, &mut self.floor)
-    }
-
-    /// Releases everything that a robot holds.
-    pub fn release_load(&mut self, robot: RobotId) -> Vec<Event> {
-        let mut happened = StepEvents::default();
-        self.mission
-            .release_load(robot, &mut self.floor, &mut happened);
-        happened.into_events()
-    }
-
-    /// Removes a robot's body after [`World::release_load`]. Its battery keeps the charge.
-    pub fn remove_robot(&mut self, robot: RobotId) -> Vec<Event> {
-        let events = self.release_load(robot);
-        self.floor.remove_body(robot);
-        events
-    }
-}
+pub use space::{ROUNDING_M, directions_around};
+pub use start::{StartError, start_poses};
+pub use state::World;

@@ -3,8 +3,8 @@
 use glam::Vec2;
 use scenario::{Body, Scenario};
 
+use super::space::ROUNDING_M;
 use super::space::Space;
-use super::start::ROUNDING_M;
 
 /// The number of places that [`Places::any`] tries.
 const TRIES: usize = 10_000;

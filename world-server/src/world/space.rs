@@ -5,9 +5,10 @@ use proto::readings::Pose;
 use scenario::{Body, Obstacle, Scenario};
 
 use super::bar::Bars;
-use super::start::ROUNDING_M;
 use super::{Bar, Component, ComponentId, ObstacleId, Outline, Penetrability, SKIN_M, Shape};
 
+/// The overlap with a solid that is allowed because positions are rounded, m.
+pub const ROUNDING_M: f32 = 1e-5;
 /// The distance between the rings in a search round a point, m.
 const RING_M: f32 = 0.1;
 /// The distance that a robot keeps from solids while it drives, m. It includes the tolerance of the controllers.

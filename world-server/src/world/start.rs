@@ -8,14 +8,11 @@ use scenario::Scenario;
 use scenario::ids::RobotId;
 
 use super::motion::wrap_angle;
-use super::space::Space;
+use super::space::{ROUNDING_M, Space};
 use super::{Bar, Penetrability, SKIN_M};
 
 /// The largest number of places to try for robots without a given start.
 const MOST_CANDIDATES: usize = 1_000_000;
-
-/// The overlap that a given start may have through rounding, m.
-pub const ROUNDING_M: f32 = 1e-5;
 
 /// The reason why a robot cannot be placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

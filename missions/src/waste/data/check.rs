@@ -5,8 +5,7 @@ use scenario::limits::{FRACTION, LENGTH, TIME, check_names, closed};
 use scenario::{KeyPath, Obstacle, Problem, Scenario};
 use world_server::world::Places;
 
-use super::{Spot, WasteSection};
-use crate::waste::world::report_site;
+use super::{Spot, WasteSection, report_site};
 
 /// The maximum number of spills of a scenario, and of deposits.
 pub const MAX_SPILLS: usize = 10_000;

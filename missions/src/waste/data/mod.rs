@@ -23,6 +23,7 @@ pub use figures::{
 };
 pub use items::ItemCounts;
 pub use kinds::BehaviorKind;
+pub(super) use section::report_site;
 pub use section::{Deposit, ReportSite, Spill, Spot, WasteSection};
 pub(super) use work::{EMPTY_EXPIRES, sweep_cells};
 

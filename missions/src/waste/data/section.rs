@@ -51,6 +51,17 @@ impl WasteSection {
     }
 }
 
+/// Returns the lower left and upper right corner of the report site, m. The site lies at the left wall, centered in y,
+/// and is cut off at the border.
+pub(in crate::waste) fn report_site(scenario: &Scenario) -> [Vec2; 2] {
+    let (room, site) = (scenario.room, WasteSection::of(scenario).report_site);
+    let (center_y, half_height) = (room.height_m / 2.0, site.height_m.min(room.height_m) / 2.0);
+    [
+        Vec2::new(0.0, center_y - half_height),
+        Vec2::new(site.width_m.min(room.width_m), center_y + half_height),
+    ]
+}
+
 /// A place in the room, independent of the room's size.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::OnceLock;
 
 use crate::waste::data::ItemCounts;
-use crate::waste::data::{Spill, WasteSection};
+use crate::waste::data::{Spill, WasteSection, report_site};
 use glam::Vec2;
 use proto::mission::items::Zone;
 use rand::Rng;
@@ -334,17 +334,6 @@ impl WasteFloor {
             Zone::None => &mut self.counts.on_floor,
         }
     }
-}
-
-/// Returns the lower left and upper right corner of the report site, m. The site lies at the left wall, centered in y,
-/// and is cut off at the border.
-pub(in crate::waste) fn report_site(scenario: &Scenario) -> [Vec2; 2] {
-    let (room, site) = (scenario.room, WasteSection::of(scenario).report_site);
-    let (center_y, half_height) = (room.height_m / 2.0, site.height_m.min(room.height_m) / 2.0);
-    [
-        Vec2::new(0.0, center_y - half_height),
-        Vec2::new(site.width_m.min(room.width_m), center_y + half_height),
-    ]
 }
 
 /// Returns the names and item ids of all deposits, then of all spills. Item ids follow the order of the spills.

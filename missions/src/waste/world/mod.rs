@@ -16,7 +16,7 @@ mod sensing;
 #[cfg(test)]
 pub(crate) mod tests;
 
-use crate::waste::data::{self, BehaviorKind, WasteSection};
+use crate::waste::data::{self, BehaviorKind, WasteSection, report_site};
 use std::cell::Cell;
 
 use proto::mission::items::{Gripper, ItemsAction, ItemsReading, Zone};
@@ -37,7 +37,6 @@ pub use item_faults::PlaceError;
 pub use items::Item;
 
 use items::WasteFloor;
-pub(super) use items::report_site;
 use log::Reports;
 
 const PICKED: &str = "picked";
