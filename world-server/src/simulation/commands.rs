@@ -179,7 +179,7 @@ impl Simulation {
 
     /// Returns the earliest tick that a command can change.
     fn next_beginning(&self) -> (Tick, SimTime) {
-        let later = u64::from(self.opened);
+        let later = u64::from(!self.phase.admits_changes());
         let step = self.setup.scenario.step_ms;
         (
             self.barrier.tick() + later,

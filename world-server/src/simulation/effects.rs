@@ -12,53 +12,30 @@ use crate::interruption::Interruption;
 use run_log::recorder::{Event, EventKind, FaultEvent};
 
 impl Simulation {
-    /// Applies everything that is due before the tick messages of the current tick are sent. Repeated calls are allowed.
-    ///
-    /// Due faults, handlers and commands run one after the other, each with its process actions. So the arrival time of a command
-    /// before the tick has no effect, and a replay has the same result.
-    #[inline]
-    pub fn begin(&mut self) {
-        // The rest is skipped for each robot after the first.
-        if !self.opened && self.outcome.is_none() && self.barrier.started() {
-            self.run_due_changes();
-        }
+    /// Returns the next change of a fault that is due.
+    pub(super) fn next_transition(&mut self) -> Option<Transition> {
+        // The lowest rank with the role has precedence.
+        let with_role = |role: Role<'_>| {
+            let active = match role {
+                Role::Executing(task) => Some(self.setup.catalog.find_behavior(task)?),
+                Role::Idle => None,
+            };
+            let mut reported = self.reported.iter();
+            let rank = reported.position(|reported| *reported == Some(active))?;
+            Some(self.setup.scenario.robots[rank].name.as_str())
+        };
+        self.schedule.next(self.world.now(), with_role)
     }
 
-    fn run_due_changes(&mut self) {
-        let now = self.world.now();
-        while self.acts.is_empty() {
-            // The lowest rank with the role has precedence.
-            let with_role = |role: Role<'_>| {
-                let active = match role {
-                    Role::Executing(task) => Some(self.setup.catalog.find_behavior(task)?),
-                    Role::Idle => None,
-                };
-                let mut reported = self.reported.iter();
-                let rank = reported.position(|reported| *reported == Some(active))?;
-                Some(self.setup.scenario.robots[rank].name.as_str())
-            };
-            if let Some(turn) = self.schedule.next(now, with_role) {
-                self.order_index += 1;
-                match turn {
-                    Transition::Apply(fault) => self.apply(fault),
-                    Transition::Heal(fault) => self.heal(fault),
-                }
-            } else if !std::mem::replace(&mut self.interrupted, true) {
-                if !self.handlers.is_empty() {
-                    self.keep_figures();
-                }
-                for handler in &mut self.handlers {
-                    let events = handler.trigger_event(self.world.now(), &mut self.world);
-                    self.events.extend(events);
-                }
-            } else if let Some(command) = self.commands.pop_front() {
-                self.execute_command(command);
-            } else {
-                break;
-            }
+    /// Runs the experiment's own handlers.
+    pub(super) fn run_handlers(&mut self) {
+        if !self.handlers.is_empty() {
+            self.keep_figures();
         }
-        self.barrier
-            .set_runs_without_participants(self.schedule.will_return_robots());
+        for handler in &mut self.handlers {
+            let events = handler.trigger_event(self.world.now(), &mut self.world);
+            self.events.extend(events);
+        }
     }
 
     pub(super) fn clear_one(&mut self, fault: FaultIndex) {
@@ -112,7 +89,7 @@ impl Simulation {
         }
     }
 
-    fn heal(&mut self, index: FaultIndex) {
+    pub(super) fn heal(&mut self, index: FaultIndex) {
         self.push_fault_event(FaultEvent::Healed, index, "");
         let fault = self.schedule.status(index).order.fault.clone();
         let robot = fault.robot().and_then(|name| self.robot_named(name));

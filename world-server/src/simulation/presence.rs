@@ -6,6 +6,7 @@ use run_log::Input;
 use scenario::ids::{Incarnation, RobotId, Tick};
 
 use super::Simulation;
+use super::tick::TickPhase;
 use crate::barrier::Presence;
 
 impl Simulation {
@@ -82,7 +83,7 @@ impl Simulation {
 
     /// Sets the order index of the next outside input. Collected reports have none, because their order is free.
     pub(super) fn set_order_index(&mut self) {
-        let gathers = self.opened && !self.settled;
+        let gathers = self.phase == TickPhase::Reports;
         self.barrier
             .set_order_index((!gathers).then_some(self.order_index));
     }

@@ -5,7 +5,6 @@ use proto::telemetry::Delivery;
 use proto::tick::Report;
 use run_log::Input;
 use scenario::ids::RobotId;
-use scenario::time::SimTime;
 
 use super::Simulation;
 use crate::barrier::{MAX_BROADCASTS, Verdict};
@@ -119,12 +118,8 @@ impl Simulation {
     }
 
     /// Updates the run's state by the answers that count.
-    pub(super) fn update_from_answers(
-        &mut self,
-        now: SimTime,
-        answers: &[Answer],
-        inputs: &mut Vec<Input>,
-    ) {
+    pub(super) fn update_from_answers(&mut self, answers: &[Answer], inputs: &mut Vec<Input>) {
+        let now = self.world.now();
         let mut hits: Vec<FaultIndex> = Vec::new();
         for answer in answers.iter().filter(|answer| answer.counts) {
             let report = &answer.report;

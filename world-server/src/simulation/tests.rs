@@ -5,6 +5,8 @@ use proto::tick::Report;
 use scenario::fault::{Device, Fault, Order, SensorError, SensorFault, SensorMode};
 use scenario::testkit::default_setup;
 
+use run_log::recorder::{Record, RecordError, TickRecord};
+
 use super::*;
 use crate::barrier::Verdict;
 use crate::drill::DRILL;
