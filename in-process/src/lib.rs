@@ -7,6 +7,8 @@
 mod broadcast_store;
 mod external_command;
 mod external_controllers;
+mod group;
+mod inputs;
 mod run;
 mod traffic;
 

@@ -1,7 +1,5 @@
 //! World and agents, stepped tick by tick. This module does not depend on the sink's type, so that it is compiled once, optimized.
 
-use std::collections::{BTreeMap, VecDeque};
-
 use missions::Registry;
 use proto::process::ProcessAction;
 use proto::tick::Outcome;
@@ -10,23 +8,18 @@ use run_log::recorder::Record;
 use run_log::{Input, InputLine};
 use scenario::ids::{Incarnation, RobotId, Tick};
 use scenario::{Profile, Setup, Vocabulary};
-use world_server::barrier::{Presence, Verdict};
+use world_server::barrier::Presence;
 use world_server::simulation::Simulation;
 
 use crate::StartError;
 use crate::broadcast_store::BroadcastStore;
 use crate::external_command::BodyCommand;
 use crate::external_controllers::{AnswerError, AnswerSource, TickError};
+use crate::inputs::{LoggedInputs, TickInputs};
 use crate::traffic::BroadcastCounts;
 
-type Outside = BTreeMap<Tick, Vec<Input>>;
-
-/// The number of robots that run through sensing, perception, thinking, acting and reporting together. Each of these steps runs a
-/// lot of code, which stays in the cache for the whole group.
-const TOGETHER: usize = 32;
-
 /// The controller of a robot's current incarnation.
-enum Seat {
+pub(super) enum Seat {
     Empty,
     Agent(Agent),
     /// A controller outside this program.
@@ -36,7 +29,7 @@ enum Seat {
 /// The workspaces of the robots of a group. Several teams that are stepped in turn can share one set, which then stays in the
 /// cache.
 #[derive(Default)]
-pub struct Workspaces(Vec<Workspace>);
+pub struct Workspaces(pub(super) Vec<Workspace>);
 
 /// A run without its log.
 pub(super) struct Run {
@@ -45,23 +38,21 @@ pub(super) struct Run {
     briefing: Setup,
     common: TeamConfig,
     /// Controllers in order of rank.
-    seats: Vec<Seat>,
+    pub seats: Vec<Seat>,
     /// By rank: `true` for robots with external controllers.
     is_external: Vec<bool>,
-    answer_source: Option<Box<dyn AnswerSource>>,
+    pub answer_source: Option<Box<dyn AnswerSource>>,
     /// The error of an external controller that has not answered in this tick.
-    unanswered: Option<AnswerError>,
-    broadcasts: BroadcastStore,
+    pub unanswered: Option<AnswerError>,
+    pub broadcasts: BroadcastStore,
     /// The robots of the current group. Their workspaces are in `spaces`, in the same order.
-    asked: Vec<RobotId>,
-    spaces: Workspaces,
-    outside: Outside,
+    pub asked: Vec<RobotId>,
+    pub spaces: Workspaces,
+    inputs: LoggedInputs,
     /// By rank: commands that replace those of the agents. Empty if no body was ever driven.
-    driven: Vec<Option<BodyCommand>>,
+    pub driven: Vec<Option<BodyCommand>>,
     /// The counts of broadcasts; `None` if they are not counted.
     pub traffic: Option<BroadcastCounts>,
-    /// The incarnations that process faults start, by tick and robot. An incarnation that ends before it takes part has a number, too.
-    incarnations: BTreeMap<(Tick, String), VecDeque<Incarnation>>,
     /// The known allocators, including which of them learn.
     vocabulary: Vocabulary,
 }
@@ -93,24 +84,6 @@ impl Run {
         let briefing = setup.for_robots();
         let vocabulary = registry.vocabulary();
         let informed = vocabulary.ground_truth_robots(&setup.scenario);
-        let mut outside = Outside::new();
-        let mut incarnations = BTreeMap::new();
-        for line in inputs {
-            match line.input {
-                Input::Join {
-                    robot,
-                    incarnation,
-                    scripted: true,
-                    ..
-                } => {
-                    let incarnations: &mut VecDeque<_> =
-                        incarnations.entry((line.tick, robot)).or_default();
-                    incarnations.push_back(incarnation);
-                }
-                input if input.is_scripted() => {}
-                input => outside.entry(line.tick).or_default().push(input),
-            }
-        }
         let mut run = Self {
             common: TeamConfig::new(&briefing, registry.agents())?,
             briefing,
@@ -122,10 +95,9 @@ impl Run {
             asked: Vec::new(),
             spaces: Workspaces::default(),
             simulation: Simulation::new(setup, mission, true),
-            outside,
+            inputs: LoggedInputs::new(inputs),
             driven: Vec::new(),
             traffic: None,
-            incarnations,
             vocabulary,
         };
         run.simulation.send_ground_truth_to(informed);
@@ -170,48 +142,18 @@ impl Run {
     /// Runs one tick and passes its record to the recorder. Returns the outcome if the run has ended.
     pub fn tick(&mut self, recorder: &mut dyn Record) -> Result<Option<Outcome>, TickError> {
         let tick = self.simulation.tick();
-        let (mut timed, outside) = match self.outside.remove(&tick) {
-            Some(outside) => in_order(outside),
-            None => Default::default(),
-        };
-        for input in &outside {
-            self.apply_order(input);
-        }
+        let mut inputs = self.inputs.take(tick);
         while self.simulation.outcome().is_none() && !self.simulation.is_complete() {
-            self.feed(&mut timed);
-            self.simulation.begin();
-            let mut idle = true;
-            loop {
-                // A pending act may depend on an input at the current order index.
-                let mut has_inputs = self.feed(&mut timed);
-                let next = self.simulation.take_action();
-                has_inputs |= self.feed(&mut timed);
-                if let Some(Some((robot, act))) = next {
-                    self.act(robot, act, &outside);
-                }
-                if next.is_none() && !has_inputs {
-                    break;
-                }
-                idle = false;
-            }
-            if self.simulation.outcome().is_none() {
-                self.simulation.gather();
-            }
-            self.remove_dead(&outside);
-            while self.ask_some(&outside) {
-                idle = false;
-            }
-            if let Some(why) = self.unanswered.take() {
-                return Err(why.into());
-            }
-            if idle && !self.simulation.is_complete() {
+            let has_changed = self.carry_out_changes(&mut inputs);
+            let has_answers = self.gather_answers(&inputs)?;
+            if !has_changed && !has_answers && !self.simulation.is_complete() {
                 // No robot takes part, and no further input will change that.
                 self.simulation.end_if_idle();
                 return Ok(self.simulation.outcome());
             }
         }
         if self.simulation.is_complete() {
-            self.feed(&mut timed);
+            self.feed(&mut inputs);
             self.admit(tick + 1);
             self.simulation.finish();
             self.simulation.record(recorder)?;
@@ -219,11 +161,43 @@ impl Run {
         Ok(self.simulation.outcome())
     }
 
+    /// Applies the faults and the external inputs that are due, each with its process actions. Returns `true` if there were any.
+    fn carry_out_changes(&mut self, inputs: &mut TickInputs) -> bool {
+        let mut has_changed = false;
+        self.feed(inputs);
+        self.simulation.begin();
+        loop {
+            // A pending act may depend on an input at the current order index.
+            let mut has_inputs = self.feed(inputs);
+            let next = self.simulation.take_action();
+            has_inputs |= self.feed(inputs);
+            if let Some(Some((robot, act))) = next {
+                self.act(robot, act, inputs);
+            }
+            if next.is_none() && !has_inputs {
+                return has_changed;
+            }
+            has_changed = true;
+        }
+    }
+
+    /// Sends the tick to the robots that wait for it and gathers their reports. Returns `true` if there were any.
+    fn gather_answers(&mut self, inputs: &TickInputs) -> Result<bool, AnswerError> {
+        if self.simulation.outcome().is_none() {
+            self.simulation.gather();
+        }
+        self.remove_dead(inputs);
+        let mut has_answers = false;
+        while self.step_group(inputs) {
+            has_answers = true;
+        }
+        self.unanswered.take().map_or(Ok(has_answers), Err)
+    }
+
     /// Admits the robots that take part from this tick on. Must be called before the tick begins.
     fn admit(&mut self, tick: Tick) {
-        let inputs = self.outside.get(&tick).cloned().unwrap_or_default();
-        for input in inputs.iter().filter(|input| input.moment().is_none()) {
-            self.admit_input(input);
+        for input in self.inputs.unordered(tick) {
+            self.admit_input(&input);
         }
     }
 
@@ -263,15 +237,16 @@ impl Run {
 
     /// Applies the external inputs at the current order index of the tick. Returns `true` if there were any.
     #[inline]
-    fn feed(&mut self, timed: &mut VecDeque<Input>) -> bool {
+    fn feed(&mut self, inputs: &mut TickInputs) -> bool {
         // Most ticks have no inputs.
-        !timed.is_empty() && self.feed_some(timed)
+        !inputs.ordered.is_empty() && self.feed_some(inputs)
     }
 
     #[inline(never)]
-    fn feed_some(&mut self, timed: &mut VecDeque<Input>) -> bool {
+    fn feed_some(&mut self, inputs: &mut TickInputs) -> bool {
         let mut any = false;
-        while let Some(input) = timed.pop_front_if(|input| self.simulation.is_input_due(input)) {
+        let ordered = &mut inputs.ordered;
+        while let Some(input) = ordered.pop_front_if(|input| self.simulation.is_input_due(input)) {
             any = true;
             match &input {
                 Input::Gone { robot, .. } => {
@@ -279,10 +254,14 @@ impl Run {
                         self.end_agent(robot);
                     }
                 }
-                _ => {
-                    self.admit_input(&input);
-                    self.apply_order(&input);
+                Input::Order { order, .. } => {
+                    if let Err(why) = self.simulation.order(order.clone()) {
+                        tracing::warn!(%why, "a logged order was refused");
+                    }
                 }
+                // All faults that one command clears are one input.
+                Input::Clear { ids, .. } => self.simulation.replay_clear(ids.clone()),
+                _ => self.admit_input(&input),
             }
         }
         any
@@ -298,46 +277,19 @@ impl Run {
         };
     }
 
-    /// Applies an operator's order if the input is one.
-    fn apply_order(&mut self, input: &Input) {
-        match input {
-            Input::Order { order, .. } => {
-                if let Err(why) = self.simulation.order(order.clone()) {
-                    tracing::warn!(%why, "a logged order was refused");
-                }
-            }
-            // All faults that one command clears are one input.
-            Input::Clear { ids, .. } => self.simulation.replay_clear(ids.clone()),
-            _ => {}
-        }
-    }
-
     /// Carries out a process act at once, as the launcher does, or fails like in the log.
-    fn act(&mut self, robot: RobotId, act: ProcessAction, outside: &[Input]) {
+    fn act(&mut self, robot: RobotId, act: ProcessAction, inputs: &TickInputs) {
         let name = self.name(robot).to_owned();
         let number = self.simulation.act_number();
-        let failed = outside.iter().find_map(|input| match input {
-            Input::Failed {
-                robot,
-                act: failed,
-                number: at,
-                reason,
-            } if (robot, *failed) == (&name, act) && at.is_none_or(|at| at == number) => {
-                Some(reason)
-            }
-            _ => None,
-        });
-        if let Some(why) = failed {
-            return self.simulation.act_done(robot, act, Err(why.clone()));
+        if let Some(why) = inputs.failure_of(&name, act, number) {
+            return self.simulation.act_done(robot, act, Err(why.to_owned()));
         }
         match act {
             ProcessAction::Start => {
-                let key = (self.simulation.tick(), name);
-                let incarnations = self.incarnations.get_mut(&key);
-                if let Some(incarnation) = incarnations.and_then(VecDeque::pop_front) {
+                let tick = self.simulation.tick();
+                if let Some(incarnation) = self.inputs.next_incarnation(tick, &name) {
                     self.simulation.skip_to(robot, incarnation);
                 }
-                let (_, name) = key;
                 if let Ok((robot, incarnation, _)) = self.simulation.invite(&name) {
                     self.spawn_agent(robot, incarnation);
                     self.simulation.arrive(robot, incarnation);
@@ -350,7 +302,7 @@ impl Run {
         }
     }
 
-    fn end_agent(&mut self, robot: RobotId) {
+    pub(super) fn end_agent(&mut self, robot: RobotId) {
         if let Some(incarnation) = self.simulation.barrier().incarnation(robot) {
             let seat = &mut self.seats[robot.index()];
             if matches!(std::mem::replace(seat, Seat::Empty), Seat::Foreign)
@@ -363,199 +315,17 @@ impl Run {
     }
 
     /// Ends dead agents that do not take part in this tick.
-    fn remove_dead(&mut self, outside: &[Input]) {
+    fn remove_dead(&mut self, inputs: &TickInputs) {
         for robot in self.simulation.barrier().robots() {
             if self.simulation.barrier().presence(robot) == Presence::Silent
-                && self.death(robot, outside).is_some()
+                && self.death(robot, inputs).is_some()
             {
                 self.end_agent(robot);
             }
         }
     }
 
-    /// Returns the tick in which the robot counted last, if it dies in this tick.
-    fn death(&self, robot: RobotId, outside: &[Input]) -> Option<Option<Tick>> {
-        if outside.is_empty() {
-            return None;
-        }
-        let name = self.name(robot);
-        outside.iter().find_map(|input| match input {
-            Input::Gone {
-                robot: of,
-                incarnation,
-                last_counted,
-                ..
-            } if of == name
-                && self.simulation.barrier().incarnation(robot) == Some(*incarnation) =>
-            {
-                Some(*last_counted)
-            }
-            _ => None,
-        })
-    }
-
-    /// Steps the next group of robots. Returns `false` if no robot is left.
-    fn ask_some(&mut self, outside: &[Input]) -> bool {
-        // With external inputs, all robots that can be sent the tick form one group, because the inputs take effect after that.
-        let most = if outside.is_empty() {
-            TOGETHER
-        } else {
-            usize::MAX
-        };
-        self.asked.clear();
-        while self.asked.len() < most
-            && let Some(robot) = self.simulation.next_recipient()
-        {
-            self.asked.push(robot);
-        }
-        if self.asked.is_empty() {
-            return false;
-        }
-        if outside.is_empty() {
-            self.answer(outside);
-            return true;
-        }
-        let mut asked = std::mem::take(&mut self.asked);
-        // A robot that dies while reports are gathered dies before the last report arrives. The order is therefore: robots that die after
-        // their own report or stall, then other robots that die, then all others.
-        let tick = self.simulation.tick();
-        asked.sort_by_key(|robot| match self.death(*robot, outside) {
-            Some(counted) if counted == Some(tick) || self.stalls(*robot, outside) => 0,
-            Some(_) => 1,
-            None => 2,
-        });
-        for robot in &asked {
-            self.asked.clear();
-            self.asked.push(*robot);
-            self.ask(*robot, outside);
-        }
-        true
-    }
-
-    /// Returns `true` if the robot does not answer in this tick.
-    fn stalls(&self, robot: RobotId, outside: &[Input]) -> bool {
-        let name = self.name(robot);
-        outside
-            .iter()
-            .any(|input| matches!(input, Input::StallBegin { robot: of, .. } if of == name))
-    }
-
-    fn ask(&mut self, robot: RobotId, outside: &[Input]) {
-        let death = self.death(robot, outside);
-        if self.stalls(robot, outside) {
-            self.simulation.stall(robot);
-        } else if death.is_none_or(|counted| counted == Some(self.simulation.tick())) {
-            self.answer(outside);
-        }
-        if death.is_some() {
-            self.end_agent(robot);
-        }
-    }
-
-    /// Steps the agents of the group and then passes on their reports.
-    fn answer(&mut self, outside: &[Input]) {
-        let Workspaces(spaces) = &mut self.spaces;
-        let most = spaces.len().max(self.asked.len());
-        spaces.resize_with(most, Workspace::default);
-        let robots = &self.simulation.setup().scenario.robots;
-        let name = |robot: RobotId| &robots[robot.index()].name;
-        for (&robot, space) in self.asked.iter().zip(&mut *spaces) {
-            let message = self.simulation.message(robot);
-            let is_lost = |sender, tick, index| {
-                outside.iter().any(|input| match input {
-                    Input::Lost {
-                        receiver,
-                        sender: of,
-                        sent_tick,
-                        index: lost,
-                    } => {
-                        receiver == name(robot)
-                            && (*sent_tick, *lost) == (tick, index)
-                            && of == name(sender)
-                    }
-                    _ => false,
-                })
-            };
-            self.broadcasts
-                .collect(&message.manifest, is_lost, &mut space.arrived);
-            match &mut self.seats[robot.index()] {
-                Seat::Agent(agent) => agent.perceive(message, space),
-                Seat::Foreign => {
-                    if let Some(answer_source) = &mut self.answer_source {
-                        let (report, broadcasts) = (&mut space.report, &mut space.broadcasts);
-                        let answered = answer_source.answer(
-                            robot,
-                            message,
-                            &space.arrived,
-                            report,
-                            broadcasts,
-                        );
-                        self.unanswered = self.unanswered.take().or(answered.err());
-                    }
-                }
-                Seat::Empty => {}
-            }
-        }
-        if self.unanswered.is_some() {
-            return;
-        }
-        for phase in [Agent::allocate, Agent::act] {
-            for (&robot, space) in self.asked.iter().zip(&mut *spaces) {
-                if let Seat::Agent(agent) = &mut self.seats[robot.index()] {
-                    phase(agent, self.simulation.message(robot), space);
-                }
-            }
-        }
-        let tick = self.simulation.tick();
-        let mut dismissed = Vec::new();
-        for (&robot, space) in self.asked.iter().zip(&mut *spaces) {
-            if !matches!(self.seats[robot.index()], Seat::Empty) {
-                if let Some(traffic) = &mut self.traffic {
-                    traffic.add(&space.broadcasts);
-                }
-                if let Some(Some(command)) = self.driven.get(robot.index()) {
-                    command.apply_to(&mut space.report.actuation);
-                }
-                if self.simulation.has_external_controller(robot) {
-                    for broadcast in &space.broadcasts {
-                        self.simulation.keep_broadcast(broadcast.clone());
-                    }
-                }
-                if self.simulation.records_allocation_messages() {
-                    for broadcast in &space.broadcasts {
-                        self.simulation.keep_allocation_message(broadcast);
-                    }
-                }
-                self.broadcasts.send(
-                    tick,
-                    robot,
-                    &mut space.broadcasts,
-                    &mut space.used_broadcasts,
-                );
-                if self.simulation.report(&space.report) == Verdict::Malformed {
-                    dismissed.push(robot);
-                }
-            }
-        }
-        // Without its controller the robot counts as crashed, as in a run by processes.
-        for robot in dismissed {
-            self.end_agent(robot);
-        }
-    }
-
-    fn name(&self, robot: RobotId) -> &str {
+    pub(super) fn name(&self, robot: RobotId) -> &str {
         &self.simulation.setup().scenario.robots[robot.index()].name
     }
-}
-
-/// Splits the external inputs of a tick into those with an order index, sorted by it, and the others. Joins without an order index
-/// are left out, because they are admitted before the tick.
-fn in_order(outside: Vec<Input>) -> (VecDeque<Input>, Vec<Input>) {
-    let (mut timed, mut outside): (Vec<Input>, Vec<Input>) = outside
-        .into_iter()
-        .partition(|input| input.moment().is_some() || input.is_command());
-    outside.retain(|input| !matches!(input, Input::Join { .. }));
-    // A command takes effect at the end of its order index. Commands without one take effect at the first.
-    timed.sort_by_key(|input| (input.moment().unwrap_or(0), input.is_command()));
-    (timed.into(), outside)
 }
