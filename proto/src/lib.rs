@@ -21,7 +21,6 @@ pub mod ignored;
 pub mod join;
 pub mod keys;
 pub mod link;
-pub mod links;
 pub mod membership;
 pub mod mission;
 #[cfg(test)]

@@ -18,7 +18,7 @@ use crate::allocator::{
 };
 use crate::mission::{AgentMission, ControllerInput, Perception, SharedMission, StepOutput};
 use crate::registry::AgentRegistry;
-use proto::links::{IncomingLinks, StepMessages};
+use proto::link::{IncomingLinks, StepMessages};
 
 #[derive(Clone, Debug)]
 pub struct Agent {

@@ -2,7 +2,7 @@
 //!
 //! Pure modules, from the outside in:
 //! - [`agent`]: one step of the controller. It receives broadcasts from [`radio`] through
-//!   [`links`](proto::links), perceives and acts through its mission, and selects a behavior with its
+//!   [`link`](proto::link), perceives and acts through its mission, and selects a behavior with its
 //!   allocator.
 //! - [`allocator`]: the interface of task allocation algorithms; [`allocators`]: the built-in algorithms, ALLIANCE
 //!   among them.

@@ -11,7 +11,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use glam::Vec2;
-use proto::link::{LinkState, Probability};
+use proto::link::{LinkEffect, LinkState, Probability};
 use proto::telemetry::{Delivery, Reception};
 use scenario::fault::{Fault, LinkEnd, LinkQuality};
 use scenario::ids::{RobotId, Tick};
@@ -193,27 +193,21 @@ impl Links {
     ) -> impl Iterator<Item = FaultIndex> {
         let (sender, delivery) = (reception.sender, reception.delivery);
         let listed = self.listed(sender, receiver, reception.sent);
-        let is_new = listed == self.tick;
-        // A hold precedes delays and reordering.
-        let is_held = delivery == Delivery::Pending
-            && (self.state(sender, receiver)).is_some_and(|state| state.hold);
-        let active = self.active.iter().filter(move |active| {
-            let state = self.effect_of(active, sender, receiver);
-            match delivery {
-                Delivery::Dropped => is_new && state.drop > Probability::NEVER,
-                Delivery::Cut => is_new && state.cut,
-                Delivery::Pending if is_held => is_new && state.hold,
-                Delivery::Pending => is_new && state.may_delay(),
-                Delivery::Duplicate => {
-                    active.since <= listed && state.duplicate > Probability::NEVER
-                }
-                Delivery::Heard | Delivery::Lost | Delivery::Delayed => false,
-            }
-        });
+        // The message of a second copy may have been listed long ago, in another state of the link.
+        let effect = match self.state(sender, receiver) {
+            _ if delivery == Delivery::Duplicate => Some(LinkEffect::Copy),
+            Some(state) if listed == self.tick => state.effect_behind(delivery),
+            _ => None,
+        };
+        let causes = move |fault: &ActiveFault| {
+            effect.is_some_and(|effect| self.effect_of(fault, sender, receiver).has(effect))
+        };
+        let active = self.active.iter();
+        let active = active.filter(move |active| active.since <= listed && causes(active));
         let healed = self.healed.iter().filter(move |healed| {
             delivery == Delivery::Duplicate
                 && healed.in_force.iter().any(|range| range.contains(&listed))
-                && self.effect_of(&healed.fault, sender, receiver).duplicate > Probability::NEVER
+                && causes(&healed.fault)
         });
         healed
             .map(|healed| healed.fault.fault)

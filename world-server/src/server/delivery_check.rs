@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use proto::links::{IncomingLinks, StepMessages};
+use proto::link::{IncomingLinks, StepMessages};
 use proto::team::Broadcast;
 use proto::telemetry::{Delivery, Reception};
 use proto::tick::{ManifestEntry, Report, TickMessage};

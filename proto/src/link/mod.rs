@@ -1,8 +1,17 @@
-//! The state of a radio link in a tick. The world sends it to the receiver, whose radio applies it.
+//! Radio links: their state in a tick, its effects on messages, and the deliveries that result.
+//!
+//! The world sends the state of each link to the receiver, whose radio applies it to the messages ([`IncomingLinks`]). The
+//! receiver reports the [`Delivery`], and [`LinkState::effect_behind`] returns the effect of the state that decided it.
+
+mod draws;
+mod incoming;
 
 use serde::{Deserialize, Serialize};
 
+use crate::telemetry::Delivery;
 use scenario::time::SimTime;
+
+pub use incoming::{IncomingLinks, StepMessages};
 
 /// A probability in units of 2⁻³². Integer arithmetic makes a draw of 32 bits give the same result on every machine.
 #[derive(
@@ -62,11 +71,36 @@ impl LinkState {
         *self == Self::default()
     }
 
-    /// Returns whether a message that is not held can be late.
+    /// Returns whether the link has an effect on messages.
     #[must_use]
-    pub fn may_delay(&self) -> bool {
-        let late = self.delay > SimTime::ZERO || self.jitter > SimTime::ZERO;
-        late || self.reorder > Probability::NEVER
+    pub fn has(&self, effect: LinkEffect) -> bool {
+        match effect {
+            LinkEffect::Cut => self.cut,
+            LinkEffect::Loss => self.drop > Probability::NEVER,
+            LinkEffect::Hold => self.hold,
+            LinkEffect::Delay => {
+                let late = self.delay > SimTime::ZERO || self.jitter > SimTime::ZERO;
+                late || self.reorder > Probability::NEVER
+            }
+            LinkEffect::Copy => self.duplicate > Probability::NEVER,
+        }
+    }
+
+    /// Returns the effect that decided the delivery of a message that was listed in this state. `None` if no effect did:
+    /// the message was received at once, it was lost on the network or by a full queue, or it was due when the
+    /// receiver did not take part. A late reception has none either, because [`Delivery::Pending`] precedes it.
+    #[must_use]
+    pub fn effect_behind(&self, delivery: Delivery) -> Option<LinkEffect> {
+        let effect = match delivery {
+            Delivery::Cut => LinkEffect::Cut,
+            Delivery::Dropped => LinkEffect::Loss,
+            // A hold precedes delays and reordering.
+            Delivery::Pending if self.hold => LinkEffect::Hold,
+            Delivery::Pending => LinkEffect::Delay,
+            Delivery::Duplicate => LinkEffect::Copy,
+            Delivery::Heard | Delivery::Lost | Delivery::Delayed => return None,
+        };
+        self.has(effect).then_some(effect)
     }
 
     /// Combines two states. Delays add up, and probabilities are independent of each other.
@@ -82,6 +116,18 @@ impl LinkState {
             reorder: self.reorder.or(other.reorder),
         }
     }
+}
+
+/// An effect of a link on a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LinkEffect {
+    Cut,
+    Loss,
+    Hold,
+    /// A delay, jitter or overtaking.
+    Delay,
+    /// A second copy.
+    Copy,
 }
 
 #[cfg(test)]

@@ -476,6 +476,11 @@ proptest! {
                 let key = (sender, seq);
                 let is_listed = place < listed;
                 prop_assert_eq!(is_listed, seq / 10 == tick - 1);
+                if is_listed && delivery != Delivery::Heard {
+                    let (_, link, hold) = input.senders[usize::from(sender)];
+                    let effect = LinkState { hold, ..link }.effect_behind(delivery);
+                    prop_assert!(effect.is_some(), "no effect explains {:?}", delivery);
+                }
                 match delivery {
                     Delivery::Pending => {
                         prop_assert!(is_listed && at >= tick);

@@ -17,13 +17,11 @@
 //!
 //! These changes belong to the step, and are undone if the step does not count.
 
-mod draws;
 #[cfg(test)]
 mod tests;
 
 use std::sync::Arc;
 
-use crate::link::LinkState;
 use crate::team::{Broadcast, BroadcastContent, BroadcastKind, Bulletin};
 use crate::telemetry::{BroadcastSummary, Delivery, Reception};
 use crate::tick::TickMessage;
@@ -31,7 +29,8 @@ use scenario::Setup;
 use scenario::ids::{RobotId, Tick};
 use scenario::time::SimTime;
 
-use draws::Draws;
+use super::LinkState;
+use super::draws::Draws;
 
 /// The largest number of kept messages. The release of more messages at once would exceed the size limit of a report.
 /// Further messages are dropped, as by any full queue.
