@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use scenario::{LearnedTimes, LearnedTimesByTask, Profile};
 
-use super::design::{Condition, Rule, TrialFault};
+use super::condition::{Condition, Rule, TrialFault};
 
 /// The shortest and longest time of a task with spread 0, s.
 const LEAST_S: f64 = 40.0;

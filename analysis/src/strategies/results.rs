@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use super::design::{Condition, Design, TrialFault};
+use super::condition::{Condition, TrialFault};
+use super::design::Design;
 use super::trial::Trial;
 
 pub struct Study {

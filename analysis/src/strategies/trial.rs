@@ -5,7 +5,7 @@ use proto::tick::Outcome;
 use run_log::{LogLevel, MemoryLog};
 use scenario::{Scenario, Setup};
 
-use super::design::{Condition, Rule};
+use super::condition::{Condition, Rule};
 use super::instance::Instance;
 use super::optimum;
 use in_process::Team;
