@@ -8,6 +8,7 @@ use std::thread;
 use super::data::{Block, ComparisonData, mean};
 use super::metrics::Metric;
 use super::power::least_p;
+use super::statistics::SIGNIFICANT;
 use super::statistics::bootstrap::{means, median_differences};
 use super::statistics::friedman::{Friedman, friedman};
 use super::statistics::holm::holm;
@@ -17,8 +18,6 @@ use super::statistics::wilcoxon::wilcoxon;
 use crate::sweep::statistics::{Interval, quantile, wilson};
 
 pub const LEVEL: f64 = 0.95;
-
-pub const SIGNIFICANT: f64 = 0.05;
 
 /// The further metrics of the rankings over all blocks.
 const RANKED: [Metric; 3] = [Metric::Completion, Metric::Bytes, Metric::Distance];

@@ -1,10 +1,11 @@
 //! The result in words: three sentences, and details.
 
-use super::analysis::{Analysis, Ranking, SIGNIFICANT};
+use super::analysis::{Analysis, Ranking};
 use super::data::ComparisonData;
 use super::hypotheses::{Outcome, Verdict};
 use super::metrics::Metric;
 use super::power::seeds_needed;
+use super::statistics::SIGNIFICANT;
 use crate::sweep::execution::counted;
 
 /// The largest number of blocks that a sentence lists.

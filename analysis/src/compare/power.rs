@@ -1,7 +1,7 @@
 //! The number of seeds that a comparison needs.
 
-use super::analysis::SIGNIFICANT;
 use super::metrics::Metric;
+use super::statistics::SIGNIFICANT;
 use crate::sweep::execution::counted;
 use crate::sweep::plan::hypothesis::Hypothesis;
 use crate::sweep::statistics::wilson;

@@ -1,6 +1,6 @@
 //! Friedman's test (Friedman 1937), corrected for ties: checks whether the ranks of treatments within blocks differ.
 
-use puruspe::gammq;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::ranks::{ranks, ties};
 
@@ -42,8 +42,7 @@ pub fn friedman(blocks: &[Vec<f64>]) -> Option<Friedman> {
         blocks: blocks.len(),
         mean_ranks: sums.into_iter().map(|sum| sum / n).collect(),
         statistic,
-        // The upper tail of χ².
-        p: gammq((count - 1.0) / 2.0, statistic / 2.0),
+        p: ChiSquared::new(count - 1.0).ok()?.sf(statistic),
     })
 }
 

@@ -1,17 +1,13 @@
 //! McNemar's exact test (McNemar 1947) of paired runs with different success.
 
-use puruspe::betai;
+use statrs::distribution::{Binomial, DiscreteCDF};
 
 /// Returns the p value, given the numbers of pairs in which only the first and only the second run was successful.
 #[must_use]
 pub fn mcnemar(only_first: u64, only_second: u64) -> f64 {
-    let fewer = only_first.min(only_second);
-    let (above, below) = ((only_first.max(only_second)) as f64, fewer as f64 + 1.0);
-    if above == 0.0 {
-        return 1.0;
-    }
-    // The lower tail of the binomial distribution.
-    let tail = betai(above, below, 0.5);
+    // A probability of 0.5 is valid for any number of trials.
+    let tail = Binomial::new(0.5, only_first + only_second)
+        .map_or(1.0, |coins| coins.cdf(only_first.min(only_second)));
     (2.0 * tail).min(1.0)
 }
 
