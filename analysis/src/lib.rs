@@ -34,6 +34,7 @@ pub mod table;
 pub mod tune;
 #[cfg(test)]
 mod visit;
+mod workers;
 
 /// The link to the newest run: the folder that commands use by default.
 pub const LATEST: &str = "runs/latest";

@@ -1,7 +1,7 @@
 //! A file that appears at its path only when it is complete.
 
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -44,4 +44,15 @@ impl NewFile {
             .with_context(|| format!("cannot write {}", self.path.display()))?;
         Ok(())
     }
+}
+
+/// Writes a file atomically: concurrent readers and writers see either the old or the new contents.
+///
+/// # Errors
+/// Returns an error if the file cannot be written; the old file then remains.
+pub fn write_atomically(folder: &Path, name: &str, contents: &[u8]) -> anyhow::Result<()> {
+    let mut file = NewFile::create(&folder.join(name))?;
+    let written = file.file.write_all(contents);
+    written.with_context(|| format!("cannot write {}", file.path.display()))?;
+    file.put_in_place()
 }

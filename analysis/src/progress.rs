@@ -78,10 +78,13 @@ impl Drop for Progress {
 
 fn bar(unit: &str, total: u64) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
-    let style =
-        ProgressStyle::with_template(&format!("{{bar:30}} {{pos}}/{{len}} {unit}, {{eta}} left"));
-    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.set_style(style(&format!("{{pos}}/{{len}} {unit}, {{eta}} left")));
     bar
+}
+
+fn style(text: &str) -> ProgressStyle {
+    ProgressStyle::with_template(&format!("{{bar:30}} {text}"))
+        .unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
 /// Returns the first line, with an estimate of the whole time.
@@ -98,9 +101,94 @@ fn line(unit: &str, elapsed: Duration, done: u64, total: u64) -> String {
     format!("{done}/{total} {unit}, {} left", HumanDuration(left))
 }
 
+/// The redraw interval of the bar, which updates the remaining time.
+const TICK: Duration = Duration::from_millis(500);
+
+/// The progress of runs: a bar with rate and remaining time, or periodic lines if stderr is not a terminal.
+pub struct RunProgress {
+    bar: ProgressBar,
+    failed: usize,
+    began: Instant,
+    /// The number of runs that an earlier process finished.
+    before: usize,
+    done: usize,
+    of: usize,
+    /// The time of the latest line; `None` on a terminal.
+    line: Option<Instant>,
+}
+
+impl RunProgress {
+    /// Creates the display for `of` runs, of which `before` are done.
+    pub fn new(before: usize, of: usize) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(of as u64), ProgressDrawTarget::stderr());
+        let now = Instant::now();
+        let terminal = std::io::stderr().is_terminal();
+        if terminal {
+            bar.set_style(style("{pos}/{len} runs  {msg}"));
+            bar.set_position(before as u64);
+            bar.enable_steady_tick(TICK);
+        }
+        Self {
+            bar,
+            failed: 0,
+            began: now,
+            before,
+            done: before,
+            of,
+            line: (!terminal).then_some(now),
+        }
+    }
+
+    pub fn add(&mut self, failed: bool) {
+        self.done += 1;
+        self.failed += usize::from(failed);
+        let message = message(
+            self.began.elapsed(),
+            self.done - self.before,
+            // The total is an estimate if the result of a run decides on the next one.
+            self.of.saturating_sub(self.done),
+            self.failed,
+        );
+        self.bar.set_message(message.clone());
+        self.bar.set_position(self.done as u64);
+        if let Some(line) = &mut self.line
+            && line.elapsed() >= LINE_INTERVAL
+        {
+            *line = Instant::now();
+            stderr_line!("{}/{} runs  {message}", self.done, self.of);
+        }
+    }
+
+    pub fn print_line(&self, line: &str) {
+        self.bar.suspend(|| stderr_line!("{line}"));
+    }
+
+    pub fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// Formats the rate and the remaining time, from the runs that were done in `elapsed`.
+fn message(elapsed: Duration, done: usize, left: usize, failed: usize) -> String {
+    let per_s = done as f64 / elapsed.as_secs_f64().max(1e-3);
+    let left = Duration::from_secs_f64((left as f64 / per_s).min(1e9));
+    let mut text = format!("{per_s:.1}/s, {} left", HumanDuration(left));
+    if failed > 0 {
+        text += &format!(", {failed} failed");
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rate_and_remaining_time_count_only_runs_of_this_process() {
+        let message = |done, left, failed| message(Duration::from_secs(10), done, left, failed);
+        assert_eq!(message(25, 50, 0), "2.5/s, 20 seconds left");
+        assert_eq!(message(5, 50, 2), "0.5/s, 2 minutes left, 2 failed");
+    }
 
     #[test]
     fn lines_estimate_the_whole_and_the_remaining_time() {

@@ -2,8 +2,6 @@
 
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 
 use super::data::{Block, ComparisonData, mean};
 use super::metrics::Metric;
@@ -16,6 +14,7 @@ use super::statistics::mcnemar::mcnemar;
 use super::statistics::nemenyi::{critical_difference, nemenyi};
 use super::statistics::wilcoxon::wilcoxon;
 use crate::sweep::statistics::{Interval, quantile, wilson};
+use crate::workers::run_parallel;
 
 pub const LEVEL: f64 = 0.95;
 
@@ -140,31 +139,16 @@ impl Analysis {
     /// Computes all statistics on `jobs` threads.
     #[must_use]
     pub fn new(data: &ComparisonData, jobs: NonZeroUsize) -> Self {
-        let next = AtomicUsize::new(0);
         let mut blocks = vec![BlockAnalysis::default(); data.blocks.len()];
-        thread::scope(|scope| {
-            let workers: Vec<_> = (0..jobs.get().min(blocks.len()))
-                .map(|_| {
-                    scope.spawn(|| {
-                        let mut done = Vec::new();
-                        while let number = next.fetch_add(1, Ordering::Relaxed)
-                            && let Some(block) = data.blocks.get(number)
-                        {
-                            done.push((number, analyse(data, block)));
-                        }
-                        done
-                    })
-                })
-                .collect();
-            for worker in workers {
-                match worker.join() {
-                    Ok(done) => done
-                        .into_iter()
-                        .for_each(|(number, block)| blocks[number] = block),
-                    Err(panic) => std::panic::resume_unwind(panic),
-                }
-            }
+        let numbers: Vec<usize> = (0..blocks.len()).collect();
+        let analyse = |number: usize, _: &dyn Fn() -> bool| {
+            Some((number, analyse(data, &data.blocks[number])))
+        };
+        let done = run_parallel(&numbers, jobs, &|| false, analyse, |(number, block)| {
+            blocks[number] = block;
+            Ok(())
         });
+        debug_assert!(done.is_ok(), "storing a block cannot fail");
         Self {
             blocks,
             rankings: rankings(data),

@@ -19,15 +19,15 @@ use super::memory;
 use super::page::Page;
 use super::power::remarks;
 use super::tables::tables;
+use crate::new_file::write_atomically;
 use crate::sweep::comparison::{Axes, Comparison, OwnFigure};
 use crate::sweep::execution::{Arguments, PlanCommand, counted, shell_quoted};
-use crate::sweep::folder::write_atomically;
 use crate::sweep::journal::Header;
 use crate::sweep::parquet::to_parquet;
 use crate::sweep::plan::{Plan, setup};
 use crate::sweep::results::{csv, figures_of, results_table};
 use crate::sweep::run::{Row, execute_run};
-use crate::sweep::workers::run_parallel;
+use crate::workers::run_parallel;
 
 const PAGE: &str = "comparison.html";
 

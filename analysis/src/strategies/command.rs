@@ -13,9 +13,9 @@ use super::figure::draw;
 use super::results::{Study, trial_of_run};
 use super::trial::{Trial, run_trial};
 use crate::interrupted::InterruptFlag;
-use crate::sweep::folder::write_atomically;
-use crate::sweep::progress::Progress;
-use crate::sweep::workers::run_parallel;
+use crate::new_file::write_atomically;
+use crate::progress::RunProgress;
+use crate::workers::run_parallel;
 
 const TRIALS: &str = "trials.csv";
 const TABLES: &str = "tables.md";
@@ -52,7 +52,7 @@ impl StrategiesStudy {
         let interrupted = InterruptFlag::install()?;
         let design = &self.design;
         let runs: Vec<usize> = (0..design.runs()).collect();
-        let mut progress = Progress::new(0, runs.len());
+        let mut progress = RunProgress::new(0, runs.len());
         progress.print_line(&format!(
             "sweep {}: {} runs; {} at a time",
             self.name,

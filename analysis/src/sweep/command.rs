@@ -8,9 +8,8 @@ use comfy_table::{CellAlignment, Table};
 use terminal::stderr_line;
 use world_server::mission_args::Known;
 
-use super::execution::{Arguments, PlanCommand, counted, repeat_command, shell_quoted};
+use super::execution::{Arguments, FAILURES, PlanCommand, counted, repeat_command, shell_quoted};
 use super::figures::draw;
-use super::folder::{FAILURES, write_atomically};
 use super::journal::Header;
 use super::page::{Figure, Page};
 use super::parquet::to_parquet;
@@ -18,6 +17,7 @@ use super::results::{csv, results_table};
 use super::run::{FaultCount, Row, RunResult};
 use super::statistics::Estimate;
 use super::summary::{Summary, by_column, by_condition, failed_by_reason, faults_by_kind, overall};
+use crate::new_file::write_atomically;
 use crate::table;
 
 const FAULTS: &str = "faults.csv";

@@ -15,16 +15,21 @@ use tokio::time::Instant;
 use world_server::mission_args::{Known, read_scenario};
 
 use super::comparison::Comparison;
-use super::folder::{FAILURES, PLAN, SCENARIO, write_atomically};
 use super::journal::{Header, Journal, RowsByRun, read_all};
 use super::plan::Plan;
-use super::progress::Progress;
 use super::run::{Failure, Row, RunResult, execute_run};
 use super::shard::Shard;
-use super::workers::run_parallel;
 use crate::interrupted::InterruptFlag;
+use crate::new_file::write_atomically;
+use crate::progress::RunProgress;
 use crate::strategies;
 use crate::strategies::command::StrategiesStudy;
+use crate::workers::run_parallel;
+
+/// The names of files and folders in the folder of a sweep.
+pub const PLAN: &str = "plan.toml";
+pub const SCENARIO: &str = "scenario.toml";
+pub const FAILURES: &str = "failures";
 
 /// The number of runs from which a dry run estimates the time of all.
 const SAMPLE: usize = 16;
@@ -365,7 +370,7 @@ impl Work {
             .filter(mine)
             .partition(|run| self.done.contains_key(run));
         let total = before.len() + runs.len();
-        let mut progress = Progress::new(before.len(), total);
+        let mut progress = RunProgress::new(before.len(), total);
         let known = match before.len() {
             0 => String::new(),
             known => format!(", {known} of them done before"),

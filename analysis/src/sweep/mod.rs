@@ -1,32 +1,29 @@
 //! `alliance sweep`: runs a mission in many variants and with many seeds, on all cores.
 //!
 //! - `plan` reads the plan file, `design` numbers the runs, and `sampling` draws random points.
-//! - `workers` execute runs in parallel, each as in `run`. `journal` stores a row per finished run, in `lines` with checksums.
+//! - `run` executes one run. `journal` stores a row per finished run, in `lines` with checksums.
 //!   Stored runs are not repeated, so an interrupted sweep resumes. The journals of all shards equal that of the entire sweep.
 //! - `results`, `summary` and `figures` depend only on the rows, so interruptions do not change them. `statistics` has the formulas.
 //! - `task` executes a plan for any command. [`crate::compare`] also requests `measures` of each run and stores a `comparison`.
-//! - `folder` writes files, `page` the summary; `command` is the command line.
+//! - `page` is the summary, and `command` the command line.
 
 pub mod command;
 pub(crate) mod comparison;
 pub(crate) mod design;
 pub(crate) mod execution;
 mod figures;
-pub(crate) mod folder;
 pub(crate) mod journal;
 pub(crate) mod lines;
 pub(crate) mod measures;
 mod page;
 pub(crate) mod parquet;
 pub(crate) mod plan;
-pub(crate) mod progress;
 pub(crate) mod results;
 pub(crate) mod run;
 mod sampling;
 mod shard;
 pub(crate) mod statistics;
 mod summary;
-pub(crate) mod workers;
 
 pub use execution::shell_quoted;
 pub use journal::parse as parse_journal;

@@ -20,10 +20,10 @@ use super::task::{Allocator, Task};
 use super::tuning::{TrialExecutor, Tuned, tune};
 use super::verdict::{TestComparison, verdicts};
 use crate::interrupted::InterruptFlag;
+use crate::new_file::write_atomically;
+use crate::progress::RunProgress;
 use crate::sweep::design::apply_change;
-use crate::sweep::execution::{jobs, read_plan, shell_quoted};
-use crate::sweep::folder::{PLAN, write_atomically};
-use crate::sweep::progress::Progress;
+use crate::sweep::execution::{PLAN, jobs, read_plan, shell_quoted};
 use crate::sweep::results::Values::{Flags, Integers, Numbers, Texts};
 use crate::sweep::results::{Column, Values, csv};
 
@@ -104,7 +104,7 @@ impl TuneCommand {
             task,
             jobs: jobs.unwrap_or(NonZeroUsize::MIN),
             stops: &stops,
-            progress: Progress::new(done, expected(task).max(done)),
+            progress: RunProgress::new(done, expected(task).max(done)),
             record,
         };
         let known = match done {

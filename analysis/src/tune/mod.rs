@@ -1,6 +1,6 @@
 //! `alliance tune`: searches parameters of allocators on training seeds and judges them on unseen seeds.
 //!
-//! - `task` checks a plan: the missions and faults of a sweep, and the table `tune`. `space` maps coordinates to values.
+//! - `task` checks a plan: the missions and faults of a sweep, and the table `tune`.
 //! - `search` selects the next points. `race` drops the worst candidates of a generation early. `tuning` combines search, selection
 //!   and test. These modules do no I/O: they request runs through `tuning::TrialExecutor`.
 //! - `record` executes runs in parallel and stores their outcomes. A resumed search replays its record and gives identical results.
@@ -14,7 +14,6 @@ mod race;
 mod record;
 mod result;
 mod search;
-pub(crate) mod space;
 mod task;
 mod tuning;
 mod verdict;

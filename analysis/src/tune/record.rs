@@ -10,11 +10,11 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use super::task::Task;
 use super::tuning::{Outcome, Trial, TrialExecutor};
+use crate::progress::RunProgress;
 use crate::sweep::lines::{LineFile, numbered_lines, verified_text};
 use crate::sweep::measures::ComparisonMeasures;
-use crate::sweep::progress::Progress;
 use crate::sweep::run::{RunResult, execute_changed_run};
-use crate::sweep::workers::run_parallel;
+use crate::workers::run_parallel;
 
 const JOURNAL: &str = "journal.jsonl";
 
@@ -94,7 +94,7 @@ pub struct Executor<'w> {
     pub jobs: NonZeroUsize,
     /// Returns true after a signal.
     pub stops: &'w (dyn Fn() -> bool + Sync),
-    pub progress: Progress,
+    pub progress: RunProgress,
 }
 
 impl TrialExecutor for Executor<'_> {

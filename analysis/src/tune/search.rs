@@ -5,12 +5,11 @@
 
 use std::cell::{Cell, RefCell};
 
+use crate::sweep::plan::space::reflected;
 use cmaes::{CMAESOptions, DVector};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-
-use super::space::reflected;
 
 /// The initial step size for coordinates from 0 to 1.
 const STEP: f64 = 0.3;

@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use anyhow::{Context, bail};
 use scenario::name_remedy;
 
-use super::space::{Parameter, changes, values};
 use crate::compare::metrics::Metric;
 use crate::sweep::comparison::OwnFigure;
 use crate::sweep::design::{Change, FAULTS, MISSION};
+use crate::sweep::plan::space::{Parameter, changes, values};
 use crate::sweep::plan::tuning::SearchSettings;
 use crate::sweep::plan::{Plan, setup};
 

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::race::survivors;
 use super::search::{Method, next_points};
-use super::space::values;
 use super::task::Task;
+use crate::sweep::plan::space::values;
 
 /// The log ratio of a failed run: ten times the defaults' value.
 const FAILED: f64 = std::f64::consts::LN_10;

@@ -1,13 +1,14 @@
 //! The plan file of a sweep.
 //!
 //! `file` defines its format. `factors` reads the varied keys, `several` missions with their faults, `hypothesis` claims, and
-//! `tuning` the parameters of a search.
+//! `tuning` the settings of a search, and `space` maps its coordinates to values.
 
 mod factors;
 mod file;
 pub mod hypothesis;
 pub mod seeds;
 mod several;
+pub mod space;
 #[cfg(test)]
 mod tests;
 pub mod tuning;
