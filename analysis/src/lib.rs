@@ -13,16 +13,17 @@
 //! [`run_log`] reads the logs. Each module contains the `alliance` subcommand that belongs to it.
 
 pub mod check;
+mod columns;
 pub mod compare;
 pub mod diff;
 pub mod export;
+mod figures;
 pub mod interrupted;
 pub mod invariants;
 pub mod learned;
 mod new_file;
 mod optional;
-mod page_head;
-mod palette;
+mod page;
 pub mod progress;
 pub mod random_mission;
 pub mod replay;

@@ -44,19 +44,11 @@ pub fn hide_if_narrow(table: &mut Table, column: usize) {
 
 /// Lists names with their meanings, one per line. In a narrow terminal, a meaning continues below its own start.
 pub fn list(named: impl IntoIterator<Item = (impl ToString, impl ToString)>) -> String {
-    let mut table = Table::new();
-    table
-        .load_style(TableStyle::new())
-        .set_content_arrangement(ContentArrangement::Dynamic);
-    for (name, meaning) in named {
-        table.add_row([name.to_string(), meaning.to_string()]);
-    }
-    for column in table.column_iter_mut() {
-        column.set_padding((0, GAP));
-    }
-    if let Some(names) = table.column_mut(0) {
-        names.set_constraint(ColumnConstraint::ContentWidth);
-    }
+    let rows = named
+        .into_iter()
+        .map(|(name, meaning)| [name.to_string(), meaning.to_string()]);
+    let mut table = without_header(rows, GAP);
+    no_wrap(&mut table, &[0]);
     table.trim_fmt() + "\n"
 }
 
@@ -67,14 +59,34 @@ pub fn paragraph(text: &str) -> String {
 }
 
 fn paragraph_table(text: &str) -> Table {
+    let mut table = without_header([[text]], 0);
+    table.use_stderr();
+    table
+}
+
+/// Lists sentences for stderr, each after a hyphen. Each sentence is broken as a [`paragraph`].
+#[must_use]
+pub fn bullets<'s>(sentences: impl IntoIterator<Item = &'s String>) -> String {
+    bullet_table(sentences).trim_fmt()
+}
+
+fn bullet_table<'s>(sentences: impl IntoIterator<Item = &'s String>) -> Table {
+    let rows = sentences.into_iter().map(|sentence| ["-", sentence]);
+    let mut table = without_header(rows, 1);
+    table.use_stderr();
+    no_wrap(&mut table, &[0]);
+    table
+}
+
+/// Creates a table without header and borders, with `gap` spaces between columns.
+fn without_header<R: Into<Row>>(rows: impl IntoIterator<Item = R>, gap: u16) -> Table {
     let mut table = Table::new();
     table
         .load_style(TableStyle::new())
         .set_content_arrangement(ContentArrangement::Dynamic)
-        .use_stderr()
-        .add_row([text]);
+        .add_rows(rows);
     for column in table.column_iter_mut() {
-        column.set_padding((0, 0));
+        column.set_padding((0, gap));
     }
     table
 }
@@ -104,6 +116,20 @@ mod tests {
         assert_eq!(
             narrow.trim_fmt(),
             "process ids: world 12345,\nblue 12346, gold 12347"
+        );
+    }
+
+    #[test]
+    fn a_sentence_continues_below_its_start() {
+        let sentences = ["alliance has the best mean rank", "no data in 1 cell"];
+        let sentences = sentences.map(str::to_owned);
+        let [first, second] = &sentences;
+        assert_eq!(bullets(&sentences), format!("- {first}\n- {second}"));
+        let mut narrow = bullet_table(&sentences);
+        narrow.set_width(24);
+        assert_eq!(
+            narrow.trim_fmt(),
+            "- alliance has the best\n  mean rank\n- no data in 1 cell"
         );
     }
 

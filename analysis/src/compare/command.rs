@@ -18,15 +18,15 @@ use super::hypotheses::{check, judge};
 use super::memory;
 use super::page::Page;
 use super::power::remarks;
-use super::tables::tables;
+use super::tables::{NamedTable, tables};
 use crate::new_file::write_atomically;
 use crate::sweep::comparison::{Axes, Comparison, OwnFigure};
 use crate::sweep::execution::{Arguments, PlanCommand, counted, shell_quoted};
 use crate::sweep::journal::Header;
-use crate::sweep::parquet::to_parquet;
 use crate::sweep::plan::{Plan, setup};
-use crate::sweep::results::{csv, figures_of, results_table};
+use crate::sweep::results::{figures_of, results_table};
 use crate::sweep::run::{Row, execute_run};
+use crate::table::{bullets, paragraph};
 use crate::workers::run_parallel;
 
 const PAGE: &str = "comparison.html";
@@ -98,8 +98,9 @@ impl CompareCommand {
             Ok(())
         })?;
         rows.sort_by_key(|row| row.run);
-        let columns = results_table(&plan.design, &rows);
-        Ok(String::from_utf8(csv(&columns, rows.len())?)?)
+        Ok(String::from_utf8(
+            results_table(&plan.design, &rows).csv()?,
+        )?)
     }
 }
 
@@ -152,9 +153,7 @@ fn finish(
         .as_ref()
         .context("the journal belongs to a sweep; use alliance sweep --merge")?;
     let design = &header.design;
-    let runs = results_table(design, rows);
-    write_atomically(folder, "results.csv", &csv(&runs, rows.len())?)?;
-    write_atomically(folder, "results.parquet", &to_parquet(&runs)?)?;
+    results_table(design, rows).write(folder, "results")?;
 
     let data = ComparisonData::of(design, comparison, rows);
     let jobs = available_parallelism().unwrap_or(NonZeroUsize::MIN);
@@ -162,18 +161,12 @@ fn finish(
     let verdicts = judge(&data, &comparison.hypotheses);
     let answer = answer(&data, &analysis, &verdicts);
     let tables = tables(&data, &analysis, &verdicts);
-    for table in &tables {
-        for (name, bytes) in table.files()? {
-            write_atomically(folder, &name, &bytes)?;
-        }
+    for NamedTable { name, table, .. } in &tables {
+        table.write(folder, name)?;
     }
     let figures = figures(&data, &analysis)?;
     for figure in &figures {
-        write_atomically(
-            folder,
-            &format!("{}.svg", figure.name),
-            figure.svg.as_bytes(),
-        )?;
+        figure.write(folder)?;
     }
     let failed = rows.iter().filter(|row| figures_of(row).is_none()).count();
     let page = Page {
@@ -190,11 +183,10 @@ fn finish(
     write_atomically(folder, PAGE, page.html().as_bytes())?;
 
     if let Some(question) = &comparison.question {
-        stderr_line!("{question}");
+        stderr_line!("{}", paragraph(question));
     }
-    for sentence in answer.sentences.iter().chain(&answer.claims) {
-        stderr_line!("- {sentence}");
-    }
+    let sentences = answer.sentences.iter().chain(&answer.claims);
+    stderr_line!("{}", bullets(sentences));
     stderr_line!("{}, {failed} failed", counted(rows.len(), "run"));
     // After a merge, only the name of the plan is available.
     let plan = plan.map_or_else(

@@ -2,40 +2,17 @@
 
 use std::path::Path;
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 use super::analysis::{Analysis, Summary};
 use super::answer::{Answer, best, p_value};
 use super::data::ComparisonData;
-use super::figures::Figure;
 use super::hypotheses::{Outcome, Verdict};
 use super::metrics::Metric;
-use super::tables::Table;
-use crate::page_head::head;
+use super::tables::NamedTable;
+use crate::figures::Figure;
+use crate::page::{LANDSCAPE, document, drawing, table};
 use crate::sweep::execution::{counted, shell_quoted};
-
-/// The style sheet of the pages. Wide tables scroll; dark mode inverts drawings and keeps their hues; print shows all details.
-pub const STYLE: &str = "
-:root { color-scheme: light dark }
-td { white-space: nowrap } td.long { white-space: normal; min-width: 16rem; text-align: left } .wide { overflow-x: auto }
-.question { font-size: 1.15rem; font-style: italic } .answer li { margin: .4rem 0 }
-code { font-size: .85rem; overflow-wrap: anywhere } summary { cursor: pointer; margin: .4rem 0; font-weight: bold }
-.held { color: #1a6e3c } .failed { color: #a32020 } .undecided { color: #6a5400 } .held, .failed, .undecided { font-weight: bold }
-figure { overflow-x: auto } figure svg { min-width: 34rem }
-@media (prefers-color-scheme: dark) {
-  body { color: #ddd; background: #16181b } figcaption, .note { color: #aaa } a { color: #8ab8ff }
-  th, td { border-color: #444 } thead th { border-color: #999 }
-  figure svg { filter: invert(.91) hue-rotate(180deg) }
-  .held { color: #6fcf97 } .failed { color: #ff8a80 } .undecided { color: #e6c65c }
-}
-@page { size: landscape; margin: 12mm }
-@media print {
-  body { color: #000; background: #fff; max-width: none; margin: 0; font-size: 10pt }
-  figure svg { filter: none; min-width: 0 } .wide, figure { overflow: visible } table { font-size: 7pt }
-  th, td { padding: .1rem .2rem; color: #000 } a { color: #000 } tr { break-inside: avoid }
-  details::details-content { content-visibility: visible; height: auto }
-}
-";
 
 /// The columns of the tables by block after the primary metric: heading, metric and number of decimals.
 const SHOWN: [(&str, Metric, usize); 13] = [
@@ -63,7 +40,7 @@ pub struct Page<'c> {
     pub analysis: &'c Analysis,
     pub verdicts: &'c [Verdict],
     pub figures: &'c [Figure],
-    pub tables: &'c [Table],
+    pub tables: &'c [NamedTable],
     pub runs: (usize, usize),
 }
 
@@ -71,45 +48,40 @@ impl Page<'_> {
     #[must_use]
     pub fn html(&self) -> String {
         let (runs, failed) = self.runs;
-        let text = html! {
-            (DOCTYPE)
-            html lang="en" {
-                (head(&format!("Comparison {}", self.name), STYLE))
-                body {
-                    h1 { "Comparison " (self.name) }
-                    p.question {
-                        (self.question.unwrap_or("Which allocation rule copes best with which faults, and is the difference real?"))
-                    }
-                    ul.answer { @for sentence in &self.answer.sentences { li { (sentence) } } }
-                    @for figure in self.figures.iter().take(1) { (drawing(figure)) }
-                    p.note {
-                        (counted(runs, "run")) " of " (counted(self.data.allocators.len(), "allocator")) " in " (counted(self.data.blocks.len(), "block"))
-                        @if failed > 0 { ", " (failed) " failed" }
-                        ". For each allocator, the same seed gives the same world and the same random numbers of the radio. All intervals are 95 %."
-                    }
-                    @if !self.answer.details.is_empty() {
-                        h2 { "Details" }
-                        ul.answer { @for detail in &self.answer.details { li { (detail) } } }
-                    }
-                    (self.hypotheses())
-                    h2 { "Figures" }
-                    p.note { "Each figure is also a separate file beside this page. Measures in which all allocators are equal are left out." }
-                    @for figure in self.figures.iter().skip(1) { (drawing(figure)) }
-                    h2 { "All blocks" }
-                    p.note {
-                        "Means over the seeds with their intervals. Less is better, except for completion and for missions that rank their runs by another "
-                        "figure. Columns in which all allocators are equal are left out. The last columns compare with the best allocator of the block "
-                        "(except the oracle). The effect is the matched-pairs rank-biserial correlation, from -1 (always less than that of the best) to 1 (always more); "
-                        "p comes from Wilcoxon's signed-rank test with Holm's correction over all pairs of the block."
-                    }
-                    @for block in 0..self.data.blocks.len() { (self.block(block)) }
-                    (self.downloads())
-                    (self.repeat())
-                    (self.definitions())
-                }
+        let title = format!("Comparison {}", self.name);
+        let body = html! {
+            h1 { (title) }
+            p.question {
+                (self.question.unwrap_or("Which allocation rule copes best with which faults, and is the difference real?"))
             }
+            ul.answer { @for sentence in &self.answer.sentences { li { (sentence) } } }
+            @for figure in self.figures.iter().take(1) { (drawing(figure)) }
+            p.note {
+                (counted(runs, "run")) " of " (counted(self.data.allocators.len(), "allocator")) " in " (counted(self.data.blocks.len(), "block"))
+                @if failed > 0 { ", " (failed) " failed" }
+                ". For each allocator, the same seed gives the same world and the same random numbers of the radio. All intervals are 95 %."
+            }
+            @if !self.answer.details.is_empty() {
+                h2 { "Details" }
+                ul.answer { @for detail in &self.answer.details { li { (detail) } } }
+            }
+            (self.hypotheses())
+            h2 { "Figures" }
+            p.note { "Each figure is also a separate file beside this page. Measures in which all allocators are equal are left out." }
+            @for figure in self.figures.iter().skip(1) { (drawing(figure)) }
+            h2 { "All blocks" }
+            p.note {
+                "Means over the seeds with their intervals. Less is better, except for completion and for missions that rank their runs by another "
+                "figure. Columns in which all allocators are equal are left out. The last columns compare with the best allocator of the block "
+                "(except the oracle). The effect is the matched-pairs rank-biserial correlation, from -1 (always less than that of the best) to 1 (always more); "
+                "p comes from Wilcoxon's signed-rank test with Holm's correction over all pairs of the block."
+            }
+            @for block in 0..self.data.blocks.len() { (self.block(block)) }
+            (self.downloads())
+            (self.repeat())
+            (self.definitions())
         };
-        text.into_string()
+        document(&title, LANDSCAPE, &body)
     }
 
     fn hypotheses(&self) -> Markup {
@@ -126,9 +98,8 @@ impl Page<'_> {
                         summary {
                             span class=(verdict.outcome.as_str()) { (verdict.outcome.as_str()) } " · " (verdict.name) ": " (verdict.claim)
                         }
-                        div.wide { table {
-                            thead { tr { th.text { "block" } th.text { "claim" } th { "mean" } th { "95 %" } th.text { "" } } }
-                            tbody { @for part in &verdict.parts { tr {
+                        (table(&html! { th.text { "block" } th.text { "claim" } th { "mean" } th { "95 %" } th.text { "" } }, &html! {
+                            @for part in &verdict.parts { tr {
                                 td.text { (self.data.blocks[part.block].name()) }
                                 td.text { (part.claim) }
                                 @match part.found {
@@ -138,8 +109,8 @@ impl Page<'_> {
                                     None => { td { "no data" } td {} },
                                 }
                                 td.text { span class=(part.outcome.as_str()) { (part.outcome.as_str()) } }
-                            } } }
-                        } }
+                            } }
+                        }))
                     }
                 }
             }
@@ -159,14 +130,13 @@ impl Page<'_> {
         html! {
             details open[number == 0] {
                 summary { (block.name()) }
-                div.wide { table {
-                    thead { tr {
+                (table(&html! {
                         th { "allocator" } th { "runs" } th { "complete" } th { "95 %" }
                         th { (block.primary.heading()) } th { "95 %" }
                         @for (head, _, _) in &shown { th { (head) } }
                         th { "difference to the best" } th { "95 %" } th { "effect" } th { "p" }
-                    } }
-                    tbody { @for (rival, cell) in block.cells.iter().enumerate() {
+                    }, &html! {
+                    @for (rival, cell) in block.cells.iter().enumerate() {
                         tr {
                             td { (self.data.allocators[rival]) }
                             td { (cell.counted()) @if cell.is_constant { " equal" } @if cell.without_effect > 0 { " (" (cell.without_effect) " not hit)" } @if cell.failed > 0 { " (" (cell.failed) " failed)" } }
@@ -181,8 +151,8 @@ impl Page<'_> {
                                 (self.against_best(number, rival, best))
                             }
                         }
-                    } }
-                } }
+                    }
+                }))
             }
         }
     }
@@ -304,15 +274,6 @@ impl Page<'_> {
                 dt { "ranks" }
                 dd { "Ranks of the allocators' means within each block. The sample consists of blocks, so more seeds do not enlarge it." }
             }
-        }
-    }
-}
-
-fn drawing(figure: &Figure) -> Markup {
-    html! {
-        figure {
-            (PreEscaped(&figure.svg))
-            figcaption { (figure.caption) " " a href=(format!("{}.svg", figure.name)) { (figure.name) ".svg" } }
         }
     }
 }

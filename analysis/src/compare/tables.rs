@@ -1,82 +1,17 @@
 //! All numbers as tables in CSV and Parquet.
 
-use anyhow::Context;
-
 use super::analysis::Analysis;
 use super::data::{Block, ComparisonData};
 use super::hypotheses::Verdict;
-use crate::sweep::parquet::to_parquet;
-use crate::sweep::results::Values::{Flags, Integers, Numbers, Texts};
-use crate::sweep::results::{Column, csv};
+use crate::columns::Entry::{self, Flag, Number, Text, Whole};
+use crate::columns::Table;
 
-pub struct Table {
+/// A table with the name of its files.
+pub struct NamedTable {
     pub name: &'static str,
     pub description: &'static str,
-    pub columns: Vec<Column>,
+    pub table: Table,
 }
-
-impl Table {
-    /// Returns the files with their names.
-    pub fn files(&self) -> anyhow::Result<[(String, Vec<u8>); 2]> {
-        let rows = self
-            .columns
-            .first()
-            .context("the table has no columns")?
-            .rows();
-        Ok([
-            (format!("{}.csv", self.name), csv(&self.columns, rows)?),
-            (format!("{}.parquet", self.name), to_parquet(&self.columns)?),
-        ])
-    }
-}
-
-struct Filling {
-    columns: Vec<Column>,
-    rows: usize,
-}
-
-enum Entry {
-    Text(String),
-    Whole(usize),
-    Number(Option<f64>),
-    Flag(bool),
-}
-
-impl Filling {
-    fn new() -> Self {
-        Self {
-            columns: Vec::new(),
-            rows: 0,
-        }
-    }
-
-    /// Appends a row. All rows need the same names with the same types.
-    fn add<'n>(&mut self, row: impl IntoIterator<Item = (&'n str, Entry)>) {
-        for (place, (name, entry)) in row.into_iter().enumerate() {
-            if self.rows == 0 {
-                let values = match &entry {
-                    Entry::Text(_) => Texts(Vec::new()),
-                    Entry::Whole(_) => Integers(Vec::new()),
-                    Entry::Number(_) => Numbers(Vec::new()),
-                    Entry::Flag(_) => Flags(Vec::new()),
-                };
-                let name = name.to_owned();
-                self.columns.push(Column { name, values });
-            }
-            match (&mut self.columns[place].values, entry) {
-                (Texts(values), Entry::Text(text)) => values.push(Some(text)),
-                // Counts of runs and seeds are far below 2^63.
-                (Integers(values), Entry::Whole(count)) => values.push(Some(count as i64)),
-                (Numbers(values), Entry::Number(number)) => values.push(number),
-                (Flags(values), Entry::Flag(flag)) => values.push(Some(flag)),
-                _ => debug_assert!(false, "{name} changes its type"),
-            }
-        }
-        self.rows += 1;
-    }
-}
-
-use Entry::{Flag, Number, Text, Whole};
 
 /// Returns the settings of a block, one per column.
 fn settings<'d>(
@@ -89,7 +24,7 @@ fn settings<'d>(
 
 /// Creates all tables except that of the runs.
 #[must_use]
-pub fn tables(data: &ComparisonData, analysis: &Analysis, verdicts: &[Verdict]) -> Vec<Table> {
+pub fn tables(data: &ComparisonData, analysis: &Analysis, verdicts: &[Verdict]) -> Vec<NamedTable> {
     let tables = [
         (
             "cells",
@@ -117,25 +52,25 @@ pub fn tables(data: &ComparisonData, analysis: &Analysis, verdicts: &[Verdict]) 
             claims(data, verdicts),
         ),
     ];
-    let filled = tables
-        .into_iter()
-        .filter(|(_, _, filling)| filling.rows > 0);
+    let filled = tables.into_iter().filter(|(_, _, table)| table.rows() > 0);
     filled
-        .map(|(name, what, filling)| Table {
+        .map(|(name, description, table)| NamedTable {
             name,
-            description: what,
-            columns: filling.columns,
+            description,
+            table,
         })
         .collect()
 }
 
-fn cells(data: &ComparisonData, analysis: &Analysis) -> Filling {
-    let mut filling = Filling::new();
+fn cells(data: &ComparisonData, analysis: &Analysis) -> Table {
+    let mut table = Table::default();
     for (block, found) in data.blocks.iter().zip(&analysis.blocks) {
         for (rival, cell) in block.cells.iter().enumerate() {
             for (place, metric) in data.metrics.iter().enumerate() {
                 let summary = found.summaries[rival][place].as_ref();
                 let quantile = |at: usize| Number(summary.map(|summary| summary.quantiles[at]));
+                let [mean, from, to] =
+                    Entry::with_interval(summary.map(|summary| (summary.mean, summary.interval)));
                 let row = [
                     ("allocator", Text(data.allocators[rival].clone())),
                     ("cell", Whole(cell.number)),
@@ -145,12 +80,9 @@ fn cells(data: &ComparisonData, analysis: &Analysis) -> Filling {
                     ("equal", Flag(cell.is_constant)),
                     ("metric", Text(metric.name())),
                     ("n", Whole(summary.map_or(0, |summary| summary.n))),
-                    ("mean", Number(summary.map(|summary| summary.mean))),
-                    (
-                        "mean_from",
-                        Number(summary.map(|summary| summary.interval.0)),
-                    ),
-                    ("mean_to", Number(summary.map(|summary| summary.interval.1))),
+                    ("mean", mean),
+                    ("mean_from", from),
+                    ("mean_to", to),
                     ("min", quantile(0)),
                     ("q05", quantile(1)),
                     ("q25", quantile(2)),
@@ -159,58 +91,48 @@ fn cells(data: &ComparisonData, analysis: &Analysis) -> Filling {
                     ("q95", quantile(5)),
                     ("max", quantile(6)),
                 ];
-                filling.add(settings(data, block).chain(row));
+                table.add(settings(data, block).chain(row));
             }
         }
     }
-    filling
+    table
 }
 
-fn pairs(data: &ComparisonData, analysis: &Analysis) -> Filling {
-    let mut filling = Filling::new();
+fn pairs(data: &ComparisonData, analysis: &Analysis) -> Table {
+    let mut table = Table::default();
     for (block, found) in data.blocks.iter().zip(&analysis.blocks) {
         for (metric, pairs) in &found.pairs {
             for pair in pairs.iter().filter(|pair| pair.n > 0) {
+                let [mean, mean_from, mean_to] = Entry::with_interval(pair.mean);
+                let [median, median_from, median_to] = Entry::with_interval(pair.median);
                 let row = [
                     ("metric", Text(metric.name())),
                     ("first", Text(data.allocators[pair.first].clone())),
                     ("second", Text(data.allocators[pair.second].clone())),
                     ("n", Whole(pair.n)),
-                    ("mean_difference", Number(pair.mean.map(|(mean, _)| mean))),
-                    (
-                        "mean_from",
-                        Number(pair.mean.map(|(_, interval)| interval.0)),
-                    ),
-                    ("mean_to", Number(pair.mean.map(|(_, interval)| interval.1))),
-                    (
-                        "median_difference",
-                        Number(pair.median.map(|(median, _)| median)),
-                    ),
-                    (
-                        "median_from",
-                        Number(pair.median.map(|(_, interval)| interval.0)),
-                    ),
-                    (
-                        "median_to",
-                        Number(pair.median.map(|(_, interval)| interval.1)),
-                    ),
+                    ("mean_difference", mean),
+                    ("mean_from", mean_from),
+                    ("mean_to", mean_to),
+                    ("median_difference", median),
+                    ("median_from", median_from),
+                    ("median_to", median_to),
                     ("effect", Number(Some(pair.effect))),
                     ("p", Number(pair.p)),
                     ("p_holm", Number(pair.adjusted)),
                     ("differ", Flag(pair.is_significant())),
                 ];
-                filling.add(settings(data, block).chain(row));
+                table.add(settings(data, block).chain(row));
             }
         }
     }
-    filling
+    table
 }
 
-fn ranks(data: &ComparisonData, analysis: &Analysis) -> Filling {
-    let mut filling = Filling::new();
+fn ranks(data: &ComparisonData, analysis: &Analysis) -> Table {
+    let mut table = Table::default();
     for ranking in &analysis.rankings {
         for place in ranking.order() {
-            filling.add([
+            table.add([
                 ("metric", Text(ranking.name.clone())),
                 ("allocator", Text(data.allocators[place].clone())),
                 (
@@ -225,17 +147,17 @@ fn ranks(data: &ComparisonData, analysis: &Analysis) -> Filling {
             ]);
         }
     }
-    filling
+    table
 }
 
-fn differences(data: &ComparisonData, analysis: &Analysis) -> Filling {
-    let mut filling = Filling::new();
+fn differences(data: &ComparisonData, analysis: &Analysis) -> Table {
+    let mut table = Table::default();
     for ranking in &analysis.rankings {
         let order = ranking.order();
         for (place, first) in order.iter().enumerate() {
             for second in &order[place + 1..] {
                 let ranks = &ranking.friedman.mean_ranks;
-                filling.add([
+                table.add([
                     ("metric", Text(ranking.name.clone())),
                     ("first", Text(data.allocators[*first].clone())),
                     ("second", Text(data.allocators[*second].clone())),
@@ -245,36 +167,31 @@ fn differences(data: &ComparisonData, analysis: &Analysis) -> Filling {
             }
         }
     }
-    filling
+    table
 }
 
-fn claims(data: &ComparisonData, verdicts: &[Verdict]) -> Filling {
-    let mut filling = Filling::new();
+fn claims(data: &ComparisonData, verdicts: &[Verdict]) -> Table {
+    let mut table = Table::default();
     for verdict in verdicts {
         for part in &verdict.parts {
+            let [mean, from, to] = Entry::with_interval(part.found);
             let row = [
                 ("claim", Text(part.claim.clone())),
-                ("mean", Number(part.found.map(|(mean, _)| mean))),
-                (
-                    "mean_from",
-                    Number(part.found.map(|(_, interval)| interval.0)),
-                ),
-                (
-                    "mean_to",
-                    Number(part.found.map(|(_, interval)| interval.1)),
-                ),
+                ("mean", mean),
+                ("mean_from", from),
+                ("mean_to", to),
                 ("part", Text(part.outcome.as_str().to_owned())),
             ];
             let head = [
                 ("hypothesis", Text(verdict.name.clone())),
                 ("outcome", Text(verdict.outcome.as_str().to_owned())),
             ];
-            filling.add(
+            table.add(
                 head.into_iter()
                     .chain(settings(data, &data.blocks[part.block]))
                     .chain(row),
             );
         }
     }
-    filling
+    table
 }

@@ -13,8 +13,7 @@ use terminal::stderr_line;
 use world_server::simulation::Simulation;
 
 use super::comparison_page::{SIDES, page_of_two};
-use super::figures::canvas::{Sheet, TEXT_PX, WIDTH_PX};
-use super::figures::{Figure, FigureSelection, Room, figures};
+use super::figures::{FigureSelection, Room, figures};
 use super::history::History;
 use super::made::RunOrigin;
 use super::metrics::Metrics;
@@ -23,6 +22,9 @@ use super::pdf;
 use super::stream::HistorySink;
 use crate::LATEST;
 use crate::diff::compare;
+use crate::figures::Figure;
+use crate::figures::canvas::{Sheet, TEXT_PX, WIDTH_PX};
+use crate::new_file::write_atomically;
 use crate::progress::Progress;
 use crate::replay_views::retrace_into;
 
@@ -190,7 +192,7 @@ pub fn report(folder: &Path, out: &Path, look: &FigureOptions) -> anyhow::Result
     let (text, left_out) = page(&part);
     note_left_out(left_out, &mut notes);
     write_figures(out, &part.figures, look.pdf)?;
-    write(&out.join("report.html"), text.as_bytes())?;
+    write_atomically(out, "report.html", text.as_bytes())?;
     Ok(notes)
 }
 
@@ -216,7 +218,7 @@ fn report_of_two(
     for (part, side) in parts.iter().zip(SIDES) {
         write_figures(&out.join(side), &part.figures, look.pdf)?;
     }
-    write(&out.join("report.html"), text.as_bytes())?;
+    write_atomically(out, "report.html", text.as_bytes())?;
     Ok(notes)
 }
 
@@ -285,18 +287,14 @@ fn full_history(
 
 fn write_figures(out: &Path, figures: &[Figure], with_pdf: bool) -> anyhow::Result<()> {
     fs::create_dir_all(out).with_context(|| format!("cannot create {}", out.display()))?;
-    for Figure { name, svg, .. } in figures {
-        write(&out.join(format!("{name}.svg")), svg.as_bytes())?;
+    for figure in figures {
+        figure.write(out)?;
         if with_pdf {
-            let bytes = pdf::from_svg(svg).with_context(|| name.clone())?;
-            write(&out.join(format!("{name}.pdf")), &bytes)?;
+            let bytes = pdf::from_svg(&figure.svg).with_context(|| figure.name.clone())?;
+            write_atomically(out, &format!("{}.pdf", figure.name), &bytes)?;
         }
     }
     Ok(())
-}
-
-fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }
 
 #[cfg(test)]
@@ -436,39 +434,29 @@ mod tests {
 
     #[test]
     fn a_replayed_run_has_the_figures_of_its_full_log() {
-        for allocator in ["alliance", "nearest"] {
-            let [full, summary] = [LogLevel::Full, LogLevel::Summary].map(|log| {
-                let folder = run_of(allocator, log);
+        for (allocator, level) in [
+            ("alliance", LogLevel::Off),
+            ("alliance", LogLevel::Summary),
+            ("nearest", LogLevel::Summary),
+        ] {
+            let reported = |level: LogLevel| {
+                let folder = run_of(allocator, level);
                 let out = folder.path().join("report");
-                report(folder.path(), &out, &FigureOptions::default()).unwrap();
-                folder
-            });
-            let out = |folder: &TempDir| folder.path().join("report");
-            assert_eq!(files(&out(&full)), files(&out(&summary)));
-            for name in files(&out(&full))
-                .iter()
-                .filter(|name| name.ends_with(".svg"))
-            {
-                let read = |folder: &TempDir| fs::read_to_string(out(folder).join(name)).unwrap();
-                assert!(read(&full) == read(&summary), "{allocator}: {name}");
-            }
+                let notes = report(folder.path(), &out, &FigureOptions::default()).unwrap();
+                let names = files(&out).into_iter();
+                let names = names.filter(|name| name.ends_with(".svg"));
+                let figures =
+                    names.map(|name| (fs::read_to_string(out.join(&name)).unwrap(), name));
+                (notes, figures.collect::<Vec<_>>())
+            };
+            let (full, replayed) = (reported(LogLevel::Full), reported(level));
+            let note = format!(
+                "the run was logged with --log {}, so it was replayed for this report",
+                level.as_str()
+            );
+            assert_eq!((full.0, replayed.0), (Vec::new(), vec![note]));
+            assert!(full.1 == replayed.1, "{allocator}, {}", level.as_str());
         }
-    }
-
-    #[test]
-    fn a_run_without_a_full_log_is_replayed() {
-        let [full, off] = [LogLevel::Full, LogLevel::Off].map(|level| {
-            let folder = run(level);
-            let out = folder.path().join("report");
-            let notes = report(folder.path(), &out, &FigureOptions::default()).unwrap();
-            let gantt = fs::read_to_string(out.join("gantt.svg")).unwrap();
-            assert_eq!(files(&out), FILES);
-            (notes, gantt)
-        });
-        assert_eq!(full.0, [""; 0]);
-        let note = "the run was logged with --log off, so it was replayed for this report";
-        assert_eq!(off.0, [note]);
-        assert_eq!(full.1, off.1);
     }
 
     #[test]

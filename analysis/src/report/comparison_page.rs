@@ -1,9 +1,9 @@
 //! The page of two runs: the first difference, then both runs side by side.
 
-use maud::{DOCTYPE, Markup, html};
+use maud::{Markup, html};
 
-use super::page::{InlineFigures, RunSection, definitions, facts, tables};
-use crate::page_head::head;
+use super::page::{DEFINITIONS, InlineFigures, RunSection, facts, tables};
+use crate::page::{definitions, document, table};
 
 /// The folders of both runs' figures, relative to the page.
 pub const SIDES: [&str; 2] = ["a", "b"];
@@ -42,29 +42,22 @@ pub fn page_of_two(
     let (first, rest) = pairs.split_at(pairs.len().min(1));
     let title = format!("{} and {}", names[0], names[1]);
     let [left, right] = [0, 1].map(|side| html! { h2 { (["A", "B"][side]) ": " (names[side]) } });
-    let text = html! {
-        (DOCTYPE)
-        html lang="en" {
-            (head(&title, STYLE))
-            body {
-                h1 { "Two runs" }
-                p { @for line in difference.lines() { (line) br; } }
-                @if let Some(window) = &a.made.window { p.note { "Figures show the runs " (window) "; tables show the whole runs." } }
-                (beside(&left, &right))
-                @for pair in first { (pair) }
-                (both(a, b))
-                @for ((title, left), (_, right)) in tables(a).iter().zip(&tables(b)) {
-                    h2 { (title) }
-                    (beside(left, right))
-                }
-                h2 { "Figures" }
-                @for pair in rest { (pair) }
-                h2 { "Definitions" }
-                (definitions())
-            }
+    let body = html! {
+        h1 { "Two runs" }
+        p { @for line in difference.lines() { (line) br; } }
+        @if let Some(window) = &a.made.window { p.note { "Figures show the runs " (window) "; tables show the whole runs." } }
+        (beside(&left, &right))
+        @for pair in first { (pair) }
+        (both(a, b))
+        @for ((title, left), (_, right)) in tables(a).iter().zip(&tables(b)) {
+            h2 { (title) }
+            (beside(left, right))
         }
+        h2 { "Figures" }
+        @for pair in rest { (pair) }
+        (definitions(&DEFINITIONS))
     };
-    (text.into_string(), frames.left_out)
+    (document(&title, STYLE, &body), frames.left_out)
 }
 
 fn beside(left: &Markup, right: &Markup) -> Markup {
@@ -98,18 +91,15 @@ fn both(a: &RunSection<'_>, b: &RunSection<'_>) -> Markup {
         }
     }
     html! {
-        table {
-            thead { tr { th { } th.text { "A" } th.text { "B" } } }
-            tbody {
-                @for name in names {
-                    @let (left, right) = (value(&of_a, name), value(&of_b, name));
-                    tr.differs[left != right] {
-                        td { (name) }
-                        td.text { (maud::PreEscaped(&left)) }
-                        td.text { (maud::PreEscaped(&right)) }
-                    }
+        (table(&html! { th { } th.text { "A" } th.text { "B" } }, &html! {
+            @for name in names {
+                @let (left, right) = (value(&of_a, name), value(&of_b, name));
+                tr.differs[left != right] {
+                    td { (name) }
+                    td.text { (maud::PreEscaped(&left)) }
+                    td.text { (maud::PreEscaped(&right)) }
                 }
             }
-        }
+        }))
     }
 }

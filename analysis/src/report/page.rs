@@ -1,6 +1,6 @@
 //! The page of a report, as one file that needs no other.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 use run_log::{RunFile, RunOutcome};
 use scenario::mission::FigureValue;
 use scenario::mission::columns::{display_name, format_value, short_summary};
@@ -8,11 +8,11 @@ use scenario::time::SimTime;
 
 use super::failures::{DetectionSign, Loss, OrphanOutcome, TakeoverCause};
 use super::faults::{FaultMark, FaultMarkPhase, faults};
-use super::figures::Figure;
 use super::history::History;
 use super::made::RunOrigin;
 use super::metrics::{Metrics, Recurring};
-use crate::page_head::head;
+use crate::figures::Figure;
+use crate::page::{definitions, document, table};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
@@ -22,7 +22,7 @@ const INLINE_BYTES: usize = 6 * 1024 * 1024;
 /// The maximum number of rows in the fault table. A lossy link can cause thousands of events.
 const FAULT_ROWS: usize = 200;
 
-const DEFINITIONS: [(&str, &str); 12] = [
+pub(super) const DEFINITIONS: [(&str, &str); 12] = [
     (
         "makespan",
         "Simulated time from the start to the end of the tick in which the mission was complete; none if it was not completed.",
@@ -142,45 +142,27 @@ pub fn page(part: &RunSection<'_>) -> (String, usize) {
     let (first, rest) = shown.split_at(shown.len().min(1));
     let scenario = &run.setup.scenario;
     let title = format!("{}, seed {}", scenario.name, run.setup.seed);
-    let text = html! {
-        (DOCTYPE)
-        html lang="en" {
-            (head(&title, ""))
-            body {
-                h1 { (title) }
-                p { (scenario.description) }
-                @if let Some(window) = &made.window { p.note { "Figures show the run " (window) "; tables show the whole run." } }
-                @for figure in first { (figure) }
-                table { tbody {
-                    @for (name, value) in facts(part) { tr { td { (name) } td.text { (value) } } }
-                } }
-                @for (title, table) in tables(part) {
-                    h2 { (title) }
-                    (table)
-                }
-                @for recurring in &metrics.recurring {
-                    h2 { "Events: " (recurring.event) }
-                    (moments(history, recurring))
-                }
-                h2 { "Figures" }
-                @for figure in rest { (figure) }
-                h2 { "Definitions" }
-                (definitions())
-            }
+    let body = html! {
+        h1 { (title) }
+        p { (scenario.description) }
+        @if let Some(window) = &made.window { p.note { "Figures show the run " (window) "; tables show the whole run." } }
+        @for figure in first { (figure) }
+        table { tbody {
+            @for (name, value) in facts(part) { tr { td { (name) } td.text { (value) } } }
+        } }
+        @for (title, table) in tables(part) {
+            h2 { (title) }
+            (table)
         }
+        @for recurring in &metrics.recurring {
+            h2 { "Events: " (recurring.event) }
+            (moments(history, recurring))
+        }
+        h2 { "Figures" }
+        @for figure in rest { (figure) }
+        (definitions(&DEFINITIONS))
     };
-    (text.into_string(), frames.left_out)
-}
-
-pub(super) fn definitions() -> Markup {
-    html! {
-        dl {
-            @for (name, definition) in DEFINITIONS {
-                dt { (name) }
-                dd { (definition) }
-            }
-        }
-    }
+    (document(&title, "", &body), frames.left_out)
 }
 
 pub(super) fn tables(part: &RunSection<'_>) -> [(&'static str, Markup); 6] {
@@ -286,57 +268,49 @@ pub(super) fn facts(part: &RunSection<'_>) -> Vec<(String, Markup)> {
 
 fn robots(history: &History, metrics: &Metrics) -> Markup {
     html! {
-        table {
-            thead { tr {
-                th { "robot" } th { "present" } th { "idle share" } th { "activations" } th { "per minute" }
-                th { "messages" } th { "per second" } th { "bytes per second" }
-            } }
-            tbody {
-                @for (robot, figures) in history.robots.iter().zip(&metrics.robots) {
-                    tr {
-                        td { (robot.name) }
-                        td { (seconds(figures.present)) }
-                        td { (format!("{:.1} %", 100.0 * figures.idle_share())) }
-                        td { (figures.activations) }
-                        td { (format!("{:.2}", figures.activations_per_min())) }
-                        @if let Some(sent) = figures.sent {
-                            @let (messages, bytes) = sent.per_s(figures.present);
-                            td { (sent.messages) }
-                            td { (format!("{messages:.2}")) }
-                            td { (format!("{bytes:.1}")) }
-                        } @else {
-                            td { "unknown" } td { "unknown" } td { "unknown" }
-                        }
+        (table(&html! {
+            th { "robot" } th { "present" } th { "idle share" } th { "activations" } th { "per minute" }
+            th { "messages" } th { "per second" } th { "bytes per second" }
+        }, &html! {
+            @for (robot, figures) in history.robots.iter().zip(&metrics.robots) {
+                tr {
+                    td { (robot.name) }
+                    td { (seconds(figures.present)) }
+                    td { (format!("{:.1} %", 100.0 * figures.idle_share())) }
+                    td { (figures.activations) }
+                    td { (format!("{:.2}", figures.activations_per_min())) }
+                    @if let Some(sent) = figures.sent {
+                        @let (messages, bytes) = sent.per_s(figures.present);
+                        td { (sent.messages) }
+                        td { (format!("{messages:.2}")) }
+                        td { (format!("{bytes:.1}")) }
+                    } @else {
+                        td { "unknown" } td { "unknown" } td { "unknown" }
                     }
                 }
             }
-        }
+        }))
     }
 }
 
 fn tasks(history: &History, metrics: &Metrics) -> Markup {
     html! {
-        table {
-            thead { tr {
-                th { "task" } th { "applicable" } th { "orphan" } th { "unattended" } th { "duplicate" }
-            } }
-            tbody {
-                @for (task, figures) in history.catalog.tasks.iter().zip(&metrics.tasks) {
-                    tr {
-                        td { (task.name) }
-                        td { (seconds(figures.applicable.total())) }
-                        td { (seconds(figures.orphan.total())) }
-                        td { (seconds(figures.unattended.total())) }
-                        td {
-                            @match &figures.duplicate {
-                                Some(spans) => (seconds(spans.total())),
-                                None => "not exclusive",
-                            }
+        (table(&html! { th { "task" } th { "applicable" } th { "orphan" } th { "unattended" } th { "duplicate" } }, &html! {
+            @for (task, figures) in history.catalog.tasks.iter().zip(&metrics.tasks) {
+                tr {
+                    td { (task.name) }
+                    td { (seconds(figures.applicable.total())) }
+                    td { (seconds(figures.orphan.total())) }
+                    td { (seconds(figures.unattended.total())) }
+                    td {
+                        @match &figures.duplicate {
+                            Some(spans) => (seconds(spans.total())),
+                            None => "not exclusive",
                         }
                     }
                 }
             }
-        }
+        }))
     }
 }
 
@@ -354,17 +328,14 @@ fn mission(run: &RunFile) -> Markup {
             @if figures.is_empty() { "The mission has no figures for this run." } @else { (figures.join(", ")) "." }
         }
         @if !names.is_empty() {
-            table {
-                thead { tr { th { "robot" } @for name in &names { th { (display_name(name)) } } } }
-                tbody {
-                    @for (robot, figures) in robots {
-                        tr {
-                            td { (robot) }
-                            @for name in &names { td { (number(figures.mission.get(name))) } }
-                        }
+            (table(&html! { th { "robot" } @for name in &names { th { (display_name(name)) } } }, &html! {
+                @for (robot, figures) in robots {
+                    tr {
+                        td { (robot) }
+                        @for name in &names { td { (number(figures.mission.get(name))) } }
                     }
                 }
-            }
+            }))
         }
     }
 }
@@ -389,25 +360,22 @@ fn moments(history: &History, recurring: &Recurring) -> Markup {
             }
         }
         @if recurring.moments.is_empty() { p.note { "The log has no such event." } } @else {
-            table {
-                thead { tr {
-                    th { "at" } th { "by" } th { "after" }
-                    @if period_s.is_some() { th { "late" } th { "of the period" } }
-                } }
-                tbody {
-                    @for moment in &recurring.moments {
-                        tr {
-                            td { (seconds(moment.at)) }
-                            td { (moment.by.map_or("?", |rank| name(history, rank))) }
-                            td { (seconds(moment.interval)) }
-                            @if let Some(period_s) = period_s {
-                                td { (seconds(moment.late)) }
-                                td { (format!("{:.1} %", 100.0 * moment.late.as_secs_f64() / period_s)) }
-                            }
+            (table(&html! {
+                th { "at" } th { "by" } th { "after" }
+                @if period_s.is_some() { th { "late" } th { "of the period" } }
+            }, &html! {
+                @for moment in &recurring.moments {
+                    tr {
+                        td { (seconds(moment.at)) }
+                        td { (moment.by.map_or("?", |rank| name(history, rank))) }
+                        td { (seconds(moment.interval)) }
+                        @if let Some(period_s) = period_s {
+                            td { (seconds(moment.late)) }
+                            td { (format!("{:.1} %", 100.0 * moment.late.as_secs_f64() / period_s)) }
                         }
                     }
                 }
-            }
+            }))
         }
     }
 }
@@ -417,37 +385,34 @@ fn losses(history: &History, metrics: &Metrics) -> Markup {
         return html! { p.note { "No robot died or was stopped." } };
     }
     html! {
-        table {
-            thead { tr {
-                th { "at" } th.text { "robot" } th.text { "back" } th.text { "task" } th.text { "detected after" }
-                th.text { "outcome" }
-            } }
-            tbody {
-                @for failure in &metrics.failures {
-                    tr {
-                        td { (seconds(failure.at)) }
-                        td.text { (name(history, failure.robot)) " " (loss(failure.loss)) }
-                        td.text { (failure.returned_at.map_or_else(|| "never".to_owned(), seconds)) }
-                        @match &failure.orphan {
-                            None => { td.text { "none" } td.text { "" } td.text { "" } },
-                            Some(orphan) => {
-                                td.text { (history.catalog.task_name(orphan.task)) }
-                                td.text {
-                                    @match orphan.detection {
-                                        Some(found) => {
-                                            (seconds(found.at.since(failure.at))) " by " (name(history, found.robot))
-                                            " (" (sign(found.sign)) ")"
-                                        },
-                                        None => "not detected",
-                                    }
+        (table(&html! {
+            th { "at" } th.text { "robot" } th.text { "back" } th.text { "task" } th.text { "detected after" }
+            th.text { "outcome" }
+        }, &html! {
+            @for failure in &metrics.failures {
+                tr {
+                    td { (seconds(failure.at)) }
+                    td.text { (name(history, failure.robot)) " " (loss(failure.loss)) }
+                    td.text { (failure.returned_at.map_or_else(|| "never".to_owned(), seconds)) }
+                    @match &failure.orphan {
+                        None => { td.text { "none" } td.text { "" } td.text { "" } },
+                        Some(orphan) => {
+                            td.text { (history.catalog.task_name(orphan.task)) }
+                            td.text {
+                                @match orphan.detection {
+                                    Some(found) => {
+                                        (seconds(found.at.since(failure.at))) " by " (name(history, found.robot))
+                                        " (" (sign(found.sign)) ")"
+                                    },
+                                    None => "not detected",
                                 }
-                                td.text { (aftermath(history, failure.at, orphan.aftermath)) }
-                            },
-                        }
+                            }
+                            td.text { (aftermath(history, failure.at, orphan.aftermath)) }
+                        },
                     }
                 }
             }
-        }
+        }))
     }
 }
 
@@ -456,30 +421,27 @@ fn takeovers(history: &History, metrics: &Metrics) -> Markup {
         return html! { p.note { "No unfinished task went from one robot to another." } };
     }
     html! {
-        table {
-            thead { tr {
-                th { "at" } th.text { "task" } th.text { "from" } th.text { "to" } th { "latency" } th.text { "because" }
-            } }
-            tbody {
-                @for takeover in &metrics.takeovers {
-                    tr {
-                        td { (seconds(takeover.at)) }
-                        td.text { (history.catalog.task_name(takeover.task)) }
-                        td.text { (name(history, takeover.from)) }
-                        td.text { (name(history, takeover.robot)) }
-                        td { (seconds(takeover.latency())) }
-                        td.text {
-                            (name(history, takeover.from)) " "
-                            @match &takeover.cause {
-                                TakeoverCause::Lost(how) => (loss(*how)),
-                                TakeoverCause::Left(reason) => { "left: " (reason) },
-                                TakeoverCause::StillActive => "was still active",
-                            }
+        (table(&html! {
+            th { "at" } th.text { "task" } th.text { "from" } th.text { "to" } th { "latency" } th.text { "because" }
+        }, &html! {
+            @for takeover in &metrics.takeovers {
+                tr {
+                    td { (seconds(takeover.at)) }
+                    td.text { (history.catalog.task_name(takeover.task)) }
+                    td.text { (name(history, takeover.from)) }
+                    td.text { (name(history, takeover.robot)) }
+                    td { (seconds(takeover.latency())) }
+                    td.text {
+                        (name(history, takeover.from)) " "
+                        @match &takeover.cause {
+                            TakeoverCause::Lost(how) => (loss(*how)),
+                            TakeoverCause::Left(reason) => { "left: " (reason) },
+                            TakeoverCause::StillActive => "was still active",
                         }
                     }
                 }
             }
-        }
+        }))
     }
 }
 
@@ -500,18 +462,15 @@ fn fault_table(faults: &[FaultMark]) -> Markup {
     html! {
         @if hits > 0 { p.note { "Single effects not listed, such as lost messages: " (hits) "." } }
         @if hidden > 0 { p.note { "Later faults not listed: " (hidden) "." } }
-        table {
-            thead { tr { th { "at" } th.text { "fault" } th.text { "detail" } } }
-            tbody {
-                @for fault in named().take(FAULT_ROWS) {
-                    tr {
-                        td { (seconds(fault.at)) }
-                        td.text { (fault.label) }
-                        td.text { (fault.detail) }
-                    }
+        (table(&html! { th { "at" } th.text { "fault" } th.text { "detail" } }, &html! {
+            @for fault in named().take(FAULT_ROWS) {
+                tr {
+                    td { (seconds(fault.at)) }
+                    td.text { (fault.label) }
+                    td.text { (fault.detail) }
                 }
             }
-        }
+        }))
     }
 }
 

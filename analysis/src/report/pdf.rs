@@ -37,17 +37,13 @@ pub fn from_svg(svg: &str) -> anyhow::Result<Vec<u8>> {
 #[cfg(all(test, feature = "pdf"))]
 mod tests {
     use super::*;
-    use crate::report::figures::canvas::{TextLabel, svg};
+    use crate::figures::canvas::{TextLabel, svg};
 
     #[test]
     fn a_pdf_page_has_the_size_and_the_fonts_of_the_figure() {
         let figure = svg("title", 100.0, |area| {
-            TextLabel::default().write(area, "green→all, θ = 1 × δ", (10.0, 20.0))?;
-            let bold = TextLabel {
-                bold: true,
-                ..TextLabel::default()
-            };
-            bold.write(area, "gold", (10.0, 50.0))
+            TextLabel::LEFT.write(area, "green→all, θ = 1 × δ", (10.0, 20.0))?;
+            TextLabel::BOLD.write(area, "gold", (10.0, 50.0))
         });
         let pdf = from_svg(&figure.unwrap()).unwrap();
         assert!(pdf.starts_with(b"%PDF-"));

@@ -17,7 +17,7 @@ use crate::new_file::write_atomically;
 use crate::progress::RunProgress;
 use crate::workers::run_parallel;
 
-const TRIALS: &str = "trials.csv";
+const TRIALS: &str = "trials";
 const TABLES: &str = "tables.md";
 const FIGURE: &str = "strategies.svg";
 
@@ -39,10 +39,11 @@ impl StrategiesStudy {
             stderr_line!("interrupted: no results are written");
             return Ok(false);
         };
-        write_atomically(folder, TRIALS, &study.csv()?)?;
+        study.table().write_csv(folder, TRIALS)?;
         write_atomically(folder, TABLES, study.markdown().as_bytes())?;
         write_atomically(folder, FIGURE, draw(&study)?.as_bytes())?;
-        for (what, file) in [("trials", TRIALS), ("tables", TABLES), ("figure", FIGURE)] {
+        let trials = format!("{TRIALS}.csv");
+        for (what, file) in [("trials", &*trials), ("tables", TABLES), ("figure", FIGURE)] {
             stderr_line!("{what}   {}", folder.join(file).display());
         }
         Ok(true)

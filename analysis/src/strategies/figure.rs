@@ -1,18 +1,17 @@
 //! The figure of the study: time and energy of each rule relative to the optimum.
 
 use plotters::style::RGBColor;
-use plotters::style::text_anchor::{HPos, VPos};
 
 use super::results::{Measure, Study};
-use crate::palette::colors;
-use crate::report::figures::canvas::{
+use crate::figures::canvas::{
     Area, Axes, DrawResult, FAINT, Frame, INK, Mark, TextLabel, WIDTH_PX, chart, curve,
-    horizontal_line, line, part, px, svg,
+    horizontal_line, line, part, svg,
 };
+use crate::figures::legend::{Legend, ROW_PX, Sample};
+use crate::figures::palette::colors;
 
 const LEFT_PX: f64 = 62.0;
 const RIGHT_PX: f64 = 16.0;
-const LEGEND_PX: f64 = 26.0;
 const PLOT_PX: f64 = 230.0;
 const GAP_PX: f64 = 14.0;
 const LABELS_PX: f64 = 24.0;
@@ -25,9 +24,6 @@ const LOWEST: f64 = 0.92;
 /// The published upper bound of strategy IV's average.
 const PUBLISHED: f64 = 1.2;
 
-/// The marks of the spreads, in turn.
-const MARKS: [Mark; 3] = [Mark::Square, Mark::Diamond, Mark::Triangle];
-
 /// Half the width that the marks of a rule occupy, relative to the distance of two rules.
 const HALF: f64 = 0.3;
 
@@ -37,20 +33,29 @@ pub fn draw(study: &Study) -> anyhow::Result<String> {
         ("time / least time", |cell| cell.time),
         ("energy / least energy", |cell| cell.energy),
     ];
-    let height_px = LEGEND_PX + 2.0 * PLOT_PX + GAP_PX + LABELS_PX;
+    let spreads = study.design.spreads.iter();
+    let names: Vec<String> = spreads.map(|spread| format!("h = {spread}")).collect();
+    let samples = spread_colors(study).into_iter().enumerate();
+    let samples = samples.map(|(number, color)| Sample::Mark(Mark::of_series(number), color));
+    let entries = samples.zip(names.iter().map(String::as_str));
+    let legend = Legend::new(entries.collect(), LEFT_PX..WIDTH_PX);
+    let note = format!(
+        "one mark per size, at the edge if above {HIGHEST}; bar: mean; broken line: {PUBLISHED}, published for IV"
+    );
+    let note_px = legend.height_px() + ROW_PX / 2.0;
+    let head_px = note_px + ROW_PX;
+    let height_px = head_px + 2.0 * PLOT_PX + GAP_PX + LABELS_PX;
     svg(
         "Strategies of L-ALLIANCE relative to the optimum",
         height_px,
         |area| {
-            legend(area, study)?;
+            legend.draw(area, 0.0)?;
+            TextLabel::LEFT.write(area, &note, (LEFT_PX, note_px))?;
             for (place, (what, value)) in panels.into_iter().enumerate() {
-                let top_px = LEGEND_PX + place as f64 * (PLOT_PX + GAP_PX);
+                let top_px = head_px + place as f64 * (PLOT_PX + GAP_PX);
                 panel(area, study, top_px, what, value)?;
             }
-            let letters = TextLabel {
-                anchor: (HPos::Center, VPos::Center),
-                ..TextLabel::default()
-            };
+            let letters = TextLabel::CENTERED;
             let width_px = (WIDTH_PX - LEFT_PX - RIGHT_PX) / study.design.rules.len() as f64;
             for (place, rule) in study.design.rules.iter().enumerate() {
                 let x_px = LEFT_PX + width_px * (place as f64 + 0.5);
@@ -63,27 +68,6 @@ pub fn draw(study: &Study) -> anyhow::Result<String> {
 
 fn spread_colors(study: &Study) -> Vec<RGBColor> {
     colors(study.design.spreads.iter().map(|_| ""))
-}
-
-fn legend(area: &Area<'_>, study: &Study) -> DrawResult {
-    let letters = TextLabel::default();
-    let mut left_px = LEFT_PX;
-    for ((spread, mark), color) in study
-        .design
-        .spreads
-        .iter()
-        .zip(MARKS.iter().cycle())
-        .zip(spread_colors(study))
-    {
-        let text = format!("h = {spread}");
-        mark.draw(area, (px(left_px + 6.0), px(LEGEND_PX / 2.0)), color)?;
-        letters.write(area, &text, (left_px + 18.0, LEGEND_PX / 2.0))?;
-        left_px += letters.width_px(&text) + 44.0;
-    }
-    let text = format!(
-        "one mark per size, at the edge if above {HIGHEST}; bar: mean; broken line: {PUBLISHED}, published for IV"
-    );
-    letters.write(area, &text, (left_px, LEGEND_PX / 2.0))
 }
 
 fn panel(area: &Area<'_>, study: &Study, top_px: f64, what: &str, value: Measure) -> DrawResult {
@@ -111,16 +95,14 @@ fn panel(area: &Area<'_>, study: &Study, top_px: f64, what: &str, value: Measure
         let count = cells.len() as f64;
         for (place, (spread, value)) in cells.iter().enumerate() {
             let x = rule as f64 + HALF * (2.0 * (place as f64 + 0.5) / count - 1.0);
-            let at = chart
-                .plotting_area()
-                .map_coordinate(&(x, value.min(HIGHEST)));
             let of = study
                 .design
                 .spreads
                 .iter()
                 .position(|known| known == spread)
                 .unwrap_or(0);
-            MARKS[of % MARKS.len()].draw(area, at, colors[of])?;
+            let at = (x, value.min(HIGHEST));
+            Mark::of_series(of).draw_at(area, &chart, at, colors[of])?;
         }
         let mean = cells.iter().map(|(_, value)| value).sum::<f64>() / count;
         let at = rule as f64;

@@ -5,6 +5,8 @@ use std::fmt::Write;
 use super::condition::{Condition, TrialFault};
 use super::design::Design;
 use super::trial::Trial;
+use crate::columns::Entry::{Number, Text, Whole};
+use crate::columns::Table;
 
 pub struct Study {
     pub design: Design,
@@ -126,45 +128,31 @@ impl Study {
         text
     }
 
-    pub fn csv(&self) -> anyhow::Result<Vec<u8>> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        writer.write_record([
-            "robots",
-            "tasks",
-            "coverage",
-            "spread",
-            "mishap",
-            "rule",
-            "seed",
-            "time_s",
-            "least_time_s",
-            "energy_j",
-            "least_energy_j",
-            "doubled_s",
-        ])?;
-        for (run, trial) in self.trials.iter().enumerate() {
+    /// Returns a row per trial.
+    #[must_use]
+    pub fn table(&self) -> Table {
+        Table::of_rows(self.trials.iter().enumerate().map(|(run, trial)| {
             let (condition, rule, seed) = trial_of_run(run, &self.design);
             let condition = &self.design.conditions[condition];
-            writer.write_record([
-                condition.robots.to_string(),
-                condition.tasks.to_string(),
-                condition.coverage.to_string(),
-                condition.spread.to_string(),
-                condition.fault.as_str().to_owned(),
-                self.design.rules[rule].name.clone(),
-                seed.to_string(),
-                trial
-                    .time_s
-                    .map_or_else(String::new, |time_s| time_s.to_string()),
-                trial.least_time_s.to_string(),
-                trial.energy_j.to_string(),
-                trial.least_energy_j.to_string(),
-                trial.doubled_s.to_string(),
-            ])?;
-        }
-        Ok(writer.into_inner()?)
+            [
+                ("robots", Whole(condition.robots)),
+                ("tasks", Whole(condition.tasks)),
+                ("coverage", Whole(condition.coverage)),
+                ("spread", Number(Some(condition.spread))),
+                ("mishap", Text(condition.fault.as_str().to_owned())),
+                ("rule", Text(self.design.rules[rule].name.clone())),
+                // At most 10,000 seeds.
+                ("seed", Whole(seed as usize)),
+                ("time_s", Number(trial.time_s)),
+                ("least_time_s", Number(Some(trial.least_time_s))),
+                ("energy_j", Number(Some(trial.energy_j))),
+                ("least_energy_j", Number(Some(trial.least_energy_j))),
+                ("doubled_s", Number(Some(trial.doubled_s))),
+            ]
+        }))
     }
 }
+
 #[cfg(test)]
 mod tests {
     use super::super::trial::run_trial;
@@ -271,15 +259,7 @@ mod tests {
         let text = study.markdown();
         assert!(text.contains("| (5,6,5), 0.5 | 1.30 (1) | "), "{text}");
         assert!(text.contains("| worst of them | 1.30 | "), "{text}");
-        assert_eq!(
-            study
-                .csv()
-                .unwrap()
-                .iter()
-                .filter(|&&byte| byte == b'\n')
-                .count(),
-            1 + study.design.runs()
-        );
+        assert_eq!(study.table().rows(), study.design.runs());
         let svg = super::super::figure::draw(&study).unwrap();
         // One mark per condition and rule in both panels, and those of the legend.
         assert_eq!(

@@ -11,16 +11,16 @@ use world_server::mission_args::Known;
 use super::execution::{Arguments, FAILURES, PlanCommand, counted, repeat_command, shell_quoted};
 use super::figures::draw;
 use super::journal::Header;
-use super::page::{Figure, Page};
-use super::parquet::to_parquet;
-use super::results::{csv, results_table};
+use super::page::Page;
+use super::results::results_table;
 use super::run::{FaultCount, Row, RunResult};
 use super::statistics::Estimate;
 use super::summary::{Summary, by_column, by_condition, failed_by_reason, faults_by_kind, overall};
+use crate::figures::Figure;
 use crate::new_file::write_atomically;
 use crate::table;
 
-const FAULTS: &str = "faults.csv";
+const FAULTS: &str = "faults";
 
 /// The largest number of table rows and of failed runs that the terminal shows.
 const SHOWN: usize = 20;
@@ -73,9 +73,7 @@ fn finish(
     _plan: Option<&Path>,
 ) -> anyhow::Result<bool> {
     let design = &header.design;
-    let columns = results_table(design, rows);
-    write_atomically(folder, "results.csv", &csv(&columns, rows.len())?)?;
-    write_atomically(folder, "results.parquet", &to_parquet(&columns)?)?;
+    results_table(design, rows).write(folder, "results")?;
 
     let overall = overall(rows);
     let conditions = by_condition(design, rows);
@@ -84,10 +82,17 @@ fn finish(
     let columns = columns.chunk_by(|a, b| a.column == b.column);
     // A chunk is never empty.
     for (number, of_column) in columns.enumerate() {
-        let (svg, column) = (draw(of_column)?, of_column[0].column.clone());
-        let file = format!("by-{number}-{}.svg", plain(&column));
-        write_atomically(folder, &file, svg.as_bytes())?;
-        figures.push(Figure { column, svg });
+        let column = &of_column[0].column;
+        let figure = Figure {
+            name: format!("by-{number}-{}", plain(column)),
+            caption: format!(
+                "Completion, makespan and lateness against {column}, separately for each class of faults and over all values of \
+                 the other keys. A constant completion is left out. Bars are 95 % intervals. Numbers are to scale; time axes may not start at 0."
+            ),
+            svg: draw(of_column)?,
+        };
+        figure.write(folder)?;
+        figures.push(figure);
     }
     let page = Page {
         sweep: &header.sweep,
@@ -97,9 +102,10 @@ fn finish(
         conditions: &conditions,
         figures: &figures,
     };
-    write_atomically(folder, "summary.csv", &page.csv()?)?;
-    if let Some(faults) = page.faults_csv()? {
-        write_atomically(folder, FAULTS, &faults)?;
+    page.table().write_csv(folder, "summary")?;
+    let faults = page.fault_table();
+    if faults.rows() > 0 {
+        faults.write_csv(folder, FAULTS)?;
     }
     write_atomically(folder, "summary.html", page.html().as_bytes())?;
     show(folder, header, &page);
@@ -146,7 +152,7 @@ fn show(folder: &Path, header: &Header, page: &Page<'_>) {
         for count in faults.values() {
             all.add(count);
         }
-        let file = folder.join(FAULTS);
+        let file = folder.join(format!("{FAULTS}.csv"));
         stderr_line!(
             "faults   {} armed, {} took effect ({}): {}",
             all.armed,

@@ -3,36 +3,23 @@
 use std::ops::Range;
 
 use plotters::style::RGBColor;
-use plotters::style::text_anchor::{HPos, VPos};
 
 use super::statistics::{Estimate, Interval};
 use super::summary::{ColumnSeries, Summary};
-use crate::palette::colors;
-use crate::report::figures::canvas::{
-    Area, Axes, Chart, DrawResult, FAINT, Frame, INK, Mark, TEXT_PX, TextLabel, WIDTH_PX, chart,
-    curve, line, part, px, rows_for, svg,
+use crate::figures::canvas::{
+    Area, Axes, DrawResult, Frame, Mark, TextLabel, WIDTH_PX, chart, part, rows_for, series, svg,
 };
+use crate::figures::legend::{Legend, Sample};
+use crate::figures::palette::colors;
 
 const LEFT_PX: f64 = 62.0;
 const RIGHT_PX: f64 = 16.0;
 const PLOT_PX: f64 = 190.0;
 const GAP_PX: f64 = 14.0;
-const LEGEND_PX: f64 = 26.0;
 
 /// The largest number of label rows below the plots, so that long labels have room.
 const LABEL_ROWS: usize = 3;
 const ROW_PX: f64 = 16.0;
-
-const LABELS: TextLabel = TextLabel {
-    size_px: TEXT_PX,
-    bold: false,
-    color: INK,
-    anchor: (HPos::Center, VPos::Center),
-    upright: false,
-};
-
-/// The marks that distinguish series.
-const MARKS: [Mark; 4] = [Mark::Square, Mark::Diamond, Mark::Triangle, Mark::Cross];
 
 /// The distance between the series of a group, px.
 const APART_PX: f64 = 14.0;
@@ -100,12 +87,19 @@ impl<'s> Block<'s> {
         }
     }
 
-    fn has_legend(&self) -> bool {
-        self.against.series.len() > 1
+    /// Returns the legend, which is empty for a single series.
+    fn legend(&self) -> Legend<'s> {
+        let series = &self.against.series;
+        let names = series.iter().map(|(name, _)| name.as_str());
+        let samples = names.clone().zip(colors(names)).enumerate();
+        let entries = samples.filter(|_| series.len() > 1);
+        let entries = entries
+            .map(|(number, (name, color))| (Sample::Mark(Mark::of_series(number), color), name));
+        Legend::new(entries.collect(), LEFT_PX..WIDTH_PX)
     }
 
     fn head_px(&self) -> f64 {
-        if self.has_legend() { LEGEND_PX } else { 4.0 }
+        self.legend().height_px() + 6.0
     }
 
     fn plots_px(&self) -> f64 {
@@ -122,9 +116,7 @@ impl<'s> Block<'s> {
     fn draw(&self, area: &Area<'_>, within: &Area<'_>) -> DrawResult {
         let against = self.against;
         let colors = colors(against.series.iter().map(|(name, _)| name.as_str()));
-        if self.has_legend() {
-            legend(within, against, &colors)?;
-        }
+        self.legend().draw(within, 0.0)?;
         for (place, panel) in self.panels.iter().enumerate() {
             let top_px = self.head_px() + place as f64 * (PLOT_PX + GAP_PX);
             let plot = part(within, (0.0, top_px), (WIDTH_PX, PLOT_PX));
@@ -139,7 +131,7 @@ impl<'s> Block<'s> {
         let under = against.faults.iter();
         let under: String = under.map(|faults| format!(" (faults: {faults})")).collect();
         let text = format!("{}{scale}{under}", against.column);
-        LABELS.write(within, &text, (WIDTH_PX / 2.0, self.height_px() - ROW_PX))
+        TextLabel::CENTERED.write(within, &text, (WIDTH_PX / 2.0, self.height_px() - ROW_PX))
     }
 }
 
@@ -233,39 +225,8 @@ fn draw_panel(
                 Some((place(against, group) + shift, at, interval))
             })
             .collect();
-        draw_series(
-            area,
-            &chart,
-            &points,
-            (MARKS[number % MARKS.len()], colors[number]),
-        )?;
-    }
-    Ok(())
-}
-
-fn draw_series(
-    area: &Area<'_>,
-    chart: &Chart<'_>,
-    points: &[(f64, f64, Interval)],
-    (mark, color): (Mark, RGBColor),
-) -> DrawResult {
-    let middles = points.iter().map(|(x, at, _)| (*x, *at)).collect();
-    curve(chart, middles, line(FAINT, 0.75))?;
-    for &(x, at, (from, to)) in points {
-        curve(chart, vec![(x, from), (x, to)], line(color, 2.0))?;
-        mark.draw(area, chart.plotting_area().map_coordinate(&(x, at)), color)?;
-    }
-    Ok(())
-}
-
-fn legend(area: &Area<'_>, against: &ColumnSeries, colors: &[RGBColor]) -> DrawResult {
-    let letters = TextLabel::default();
-    let mut left_px = LEFT_PX;
-    for (place, (name, _)) in against.series.iter().enumerate() {
-        let at = (px(left_px + 6.0), px(LEGEND_PX / 2.0));
-        MARKS[place % MARKS.len()].draw(area, at, colors[place])?;
-        letters.write(area, name, (left_px + 18.0, LEGEND_PX / 2.0))?;
-        left_px += letters.width_px(name) + 44.0;
+        let mark = Mark::of_series(number);
+        series(area, &chart, &points, (mark, colors[number]))?;
     }
     Ok(())
 }
@@ -277,7 +238,7 @@ fn label_rows(against: &ColumnSeries) -> Vec<Option<usize>> {
         .iter()
         .enumerate()
         .map(|(group, name)| {
-            let width = LABELS.width_px(name) + 8.0;
+            let width = TextLabel::CENTERED.width_px(name) + 8.0;
             (x_px(against, group) - width / 2.0, width)
         })
         .collect();
@@ -293,7 +254,11 @@ fn labels(
     for (group, row) in rows.iter().enumerate() {
         if let Some(row) = row {
             let y_px = top_px + (*row as f64 + 0.75) * ROW_PX;
-            LABELS.write(area, &against.groups[group], (x_px(against, group), y_px))?;
+            TextLabel::CENTERED.write(
+                area,
+                &against.groups[group],
+                (x_px(against, group), y_px),
+            )?;
         }
     }
     Ok(())

@@ -16,7 +16,6 @@ pub(crate) mod journal;
 pub(crate) mod lines;
 pub(crate) mod measures;
 mod page;
-pub(crate) mod parquet;
 pub(crate) mod plan;
 pub(crate) mod results;
 pub(crate) mod run;

@@ -1,24 +1,35 @@
 //! The summary of a sweep as a self-contained HTML page and as CSV.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 use super::design::{Cell, Design};
 use super::execution::counted;
 use super::run::{FaultCount, Row, RunResult};
 use super::statistics::Estimate;
 use super::summary::{Summary, failed_by_reason, faults_by_kind};
-use crate::page_head::head;
+use crate::columns::Entry::{self, Text, Whole};
+use crate::columns::Table;
+use crate::figures::Figure;
+use crate::page::{definitions, document, drawing, table};
 
 /// The largest number of rows in a table of the page; the files contain the rest.
 const ROWS: usize = 500;
 
-/// Keeps numbers on one line and lets wide tables scroll.
-const TABLES: &str = "td { white-space: nowrap } .wide { overflow-x: auto }";
-
-pub struct Figure {
-    pub column: String,
-    pub svg: String,
-}
+const DEFINITIONS: [(&str, &str); 3] = [
+    (
+        "share",
+        "Complete runs divided by runs that did not fail, with Wilson's score interval.",
+    ),
+    (
+        "makespan",
+        "Median simulated time of complete runs in s, with the bootstrap's percentile interval.",
+    ),
+    (
+        "lateness",
+        "Median over the runs of the greatest lateness of a recurring task in s, with the same kind of interval; \
+         runs without recurring tasks are omitted.",
+    ),
+];
 
 pub struct Page<'s> {
     pub sweep: &'s str,
@@ -34,62 +45,42 @@ impl Page<'_> {
     #[must_use]
     pub fn html(&self) -> String {
         let columns = self.setting_columns();
-        let text = html! {
-            (DOCTYPE)
-            html lang="en" {
-                (head(&format!("Sweep {}", self.sweep), TABLES))
-                body {
-                    h1 { "Sweep " (self.sweep) }
-                    p {
-                        (counted(self.overall.runs, "run")) ": " (self.overall.complete) " complete, "
-                        (self.overall.runs - self.overall.failed - self.overall.complete) " not complete, "
-                        (self.overall.failed) " failed. A row for each is in "
-                        a href="results.csv" { "results.csv" } " and " a href="results.parquet" { "results.parquet" } "."
-                    }
-                    @let (first, rest) = self.figures.split_at(self.figures.len().min(1));
-                    @for sentence in self.answer() { p { (sentence) } }
-                    @for figure in first { (drawing(figure)) }
-                    h2 { "By settings" }
-                    div.wide { table {
-                        thead { tr {
-                            @for column in &columns { th.text { (column) } }
-                            th { "runs" } th { "failed" } th { "complete" } th { "share" } th { "95 %" }
-                            th { "makespan, s" } th { "95 %" } th { "lateness, s" } th { "95 %" }
-                        } }
-                        tbody {
-                            @for (cells, summary) in self.conditions.iter().take(ROWS) {
-                                tr {
-                                    @for cell in cells { td.text { (cell) } }
-                                    (figures(summary))
-                                }
-                            }
-                        }
-                    } }
-                    @if self.conditions.len() > ROWS {
-                        p.note { (counted(self.conditions.len() - ROWS, "more row")) ": see " a href="summary.csv" { "summary.csv" } "." }
-                    }
-                    @if !rest.is_empty() {
-                        h2 { "By each further key" }
-                        @for figure in rest { (drawing(figure)) }
-                    }
-                    (self.failures())
-                    (self.faults())
-                    h2 { "Definitions" }
-                    dl {
-                        dt { "share" }
-                        dd { "Complete runs divided by runs that did not fail, with Wilson's score interval." }
-                        dt { "makespan" }
-                        dd { "Median simulated time of complete runs in s, with the bootstrap's percentile interval." }
-                        dt { "lateness" }
-                        dd {
-                            "Median over the runs of the greatest lateness of a recurring task in s, with the same kind of interval; "
-                            "runs without recurring tasks are omitted."
-                        }
-                    }
-                }
+        let (first, rest) = self.figures.split_at(self.figures.len().min(1));
+        let head = html! {
+            @for column in &columns { th.text { (column) } }
+            th { "runs" } th { "failed" } th { "complete" } th { "share" } th { "95 %" }
+            th { "makespan, s" } th { "95 %" } th { "lateness, s" } th { "95 %" }
+        };
+        let rows = html! {
+            @for (cells, summary) in self.conditions.iter().take(ROWS) {
+                tr { @for cell in cells { td.text { (cell) } } (figures(summary)) }
             }
         };
-        text.into_string()
+        let title = format!("Sweep {}", self.sweep);
+        let body = html! {
+            h1 { (title) }
+            p {
+                (counted(self.overall.runs, "run")) ": " (self.overall.complete) " complete, "
+                (self.overall.runs - self.overall.failed - self.overall.complete) " not complete, "
+                (self.overall.failed) " failed. A row for each is in "
+                a href="results.csv" { "results.csv" } " and " a href="results.parquet" { "results.parquet" } "."
+            }
+            @for sentence in self.answer() { p { (sentence) } }
+            @for figure in first { (drawing(figure)) }
+            h2 { "By settings" }
+            (table(&head, &rows))
+            @if self.conditions.len() > ROWS {
+                p.note { (counted(self.conditions.len() - ROWS, "more row")) ": see " a href="summary.csv" { "summary.csv" } "." }
+            }
+            @if !rest.is_empty() {
+                h2 { "By each further key" }
+                @for figure in rest { (drawing(figure)) }
+            }
+            (self.failures())
+            (self.faults())
+            (definitions(&DEFINITIONS))
+        };
+        document(&title, "", &body)
     }
 
     /// Returns the result in two sentences: the settings with the extreme completion and makespan.
@@ -136,49 +127,36 @@ impl Page<'_> {
         named.join(", ")
     }
 
-    /// Returns the conditions as CSV with a header line; times in s.
-    pub fn csv(&self) -> anyhow::Result<Vec<u8>> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        let figures = [
-            "runs",
-            "failed",
-            "complete",
-            "share",
-            "share_from",
-            "share_to",
-            "makespan_s",
-            "makespan_from_s",
-            "makespan_to_s",
-            "lateness_s",
-            "lateness_from_s",
-            "lateness_to_s",
-        ];
-        writer.write_record(self.setting_columns().into_iter().chain(figures))?;
-        for (cells, summary) in self.conditions {
-            let number = |number: Option<f64>| number.map_or_else(String::new, |n| n.to_string());
-            let share = summary.share();
-            let estimated = |estimate: Option<Estimate>| {
-                [
-                    number(estimate.map(|found| found.median)),
-                    number(estimate.map(|found| found.interval.0)),
-                    number(estimate.map(|found| found.interval.1)),
-                ]
-            };
-            let counts = [summary.runs, summary.failed, summary.complete].map(|n| n.to_string());
-            let shares = [
-                number(share),
-                number(share.map(|_| summary.completion.0)),
-                number(share.map(|_| summary.completion.1)),
-            ];
-            let cells = cells.iter().map(|cell| cell.to_string());
-            let all = cells
-                .chain(counts)
-                .chain(shares)
-                .chain(estimated(summary.makespan_s))
-                .chain(estimated(summary.lateness_s));
-            writer.write_record(all)?;
-        }
-        Ok(writer.into_inner()?)
+    /// Returns the conditions as a table; times in s.
+    #[must_use]
+    pub fn table(&self) -> Table {
+        let columns = self.setting_columns();
+        let estimated = |estimate: Option<Estimate>| {
+            Entry::with_interval(estimate.map(|found| (found.median, found.interval)))
+        };
+        let rows = self.conditions.iter().map(|(cells, summary)| {
+            let share = summary.share().map(|share| (share, summary.completion));
+            let [share, share_from, share_to] = Entry::with_interval(share);
+            let [makespan, makespan_from, makespan_to] = estimated(summary.makespan_s);
+            let [lateness, lateness_from, lateness_to] = estimated(summary.lateness_s);
+            let settings = columns.iter().zip(cells);
+            let settings = settings.map(|(column, cell)| (*column, Text(cell.to_string())));
+            settings.chain([
+                ("runs", Whole(summary.runs)),
+                ("failed", Whole(summary.failed)),
+                ("complete", Whole(summary.complete)),
+                ("share", share),
+                ("share_from", share_from),
+                ("share_to", share_to),
+                ("makespan_s", makespan),
+                ("makespan_from_s", makespan_from),
+                ("makespan_to_s", makespan_to),
+                ("lateness_s", lateness),
+                ("lateness_from_s", lateness_from),
+                ("lateness_to_s", lateness_to),
+            ])
+        });
+        Table::of_rows(rows)
     }
 
     #[must_use]
@@ -188,19 +166,19 @@ impl Page<'_> {
         columns
     }
 
-    /// Returns the faults by kind as CSV with a header line, or `None` without faults.
-    pub fn faults_csv(&self) -> anyhow::Result<Option<Vec<u8>>> {
-        let faults = faults_by_kind(self.rows);
-        if faults.is_empty() {
-            return Ok(None);
-        }
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        writer.write_record(["kind", "armed", "hit", "hits"])?;
-        for (kind, FaultCount { armed, hit, hits }) in faults {
-            let counts = [armed, hit, hits].map(|n| n.to_string());
-            writer.write_record([kind.to_owned()].into_iter().chain(counts))?;
-        }
-        Ok(Some(writer.into_inner()?))
+    /// Returns the faults by kind.
+    #[must_use]
+    pub fn fault_table(&self) -> Table {
+        let faults = faults_by_kind(self.rows).into_iter();
+        Table::of_rows(faults.map(|(kind, FaultCount { armed, hit, hits })| {
+            // Counts of faults fit a usize on all supported platforms.
+            [
+                ("kind", Text(kind.to_owned())),
+                ("armed", Whole(armed as usize)),
+                ("hit", Whole(hit as usize)),
+                ("hits", Whole(hits as usize)),
+            ]
+        }))
     }
 
     fn faults(&self) -> Markup {
@@ -212,14 +190,11 @@ impl Page<'_> {
                     "Faults of all runs that did not fail. Hit: the fault had an effect; hits: the number of effects. Also in "
                     a href="faults.csv" { "faults.csv" } "."
                 }
-                table {
-                    thead { tr { th.text { "kind" } th { "armed" } th { "hit" } th { "hits" } } }
-                    tbody {
-                        @for (kind, count) in &faults {
-                            tr { td.text { (kind) } td { (count.armed) } td { (count.hit) } td { (count.hits) } }
-                        }
+                (table(&html! { th.text { "kind" } th { "armed" } th { "hit" } th { "hits" } }, &html! {
+                    @for (kind, count) in &faults {
+                        tr { td.text { (kind) } td { (count.armed) } td { (count.hit) } td { (count.hits) } }
                     }
-                }
+                }))
             }
         }
     }
@@ -244,30 +219,15 @@ impl Page<'_> {
                     }
                 }
                 p.note { "The folder failures/ contains the scenario of each failed run and the command that repeats it." }
-                table {
-                    thead { tr { th { "run" } th { "seed" } th.text { "reason" } } }
-                    tbody {
-                        @for (run, failure) in failures.iter().take(ROWS) {
-                            tr {
-                                td { a href=(format!("failures/{run}.toml")) { (run) } }
-                                td { (self.design.seed(*run)) }
-                                td.text { (failure.reason) }
-                            }
+                (table(&html! { th { "run" } th { "seed" } th.text { "reason" } }, &html! {
+                    @for (run, failure) in failures.iter().take(ROWS) {
+                        tr {
+                            td { a href=(format!("failures/{run}.toml")) { (run) } }
+                            td { (self.design.seed(*run)) }
+                            td.text { (failure.reason) }
                         }
                     }
-                }
-            }
-        }
-    }
-}
-
-fn drawing(figure: &Figure) -> Markup {
-    html! {
-        figure {
-            (PreEscaped(&figure.svg))
-            figcaption {
-                "Completion, makespan and lateness against " (figure.column) ", separately for each class of faults and over all values of "
-                "the other keys. A constant completion is left out. Bars are 95 % intervals. Numbers are to scale; time axes may not start at 0."
+                }))
             }
         }
     }

@@ -7,25 +7,12 @@ use scenario::mission::{FigureValue, MissionFigures};
 use super::design::{Cell, Design};
 use super::measures::{BroadcastTraffic, ComparisonMeasures};
 use super::run::{Figures, Row, RunResult};
-
-pub struct Column {
-    pub name: String,
-    pub values: Values,
-}
-
-/// Values by row; `None` for an empty cell.
-pub enum Values {
-    Integers(Vec<Option<i64>>),
-    Numbers(Vec<Option<f64>>),
-    Flags(Vec<Option<bool>>),
-    Texts(Vec<Option<String>>),
-}
-
-use Values::{Flags, Integers, Numbers, Texts};
+use crate::columns::Values::{Flags, Integers, Numbers, Texts};
+use crate::columns::{Column, Table, Values};
 
 /// Creates all columns: run number, settings, outcome, figures, and the reason of a failure.
 #[must_use]
-pub fn results_table(design: &Design, rows: &[Row]) -> Vec<Column> {
+pub fn results_table(design: &Design, rows: &[Row]) -> Table {
     let column = |name: &str, values| Column {
         name: name.to_owned(),
         values,
@@ -41,7 +28,7 @@ pub fn results_table(design: &Design, rows: &[Row]) -> Vec<Column> {
         let cells = rows
             .iter()
             .filter_map(|row| design.cells(row.run).nth(place));
-        columns.push(column(name, Values::of(cells.collect())));
+        columns.push(column(name, narrowest(&cells.collect::<Vec<_>>())));
     }
     let text = |of: fn(&Row) -> Option<String>| Texts(rows.iter().map(of).collect());
     columns.extend([
@@ -95,7 +82,7 @@ pub fn results_table(design: &Design, rows: &[Row]) -> Vec<Column> {
             RunResult::Failed(failure) => Some(failure.reason.clone()),
         }),
     )]);
-    columns
+    Table { columns }
 }
 
 /// Creates the columns of the measures that comparisons add. Returns none if no run was measured.
@@ -190,63 +177,26 @@ pub fn figures_of(row: &Row) -> Option<&Figures> {
     }
 }
 
-impl Column {
-    #[must_use]
-    pub fn rows(&self) -> usize {
-        match &self.values {
-            Integers(values) => values.len(),
-            Numbers(values) => values.len(),
-            Flags(values) => values.len(),
-            Texts(values) => values.len(),
-        }
+/// Converts cells to the narrowest type that holds all of them.
+fn narrowest(cells: &[&Cell]) -> Values {
+    let all = |fits: fn(&Cell) -> bool| cells.iter().all(|cell| fits(cell));
+    if all(|cell| matches!(cell, Cell::Integer(_))) {
+        let numbers = cells.iter().map(|cell| match cell {
+            Cell::Integer(number) => Some(*number),
+            _ => None,
+        });
+        Integers(numbers.collect())
+    } else if all(|cell| cell.number().is_some()) {
+        Numbers(cells.iter().map(|cell| cell.number()).collect())
+    } else if all(|cell| matches!(cell, Cell::Flag(_))) {
+        let flags = cells.iter().map(|cell| match cell {
+            Cell::Flag(flag) => Some(*flag),
+            _ => None,
+        });
+        Flags(flags.collect())
+    } else {
+        Texts(cells.iter().map(|cell| Some(cell.to_string())).collect())
     }
-}
-
-impl Values {
-    /// Converts cells to the narrowest type that holds all of them.
-    fn of(cells: Vec<&Cell>) -> Self {
-        let all = |fits: fn(&Cell) -> bool| cells.iter().all(|cell| fits(cell));
-        if all(|cell| matches!(cell, Cell::Integer(_))) {
-            let numbers = cells.iter().map(|cell| match cell {
-                Cell::Integer(number) => Some(*number),
-                _ => None,
-            });
-            Integers(numbers.collect())
-        } else if all(|cell| cell.number().is_some()) {
-            Numbers(cells.iter().map(|cell| cell.number()).collect())
-        } else if all(|cell| matches!(cell, Cell::Flag(_))) {
-            let flags = cells.iter().map(|cell| match cell {
-                Cell::Flag(flag) => Some(*flag),
-                _ => None,
-            });
-            Flags(flags.collect())
-        } else {
-            Texts(cells.iter().map(|cell| Some(cell.to_string())).collect())
-        }
-    }
-
-    /// Returns a value as text; empty for an empty cell.
-    fn text(&self, row: usize) -> String {
-        fn show<T: ToString>(value: Option<&T>) -> String {
-            value.map_or_else(String::new, T::to_string)
-        }
-        match self {
-            Integers(values) => show(values[row].as_ref()),
-            Numbers(values) => show(values[row].as_ref()),
-            Flags(values) => show(values[row].as_ref()),
-            Texts(values) => show(values[row].as_ref()),
-        }
-    }
-}
-
-/// Returns the table as CSV with a header line. Numbers have the shortest form that reads back unchanged.
-pub fn csv(columns: &[Column], rows: usize) -> anyhow::Result<Vec<u8>> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(columns.iter().map(|column| &column.name))?;
-    for row in 0..rows {
-        writer.write_record(columns.iter().map(|column| column.values.text(row)))?;
-    }
-    Ok(writer.into_inner()?)
 }
 
 #[cfg(test)]
@@ -332,7 +282,7 @@ pub(crate) mod tests {
     #[test]
     fn column_names_are_unique() {
         let text = "presets = ['team']\n[faults.none]\n[grid]\nbody.speed_m_s = [0.5]\n";
-        let columns = results_table(&design(text), &[complete(0, 4_000)]);
+        let columns = results_table(&design(text), &[complete(0, 4_000)]).columns;
         let names: std::collections::BTreeSet<&String> =
             columns.iter().map(|column| &column.name).collect();
         assert_eq!(names.len(), columns.len());
@@ -344,7 +294,7 @@ pub(crate) mod tests {
             design("[grid]\nbody.speed_m_s = [0.5, 1, 0.25]\nwaste.spills.0.name = ['top']\n");
         let rows = [complete(0, 4_000), incomplete(1), failed(2)];
         let table = results_table(&design, &rows);
-        let csv = String::from_utf8(csv(&table, rows.len()).unwrap()).unwrap();
+        let csv = String::from_utf8(table.csv().unwrap()).unwrap();
         let expected = "\
             run,body.speed_m_s,waste.spills.0.name,seed,outcome,hash,sim_time_ms,items_delivered,items_total,reports_made,\
             report_lateness_mean_ms,report_lateness_max_ms,activations,messages_sent,bytes_sent,messages_heard,messages_lost,\

@@ -12,20 +12,21 @@ use scenario::decode_text;
 use terminal::stderr_line;
 use world_server::mission_args::Known;
 
-use super::page::Page;
+use super::page::{Page, sentence};
 use super::record::{Executor, Header, SearchJournal, StoppedSearch};
 use super::result::{AllocatorResult, TUNED};
-use super::search::population;
+use super::search::{Method, population};
 use super::task::{Allocator, Task};
 use super::tuning::{TrialExecutor, Tuned, tune};
-use super::verdict::{TestComparison, verdicts};
+use super::verdict::verdicts;
+use crate::columns::Entry::{self, Flag, Number, Text, Whole};
+use crate::columns::Table;
 use crate::interrupted::InterruptFlag;
 use crate::new_file::write_atomically;
 use crate::progress::RunProgress;
 use crate::sweep::design::apply_change;
 use crate::sweep::execution::{PLAN, jobs, read_plan, shell_quoted};
-use crate::sweep::results::Values::{Flags, Integers, Numbers, Texts};
-use crate::sweep::results::{Column, Values, csv};
+use crate::table::bullets;
 
 const PAGE: &str = "tuning.html";
 
@@ -168,20 +169,11 @@ fn finish(task: &Task, name: &str, folder: &Path, found: &[Tuned]) -> anyhow::Re
         })
         .collect();
     write_atomically(folder, TUNED, scenario(task, name, &results)?.as_bytes())?;
-    for (name, columns) in [
-        ("candidates.csv", candidates(&results)),
-        ("test.csv", tests(&results)),
-    ] {
-        let rows = columns.first().map_or(0, Column::rows);
-        write_atomically(folder, name, &csv(&columns, rows)?)?;
-    }
+    candidates(&results).write_csv(folder, "candidates")?;
+    tests(&results).write_csv(folder, "test")?;
     let figures = super::figures::figures(task, &results)?;
     for figure in figures.iter().flatten() {
-        write_atomically(
-            folder,
-            &format!("{}.svg", figure.name),
-            figure.svg.as_bytes(),
-        )?;
+        figure.write(folder)?;
     }
     let page = Page {
         name,
@@ -190,9 +182,8 @@ fn finish(task: &Task, name: &str, folder: &Path, found: &[Tuned]) -> anyhow::Re
         figures: &figures,
     };
     write_atomically(folder, PAGE, page.html().as_bytes())?;
-    for result in &results {
-        stderr_line!("- {}", super::page::sentence(task, result));
-    }
+    let sentences = results.iter().map(|result| sentence(task, result));
+    stderr_line!("{}", bullets(&sentences.collect::<Vec<_>>()));
     stderr_line!(
         "scenario alliance run {}",
         shell_quoted(&folder.join(TUNED))
@@ -218,7 +209,7 @@ fn scenario(task: &Task, name: &str, results: &[AllocatorResult<'_>]) -> anyhow:
         let best = result.tuned.best(result.chosen);
         let verdict = &result.verdicts[result.chosen][0];
         let allocator = result.allocator;
-        text += &format!("# {}\n", super::page::sentence(task, result));
+        text += &format!("# {}\n", sentence(task, result));
         if result.is_better() {
             for each in allocator.changes(Some(&best.values)).into_iter().skip(1) {
                 apply_change(&mut table, &each).map_err(anyhow::Error::msg)?;
@@ -243,156 +234,60 @@ fn scenario(task: &Task, name: &str, results: &[AllocatorResult<'_>]) -> anyhow:
     Ok(format!("{text}{table}"))
 }
 
-#[derive(Default)]
-struct Filling(Vec<Column>);
-
-impl Filling {
-    fn column(&mut self, name: &str, values: Values) {
-        let name = name.to_owned();
-        self.0.push(Column { name, values });
-    }
+/// Returns a row per candidate, with a column per parameter of every allocator.
+fn candidates(results: &[AllocatorResult<'_>]) -> Table {
+    let each = results.iter().flat_map(|result| {
+        let candidates = result.tuned.candidates.iter();
+        candidates.map(move |candidate| (result, candidate))
+    });
+    Table::of_rows(each.map(|(result, candidate)| {
+        let parameters = results.iter().flat_map(move |other| {
+            let values = candidate.values.iter().copied();
+            let values = values.map(Some).chain(std::iter::repeat(None));
+            let is_own = other.allocator.name == result.allocator.name;
+            let values = values.map(move |value| Number(value.filter(|_| is_own)));
+            let keys = other.allocator.parameters.iter();
+            keys.map(|parameter| parameter.key.as_str()).zip(values)
+        });
+        let row = [
+            ("allocator", Text(result.allocator.name.clone())),
+            ("method", Text(candidate.method.as_str().to_owned())),
+            ("generation", Whole(candidate.generation)),
+            ("runs", Whole(candidate.own_runs)),
+            ("dropped", Flag(candidate.dropped)),
+            ("score", Number(Some(candidate.score))),
+            ("log_metric_ratio", Number(Some(candidate.metric))),
+            ("log_bytes_ratio", Number(Some(candidate.bytes))),
+        ];
+        row.into_iter().chain(parameters)
+    }))
 }
 
-fn candidates(results: &[AllocatorResult<'_>]) -> Vec<Column> {
-    let all: Vec<_> = results
-        .iter()
-        .flat_map(|result| {
-            result
-                .tuned
-                .candidates
-                .iter()
-                .map(move |candidate| (result, candidate))
-        })
-        .collect();
-    let each = || all.iter();
-    let mut table = Filling::default();
-    let texts = |values: Vec<String>| Texts(values.into_iter().map(Some).collect());
-    table.column(
-        "allocator",
-        texts(
-            each()
-                .map(|(result, _)| result.allocator.name.clone())
-                .collect(),
-        ),
-    );
-    table.column(
-        "method",
-        texts(
-            each()
-                .map(|(_, candidate)| candidate.method.as_str().to_owned())
-                .collect(),
-        ),
-    );
-    table.column(
-        "generation",
-        Integers(
-            each()
-                .map(|(_, candidate)| Some(candidate.generation as i64))
-                .collect(),
-        ),
-    );
-    table.column(
-        "runs",
-        Integers(
-            each()
-                .map(|(_, candidate)| Some(candidate.own_runs as i64))
-                .collect(),
-        ),
-    );
-    table.column(
-        "dropped",
-        Flags(
-            each()
-                .map(|(_, candidate)| Some(candidate.dropped))
-                .collect(),
-        ),
-    );
-    table.column(
-        "score",
-        Numbers(each().map(|(_, candidate)| Some(candidate.score)).collect()),
-    );
-    table.column(
-        "log_metric_ratio",
-        Numbers(
-            each()
-                .map(|(_, candidate)| Some(candidate.metric))
-                .collect(),
-        ),
-    );
-    table.column(
-        "log_bytes_ratio",
-        Numbers(each().map(|(_, candidate)| Some(candidate.bytes)).collect()),
-    );
+fn tests(results: &[AllocatorResult<'_>]) -> Table {
+    let mut table = Table::default();
     for result in results {
-        for (place, parameter) in result.allocator.parameters.iter().enumerate() {
-            let is_same =
-                |other: &AllocatorResult<'_>| other.allocator.name == result.allocator.name;
-            let values =
-                each().map(|(other, candidate)| is_same(other).then(|| candidate.values[place]));
-            table.column(&parameter.key, Numbers(values.collect()));
+        for (method, verdicts) in Method::ALL.iter().zip(&result.verdicts) {
+            for verdict in verdicts {
+                let [difference, from, to] = Entry::with_interval(verdict.difference);
+                let [percent, percent_from, percent_to] =
+                    Entry::with_interval(Some(verdict.percent));
+                table.add([
+                    ("allocator", Text(result.allocator.name.clone())),
+                    ("method", Text(method.as_str().to_owned())),
+                    ("condition", Text(verdict.condition.clone())),
+                    ("n", Whole(verdict.n)),
+                    ("default", Number(verdict.means.map(|means| means.0))),
+                    ("tuned", Number(verdict.means.map(|means| means.1))),
+                    ("difference", difference),
+                    ("difference_from", from),
+                    ("difference_to", to),
+                    ("percent", percent),
+                    ("percent_from", percent_from),
+                    ("percent_to", percent_to),
+                    ("bytes_percent", Number(Some(verdict.bytes_percent))),
+                ]);
+            }
         }
     }
-    table.0
-}
-
-fn tests(results: &[AllocatorResult<'_>]) -> Vec<Column> {
-    let mut rows = Vec::new();
-    for result in results {
-        for (method, verdicts) in super::search::Method::ALL.iter().zip(&result.verdicts) {
-            rows.extend(
-                verdicts
-                    .iter()
-                    .map(|verdict| (result, method.as_str(), verdict)),
-            );
-        }
-    }
-    let each = || rows.iter();
-    let mut table = Filling::default();
-    let texts = |values: Vec<String>| Texts(values.into_iter().map(Some).collect());
-    table.column(
-        "allocator",
-        texts(
-            each()
-                .map(|(result, ..)| result.allocator.name.clone())
-                .collect(),
-        ),
-    );
-    table.column(
-        "method",
-        texts(each().map(|(_, method, _)| (*method).to_owned()).collect()),
-    );
-    table.column(
-        "condition",
-        texts(
-            each()
-                .map(|(.., verdict)| verdict.condition.clone())
-                .collect(),
-        ),
-    );
-    table.column(
-        "n",
-        Integers(each().map(|(.., verdict)| Some(verdict.n as i64)).collect()),
-    );
-    let number = |of: fn(&TestComparison) -> Option<f64>| {
-        Numbers(each().map(|(.., verdict)| of(verdict)).collect())
-    };
-    table.column("default", number(|verdict| Some(verdict.means?.0)));
-    table.column("tuned", number(|verdict| Some(verdict.means?.1)));
-    table.column("difference", number(|verdict| Some(verdict.difference?.0)));
-    table.column(
-        "difference_from",
-        number(|verdict| Some(verdict.difference?.1.0)),
-    );
-    table.column(
-        "difference_to",
-        number(|verdict| Some(verdict.difference?.1.1)),
-    );
-    table.column("percent", number(|verdict| Some(verdict.percent.0)));
-    table.column("percent_from", number(|verdict| Some(verdict.percent.1.0)));
-    table.column("percent_to", number(|verdict| Some(verdict.percent.1.1)));
-    table.column(
-        "bytes_percent",
-        number(|verdict| Some(verdict.bytes_percent)),
-    );
-    table.0
+    table
 }

@@ -7,11 +7,12 @@ use super::result::AllocatorResult;
 use super::search::Method;
 use super::task::Task;
 use super::tuning::{Candidate, percent};
-use crate::report::figures::Figure;
-use crate::report::figures::canvas::{
-    Axes, FAINT, Frame, INK, Mark, TextLabel, WIDTH_PX, chart, curve, fill, horizontal_line, line,
-    part, px, svg,
+use crate::figures::Figure;
+use crate::figures::canvas::{
+    Axes, FAINT, FRAME, Frame, INK, Mark, TextLabel, WIDTH_PX, chart, curve, fill, horizontal_line,
+    line, part, svg,
 };
+use crate::figures::legend::{Legend, Sample};
 
 const PLOT_PX: f64 = 330.0;
 const ROW_PX: f64 = 26.0;
@@ -19,13 +20,6 @@ const NAMES_PX: f64 = 330.0;
 
 /// The colors of the methods, which also differ in gray.
 const COLORS: [RGBColor; 2] = [RGBColor(0, 114, 178), RGBColor(213, 94, 0)];
-const MARKS: [Mark; 2] = [Mark::Square, Mark::Diamond];
-
-const FRAME: Frame = Frame {
-    left: 62.0,
-    right: 8.0,
-    bottom: 40.0,
-};
 
 /// Draws search, importance, test, and bytes against the metric, for each allocator.
 pub fn figures(task: &Task, results: &[AllocatorResult<'_>]) -> anyhow::Result<Vec<Vec<Figure>>> {
@@ -51,15 +45,12 @@ fn span(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
     low - room..high + room
 }
 
-fn legend(
-    area: &crate::report::figures::canvas::Area<'_>,
-) -> crate::report::figures::canvas::DrawResult {
-    for (place, method) in Method::ALL.iter().enumerate() {
-        let (x, y) = (WIDTH_PX - 150.0, 22.0 + 18.0 * place as f64);
-        MARKS[place].draw(area, (px(x), px(y)), COLORS[place])?;
-        TextLabel::default().write(area, method.as_str(), (x + 12.0, y))?;
-    }
-    Ok(())
+fn legend() -> Legend<'static> {
+    let samples = (0..)
+        .zip(COLORS)
+        .map(|(number, color)| Sample::Mark(Mark::of_series(number), color));
+    let entries = samples.zip(Method::ALL.map(Method::as_str));
+    Legend::column(entries.collect(), WIDTH_PX - 160.0)
 }
 
 fn search(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
@@ -107,14 +98,10 @@ fn search(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
         for (place, points) in curves.iter().enumerate() {
             curve(&chart, points.clone(), line(COLORS[place], 2.0))?;
             for point in points {
-                MARKS[place].draw(
-                    area,
-                    chart.plotting_area().map_coordinate(point),
-                    COLORS[place],
-                )?;
+                Mark::of_series(place).draw_at(area, &chart, *point, COLORS[place])?;
             }
         }
-        legend(area)
+        legend().draw(area, 12.0)
     })?;
     Ok(Figure {
         name: format!("search-{name}"),
@@ -168,7 +155,7 @@ fn matters(result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
                 line(INK, 1.5),
             )?;
             let at = (NAMES_PX - 6.0, 6.0 + ROW_PX * (place as f64 + 0.5));
-            RIGHT.write(area, &parameter.key, at)?;
+            TextLabel::RIGHT.write(area, &parameter.key, at)?;
         }
         Ok(())
     })?;
@@ -181,17 +168,6 @@ fn matters(result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
         svg,
     })
 }
-
-const RIGHT: TextLabel = TextLabel {
-    size_px: crate::report::figures::canvas::TEXT_PX,
-    bold: false,
-    color: INK,
-    anchor: (
-        plotters::style::text_anchor::HPos::Right,
-        plotters::style::text_anchor::VPos::Center,
-    ),
-    upright: false,
-};
 
 fn test(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
     let name = &result.allocator.name;
@@ -229,18 +205,14 @@ fn test(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
                 let y = rows as f64 - row as f64 - 0.35 - 0.3 * place as f64;
                 let (found, (from, to)) = verdict.percent;
                 curve(&chart, vec![(from, y), (to, y)], line(COLORS[place], 2.0))?;
-                MARKS[place].draw(
-                    area,
-                    chart.plotting_area().map_coordinate(&(found, y)),
-                    COLORS[place],
-                )?;
+                Mark::of_series(place).draw_at(area, &chart, (found, y), COLORS[place])?;
                 if place == 0 {
                     let at = (NAMES_PX - 6.0, 50.0 + ROW_PX * (row as f64 + 0.5));
-                    RIGHT.write(area, &verdict.condition, at)?;
+                    TextLabel::RIGHT.write(area, &verdict.condition, at)?;
                 }
             }
         }
-        legend(area)
+        legend().draw(area, 12.0)
     })?;
     Ok(Figure {
         name: format!("test-{name}"),
@@ -289,14 +261,10 @@ fn front(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
         for candidate in candidates() {
             let place = usize::from(candidate.method == Method::Random);
             let at = (percent(candidate.metric), percent(candidate.bytes));
-            MARKS[place].draw(
-                area,
-                chart.plotting_area().map_coordinate(&at),
-                COLORS[place],
-            )?;
+            Mark::of_series(place).draw_at(area, &chart, at, COLORS[place])?;
         }
         curve(&chart, best.clone(), line(INK, 1.5))?;
-        legend(area)
+        legend().draw(area, 12.0)
     })?;
     Ok(Figure {
         name: format!("front-{name}"),

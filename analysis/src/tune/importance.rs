@@ -5,6 +5,8 @@
 //!   without effect it is about (parts − 1)/(n − 1).
 //! - Spearman's rank correlation: the direction of the effect, if it is monotonic.
 
+use statrs::statistics::Statistics;
+
 use super::search::Method;
 use super::tuning::{Candidate, mean};
 use crate::compare::statistics::ranks::ranks;
@@ -67,14 +69,9 @@ fn correlation_ratio(coordinates: &[f64], scores: &[f64]) -> f64 {
 
 /// Returns Pearson's correlation, which for ranks is Spearman's.
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
-    let (mean_a, mean_b) = (mean(a.iter().copied()), mean(b.iter().copied()));
-    let products = |first: &[f64], of_first: f64, second: &[f64], of_second: f64| -> f64 {
-        let both = first.iter().zip(second);
-        both.map(|(x, y)| (x - of_first) * (y - of_second)).sum()
-    };
-    let spread = products(a, mean_a, a, mean_a) * products(b, mean_b, b, mean_b);
+    let spread = a.std_dev() * b.std_dev();
     if spread > 0.0 {
-        products(a, mean_a, b, mean_b) / spread.sqrt()
+        a.covariance(b) / spread
     } else {
         0.0
     }

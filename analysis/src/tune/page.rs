@@ -1,15 +1,14 @@
 //! The result as a self-contained HTML page that starts with the best values and their improvement.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 use super::importance::importance;
 use super::result::{AllocatorResult, TUNED};
 use super::search::Method;
 use super::task::Task;
 use super::verdict::TestComparison;
-use crate::compare::page::STYLE;
-use crate::page_head::head;
-use crate::report::figures::Figure;
+use crate::figures::Figure;
+use crate::page::{LANDSCAPE, document, drawing, table};
 use crate::sweep::execution::counted;
 
 pub struct Page<'p> {
@@ -60,30 +59,25 @@ impl Page<'_> {
             .seen()
             .map(|place| &self.task.conditions[place].name[..])
             .collect();
-        let text = html! {
-            (DOCTYPE)
-            html lang="en" {
-                (head(&format!("Tuning {}", self.name), STYLE))
-                body {
-                    h1 { "Tuning " (self.name) }
-                    p.question { (question.unwrap_or("Which parameters are good, and how much better are they than the defaults?")) }
-                    ul.answer { @for result in self.results { li { (sentence(self.task, result)) } } }
-                    p.note {
-                        "Objective: " @if self.task.metric.more_is_better() { "maximize " } @else { "minimize " } (self.task.metric.name())
-                        ", as the mean logarithm of its ratio to the defaults in the same runs, over " (counted(seen.len(), "condition")) " ("
-                        (seen.join("; ")) ") of equal weight"
-                        @if tuning.bytes_weight > 0.0 { ", plus " (tuning.bytes_weight) " times that of the bytes" }
-                        ". Each method had " (counted(tuning.budget, "run")) " on " (counted(tuning.training.0.len(), "training seed")) ", at most "
-                        (tuning.seeds_per_candidate) " per candidate. Its best " (counted(tuning.finalists, "candidate")) " competed on " (counted(tuning.selection.0.len(), "selection seed"))
-                        ", and the winner is judged here on " (counted(tuning.test.0.len(), "test seed"))
-                        ". These sets of seeds are disjoint. Intervals are 95 % bootstrap intervals over the seeds."
-                    }
-                    p.note { "Scenario with the best values: " a href=(TUNED) { (TUNED) } ". All numbers: " a href="test.csv" { "test.csv" } ", " a href="candidates.csv" { "candidates.csv" } "." }
-                    @for (result, figures) in self.results.iter().zip(self.figures) { (allocator(result, figures)) }
-                }
+        let title = format!("Tuning {}", self.name);
+        let body = html! {
+            h1 { (title) }
+            p.question { (question.unwrap_or("Which parameters are good, and how much better are they than the defaults?")) }
+            ul.answer { @for result in self.results { li { (sentence(self.task, result)) } } }
+            p.note {
+                "Objective: " @if self.task.metric.more_is_better() { "maximize " } @else { "minimize " } (self.task.metric.name())
+                ", as the mean logarithm of its ratio to the defaults in the same runs, over " (counted(seen.len(), "condition")) " ("
+                (seen.join("; ")) ") of equal weight"
+                @if tuning.bytes_weight > 0.0 { ", plus " (tuning.bytes_weight) " times that of the bytes" }
+                ". Each method had " (counted(tuning.budget, "run")) " on " (counted(tuning.training.0.len(), "training seed")) ", at most "
+                (tuning.seeds_per_candidate) " per candidate. Its best " (counted(tuning.finalists, "candidate")) " competed on " (counted(tuning.selection.0.len(), "selection seed"))
+                ", and the winner is judged here on " (counted(tuning.test.0.len(), "test seed"))
+                ". These sets of seeds are disjoint. Intervals are 95 % bootstrap intervals over the seeds."
             }
+            p.note { "Scenario with the best values: " a href=(TUNED) { (TUNED) } ". All numbers: " a href="test.csv" { "test.csv" } ", " a href="candidates.csv" { "candidates.csv" } "." }
+            @for (result, figures) in self.results.iter().zip(self.figures) { (allocator(result, figures)) }
         };
-        text.into_string()
+        document(&title, LANDSCAPE, &body)
     }
 }
 
@@ -92,13 +86,11 @@ fn allocator(result: &AllocatorResult<'_>, figures: &[Figure]) -> Markup {
     let parameters = &result.allocator.parameters;
     html! {
         h2 { (result.allocator.name) }
-        div.wide { table {
-            thead { tr {
-                th.text { "parameter" } th.text { "searched" }
-                @for method in Method::ALL { th { (method.as_str()) } }
-                th { "η²" } th { "without effect" } th { "Spearman's ρ" }
-            } }
-            tbody {
+        (table(&html! {
+            th.text { "parameter" } th.text { "searched" }
+            @for method in Method::ALL { th { (method.as_str()) } }
+            th { "η²" } th { "without effect" } th { "Spearman's ρ" }
+        }, &html! {
                 @for (place, parameter) in parameters.iter().enumerate() {
                     tr {
                         td.text { (parameter.key) }
@@ -113,19 +105,13 @@ fn allocator(result: &AllocatorResult<'_>, figures: &[Figure]) -> Markup {
                         }
                     }
                 }
-            }
-        } }
+        }))
         p.note {
             "η² is the share of the variance of random search's scores between five equal parts of the parameter's range; \"without effect\" is its expected "
             "value for a parameter without effect. Spearman's ρ is the direction: positive if larger values are worse. Both consider one parameter at a "
             "time and ignore interactions."
         }
-        @for figure in figures {
-            figure {
-                (PreEscaped(&figure.svg))
-                figcaption { (figure.caption) " " a href=(format!("{}.svg", figure.name)) { (figure.name) ".svg" } }
-            }
-        }
+        @for figure in figures { (drawing(figure)) }
         @for method in [0, 1] { (test(result, method)) }
     }
 }
@@ -134,13 +120,10 @@ fn test(result: &AllocatorResult<'_>, method: usize) -> Markup {
     html! {
         details open[method == result.chosen] {
             summary { "Test seeds, best of " (Method::ALL[method].as_str()) @if method == result.chosen { " (the winner on the selection seeds)" } }
-            div.wide { table {
-                thead { tr {
-                    th.text { "condition" } th { "default" } th { "tuned" } th { "difference" } th { "95 %" }
-                    th { "from the mean logarithm" } th { "95 %" } th { "bytes" }
-                } }
-                tbody { @for verdict in &result.verdicts[method] { (row(verdict)) } }
-            } }
+            (table(&html! {
+                th.text { "condition" } th { "default" } th { "tuned" } th { "difference" } th { "95 %" }
+                th { "from the mean logarithm" } th { "95 %" } th { "bytes" }
+            }, &html! { @for verdict in &result.verdicts[method] { (row(verdict)) } }))
         }
     }
 }

@@ -3,19 +3,16 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use plotters::style::RGBColor;
-
-use super::{AT_LEFT, Figure, ending, round_up};
+use super::{ending, round_up};
 use crate::compare::analysis::Analysis;
 use crate::compare::data::{Block, ComparisonData};
-use crate::palette::colors;
-use crate::report::figures::canvas::{
-    Area, Axes, Chart, DrawResult, Frame, Mark, WIDTH_PX, chart, curve, line, part, px, svg,
-};
+use crate::figures::Figure;
+use crate::figures::canvas::{Axes, FRAME, Mark, WIDTH_PX, chart, part, series, svg};
+use crate::figures::legend::{Legend, Sample};
+use crate::figures::palette::colors;
 
 const PLOT_PX: f64 = 330.0;
-const LEGEND_PX: f64 = 150.0;
-const MARKS: [Mark; 4] = [Mark::Square, Mark::Diamond, Mark::Triangle, Mark::Cross];
+const LEGEND_PX: f64 = 170.0;
 
 struct Against {
     file: &'static str,
@@ -102,21 +99,21 @@ fn one(
         .filter_map(|metrics| metrics[place])
         .map(|summary| summary.interval.1)
         .fold(0.0, f64::max);
-    svg(title, PLOT_PX + 10.0, |area| {
+    let names = data.allocators.iter().zip(&colors).enumerate();
+    let entries = names
+        .map(|(number, (name, color))| (Sample::Mark(Mark::of_series(number), *color), &**name));
+    let legend = Legend::column(entries.collect(), WIDTH_PX - LEGEND_PX);
+    svg(title, PLOT_PX.max(legend.height_px()) + 10.0, |area| {
+        legend.draw(area, 6.0)?;
         let within = part(area, (0.0, 6.0), (WIDTH_PX - LEGEND_PX, PLOT_PX));
-        let frame = Frame {
-            left: 62.0,
-            right: 8.0,
-            bottom: 40.0,
-        };
         let label = format!("mean {}", primary.heading());
         let axes = Axes {
             x: (x, against.axis),
             y: (0.0..round_up(most), &label),
             y_labels: 6,
         };
-        let chart = chart(&within, frame, &axes)?;
-        for (rival, name) in data.allocators.iter().enumerate() {
+        let chart = chart(&within, FRAME, &axes)?;
+        for (rival, color) in colors.iter().enumerate() {
             let middle = (data.allocators.len() as f64 - 1.0) / 2.0;
             let shift = (rival as f64 - middle) * margin * 0.12;
             let line: Vec<(f64, f64, (f64, f64))> = points
@@ -126,37 +123,8 @@ fn one(
                     Some((x + shift, summary.mean, summary.interval))
                 })
                 .collect();
-            series(
-                area,
-                &chart,
-                &line,
-                colors[rival],
-                MARKS[rival % MARKS.len()],
-            )?;
-            let y_px = 20.0 + rival as f64 * (PLOT_PX - 30.0) / data.allocators.len() as f64;
-            let left_px = WIDTH_PX - LEGEND_PX + 14.0;
-            MARKS[rival % MARKS.len()].draw(area, (px(left_px), px(y_px)), colors[rival])?;
-            AT_LEFT.write(area, name, (left_px + 12.0, y_px))?;
+            series(area, &chart, &line, (Mark::of_series(rival), *color))?;
         }
         Ok(())
     })
-}
-
-fn series(
-    area: &Area<'_>,
-    chart: &Chart<'_>,
-    points: &[(f64, f64, (f64, f64))],
-    color: RGBColor,
-    mark: Mark,
-) -> DrawResult {
-    curve(
-        chart,
-        points.iter().map(|(x, y, _)| (*x, *y)).collect(),
-        line(color, 1.0),
-    )?;
-    for &(x, y, (from, to)) in points {
-        curve(chart, vec![(x, from), (x, to)], line(color, 1.5))?;
-        mark.draw(area, chart.plotting_area().map_coordinate(&(x, y)), color)?;
-    }
-    Ok(())
 }

@@ -1,13 +1,13 @@
 //! Box plots of the primary metric over the seeds.
 
-use plotters::element::{PathElement, Rectangle};
 use plotters::style::{Color, RGBColor};
 
-use super::{AT_RIGHT, CENTERED, Figure, ending};
+use super::ending;
 use crate::compare::analysis::{Analysis, Summary};
 use crate::compare::data::ComparisonData;
-use crate::report::figures::canvas::{
-    Area, DrawResult, FAINT, INK, TextLabel, WIDTH_PX, line, px, svg,
+use crate::figures::Figure;
+use crate::figures::canvas::{
+    Area, DrawResult, FAINT, INK, TextLabel, WIDTH_PX, line, path, rectangle, svg,
 };
 
 const NAMES_PX: f64 = 112.0;
@@ -118,13 +118,10 @@ fn panel(
     let from = left + NAMES_PX;
     let x_px = |value: f64| from + width * scale.at(value);
     let bottom = top + HEAD_PX + ROW_PX * summaries.len() as f64;
-    let path = |points: [(f64, f64); 2], color: RGBColor, width: f64| {
-        let points = points.map(|(x, y)| (px(x), px(y)));
-        area.draw(&PathElement::new(points, line(color, width)))
-    };
+    let path = |points: [(f64, f64); 2], color, width| path(area, &points, line(color, width));
     let head = TextLabel {
         bold: true,
-        ..CENTERED
+        ..TextLabel::CENTERED
     };
     head.write(
         area,
@@ -135,11 +132,11 @@ fn panel(
     for value in scale.marks() {
         let x = x_px(value);
         path([(x, bottom), (x, bottom + 4.0)], INK, 1.0)?;
-        CENTERED.write(area, &value.to_string(), (x, bottom + 13.0))?;
+        TextLabel::CENTERED.write(area, &value.to_string(), (x, bottom + 13.0))?;
     }
     let small = TextLabel {
         size_px: 10.5,
-        ..AT_RIGHT
+        ..TextLabel::RIGHT
     };
     for (place, (name, summary)) in data.allocators.iter().zip(summaries).enumerate() {
         let y = top + HEAD_PX + ROW_PX * (place as f64 + 0.5);
@@ -148,7 +145,7 @@ fn panel(
             let none = TextLabel {
                 color: FAINT,
                 size_px: 10.5,
-                ..super::AT_LEFT
+                ..TextLabel::LEFT
             };
             none.write(area, "no data", (from + 4.0, y))?;
             continue;
@@ -156,11 +153,8 @@ fn panel(
         let at = summary.quantiles.map(x_px);
         path([(at[0], y), (at[6], y)], FAINT, 1.0)?;
         path([(at[1], y), (at[5], y)], INK, 2.0)?;
-        let corners = [
-            (px(at[2]), px(y - 4.5)),
-            (px(at[4].max(at[2] + 1.0)), px(y + 4.5)),
-        ];
-        area.draw(&Rectangle::new(corners, BOX.filled()))?;
+        let right = at[4].max(at[2] + 1.0);
+        rectangle(area, at[2]..right, y - 4.5..y + 4.5, BOX.filled())?;
         path([(at[3], y - 5.5), (at[3], y + 5.5)], INK, 2.0)?;
         let mean = x_px(summary.mean);
         path([(mean, y - 3.5), (mean, y + 3.5)], MEAN, 2.0)?;

@@ -1,16 +1,17 @@
 //! Heat maps of the mean of the primary metric: allocators against classes of faults.
 
-use plotters::element::Rectangle;
+use std::ops::Range;
+
 use plotters::style::{Color, RGBColor};
 
-use super::{AT_RIGHT, CENTERED, Figure, ending};
+use super::ending;
 use crate::compare::answer::best;
 use crate::compare::data::ComparisonData;
 use crate::compare::metrics::Metric;
-use crate::report::figures::canvas::{
-    Area, DrawResult, FAINT, INK, TextLabel, WIDTH_PX, line, px, rows_for, svg,
+use crate::figures::Figure;
+use crate::figures::canvas::{
+    Area, DrawResult, FAINT, INK, TextLabel, WHITE, WIDTH_PX, line, path, rectangle, rows_for, svg,
 };
-use plotters::element::PathElement;
 
 const LEFT_PX: f64 = 130.0;
 const ROW_PX: f64 = 30.0;
@@ -21,7 +22,6 @@ const LEGEND_PX: f64 = 46.0;
 const DARKEST: f64 = 4.0;
 const LIGHT: RGBColor = RGBColor(236, 244, 251);
 const DARK: RGBColor = RGBColor(8, 64, 129);
-const WHITE: RGBColor = RGBColor(255, 255, 255);
 
 pub(super) fn draw(data: &ComparisonData) -> anyhow::Result<Vec<Figure>> {
     let missions = data.missions().into_iter();
@@ -78,14 +78,14 @@ fn heads(area: &Area<'_>, data: &ComparisonData, blocks: &[usize]) -> DrawResult
         .iter()
         .enumerate()
         .map(|(place, block)| {
-            let width = CENTERED.width_px(&name(block)) + 8.0;
+            let width = TextLabel::CENTERED.width_px(&name(block)) + 8.0;
             (x_px(place) - width / 2.0, width)
         })
         .collect();
     for ((place, block), row) in blocks.iter().enumerate().zip(rows_for(&places, 2)) {
         if let Some(row) = row {
             let y_px = HEAD_PX - 12.0 - 16.0 * row as f64;
-            CENTERED.write(area, &name(block), (x_px(place), y_px))?;
+            TextLabel::CENTERED.write(area, &name(block), (x_px(place), y_px))?;
         }
     }
     Ok(())
@@ -93,7 +93,7 @@ fn heads(area: &Area<'_>, data: &ComparisonData, blocks: &[usize]) -> DrawResult
 
 fn row(area: &Area<'_>, data: &ComparisonData, blocks: &[usize], rival: usize) -> DrawResult {
     let top_px = HEAD_PX + rival as f64 * ROW_PX;
-    AT_RIGHT.write(
+    TextLabel::RIGHT.write(
         area,
         &data.allocators[rival],
         (LEFT_PX - 8.0, top_px + ROW_PX / 2.0),
@@ -101,17 +101,13 @@ fn row(area: &Area<'_>, data: &ComparisonData, blocks: &[usize], rival: usize) -
     let width = width_px(blocks.len());
     for (place, block) in blocks.iter().enumerate() {
         let left_px = LEFT_PX + place as f64 * width;
-        let corners = [
-            (px(left_px), px(top_px)),
-            (px(left_px + width - 1.0), px(top_px + ROW_PX - 1.0)),
-        ];
+        let x = left_px..left_px + width - 1.0;
         cell(
             area,
             data,
             *block,
             rival,
-            corners,
-            (left_px + width / 2.0, top_px),
+            (x, top_px..top_px + ROW_PX - 1.0),
         )?;
     }
     Ok(())
@@ -122,21 +118,24 @@ fn cell(
     data: &ComparisonData,
     block: usize,
     rival: usize,
-    corners: [(i32, i32); 2],
-    (middle_px, top_px): (f64, f64),
+    (x, y): (Range<f64>, Range<f64>),
 ) -> DrawResult {
     let primary = &data.blocks[block].primary;
     let Some(mean) = data.mean(block, rival, primary) else {
-        return empty(area, corners);
+        return empty(area, x, y);
     };
     let best = best(data, block).and_then(|best| data.mean(block, best, primary));
     let share = match best {
         Some(best) if primary.more_is_better() => depth(best, Some(mean)),
         best => depth(mean, best),
     };
-    area.draw(&Rectangle::new(corners, between(share).filled()))?;
+    let (middle_px, top_px) = ((x.start + x.end + 1.0) / 2.0, y.start);
+    rectangle(area, x, y, between(share).filled())?;
     let color = if share > 0.55 { WHITE } else { INK };
-    let letters = TextLabel { color, ..CENTERED };
+    let letters = TextLabel {
+        color,
+        ..TextLabel::CENTERED
+    };
     let completed = completion(block, rival, data);
     let y_px = top_px
         + if completed.is_some() {
@@ -182,16 +181,15 @@ fn between(share: f64) -> RGBColor {
     )
 }
 
-fn empty(area: &Area<'_>, [(left, top), (right, bottom)]: [(i32, i32); 2]) -> DrawResult {
-    let step = px(7.0);
-    let height = bottom - top;
-    let mut from = left - height;
-    while from < right {
+fn empty(area: &Area<'_>, x: Range<f64>, y: Range<f64>) -> DrawResult {
+    let height = y.end - y.start;
+    let mut from = x.start - height;
+    while from < x.end {
         // The line runs from the lower edge to the upper one, cut off at the sides.
-        let (low, high) = (from.max(left), (from + height).min(right));
-        let ends = [(low, bottom - (low - from)), (high, bottom - (high - from))];
-        area.draw(&PathElement::new(ends, line(FAINT, 0.75)))?;
-        from += step;
+        let (low, high) = (from.max(x.start), (from + height).min(x.end));
+        let ends = [(low, y.end - (low - from)), (high, y.end - (high - from))];
+        path(area, &ends, line(FAINT, 0.75))?;
+        from += 7.0;
     }
     Ok(())
 }
@@ -200,17 +198,12 @@ fn legend(area: &Area<'_>, top_px: f64) -> DrawResult {
     let width = 40.0;
     for (place, factor) in [1.0_f64, 1.41, 2.0, 2.83, DARKEST].into_iter().enumerate() {
         let left_px = LEFT_PX + place as f64 * width;
-        let corners = [
-            (px(left_px), px(top_px)),
-            (px(left_px + width), px(top_px + 12.0)),
-        ];
-        area.draw(&Rectangle::new(
-            corners,
-            between(depth(factor, Some(1.0))).filled(),
-        ))?;
+        let color = between(depth(factor, Some(1.0)));
+        let (x, y) = (left_px..left_px + width, top_px..top_px + 12.0);
+        rectangle(area, x, y, color.filled())?;
         let more = if factor == DARKEST { "+" } else { "" };
         let label = format!("{factor:.1}{more}");
-        CENTERED.write(area, &label, (left_px + width / 2.0, top_px + 22.0))?;
+        TextLabel::CENTERED.write(area, &label, (left_px + width / 2.0, top_px + 22.0))?;
     }
-    AT_RIGHT.write(area, "times the best", (LEFT_PX - 8.0, top_px + 6.0))
+    TextLabel::RIGHT.write(area, "times the best", (LEFT_PX - 8.0, top_px + 6.0))
 }

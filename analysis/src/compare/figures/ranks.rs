@@ -1,13 +1,13 @@
 //! Critical difference diagrams (Demšar 2006): mean ranks on a line, with bars over groups without significant difference.
 
-use plotters::element::{Circle, PathElement};
+use plotters::element::Circle;
 use plotters::style::Color;
 
-use super::{AT_LEFT, AT_RIGHT, CENTERED, Figure};
 use crate::compare::analysis::{Analysis, Ranking};
 use crate::compare::answer::p_value;
 use crate::compare::data::ComparisonData;
-use crate::report::figures::canvas::{Area, DrawResult, INK, WIDTH_PX, line, px, svg};
+use crate::figures::canvas::{Area, DrawResult, INK, TextLabel, WIDTH_PX, line, path, px, svg};
+use crate::figures::{Figure, plain};
 use crate::sweep::execution::counted;
 
 const SIDE_PX: f64 = 190.0;
@@ -42,7 +42,7 @@ pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result
                     p_value(ranking.friedman.p),
                     ranking.critical
                 ),
-                name: format!("ranks-{}", super::plain(name)),
+                name: format!("ranks-{}", plain(name)),
                 svg,
             })
         })
@@ -77,15 +77,12 @@ fn diagram(
     let most = count as f64;
     let x_px =
         |rank: f64| SIDE_PX + (WIDTH_PX - 2.0 * SIDE_PX) * (rank - 1.0) / (most - 1.0).max(1.0);
-    let path = |points: &[(f64, f64)], width: f64| {
-        let points: Vec<(i32, i32)> = points.iter().map(|(x, y)| (px(*x), px(*y))).collect();
-        area.draw(&PathElement::new(points, line(INK, width)))
-    };
+    let path = |points: &[(f64, f64)], width| path(area, points, line(INK, width));
     path(&[(x_px(1.0), AXIS_PX), (x_px(most), AXIS_PX)], 1.0)?;
     for rank in 1..=count {
         let x = x_px(rank as f64);
         path(&[(x, AXIS_PX - 5.0), (x, AXIS_PX)], 1.0)?;
-        CENTERED.write(area, &rank.to_string(), (x, AXIS_PX - 14.0))?;
+        TextLabel::CENTERED.write(area, &rank.to_string(), (x, AXIS_PX - 14.0))?;
     }
     // The bar is not longer than the axis.
     let critical = ranking.critical.min(most - 1.0);
@@ -94,7 +91,7 @@ fn diagram(
         path(&[(x_px(end), 18.0), (x_px(end), 26.0)], 1.0)?;
     }
     let cd = format!("CD = {:.2}", ranking.critical);
-    CENTERED.write(area, &cd, (x_px(1.0 + critical / 2.0), 9.0))?;
+    TextLabel::CENTERED.write(area, &cd, (x_px(1.0 + critical / 2.0), 9.0))?;
 
     let ranks = &ranking.friedman.mean_ranks;
     let order = ranking.order();
@@ -119,9 +116,9 @@ fn diagram(
         let name = &data.allocators[*rival];
         let rank = ranks[*rival];
         if is_left {
-            AT_RIGHT.write(area, &format!("{name}  {rank:.2}"), (end - 6.0, y))?;
+            TextLabel::RIGHT.write(area, &format!("{name}  {rank:.2}"), (end - 6.0, y))?;
         } else {
-            AT_LEFT.write(area, &format!("{rank:.2}  {name}"), (end + 6.0, y))?;
+            TextLabel::LEFT.write(area, &format!("{rank:.2}  {name}"), (end + 6.0, y))?;
         }
     }
     Ok(())

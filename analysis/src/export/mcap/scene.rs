@@ -16,7 +16,7 @@ use world_server::world::Penetrability;
 
 use super::recording::{Channel, Message, Recording};
 use super::well_known::{WORLD, at, color, stamp, turned, vector};
-use crate::palette;
+use crate::figures::palette;
 
 const FLOOR: RGBColor = RGBColor(246, 246, 244);
 const BORDER: RGBColor = RGBColor(60, 60, 60);

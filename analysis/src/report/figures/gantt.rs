@@ -5,24 +5,21 @@ use std::ops::Range;
 
 use plotters::element::PathElement;
 use plotters::style::RGBColor;
-use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{
-    Area, Axes, Chart, DrawResult, FAINT, Frame, INK, Mark, TextLabel, chart, curve, fill, hatch,
-    line, part, px,
-};
 use super::rows::{CELL_PX, Rows, heat, shares};
-use super::timeline::{Sample, Timeline};
-use super::{ABSENT, RunFigures};
-use crate::palette;
-use crate::report::failures::Loss;
+use super::timeline::Timeline;
+use super::{ABSENT, LOSSES, RunFigures, mark_of};
+use crate::figures::canvas::{
+    Area, Chart, DrawResult, FAINT, INK, Mark, TextLabel, X_AXIS_PX, curve, fill, hatch, line, px,
+};
+use crate::figures::legend::Sample;
+use crate::figures::palette;
 use crate::report::spans::Spans;
 use crate::report::stints::Stint;
 
 /// Room for names at the left, px, and its maximum share of the width.
 const LEFT_PX: f64 = 210.0;
 const LEFT_SHARE: f64 = 0.3;
-const X_AXIS_PX: f64 = 40.0;
 
 /// Height of a lane for a robot and a task, px.
 const LANE_PX: f64 = 17.0;
@@ -162,8 +159,7 @@ fn legend<'r>(run: &RunFigures<'r>, lanes: &Lanes) -> Vec<(Sample, &'r str)> {
     if !lanes.is_crowd() {
         legend.push((Sample::Hatch(INK, 4.0), "waiting"));
     }
-    legend.push((Sample::Mark(Mark::Cross, INK), "died"));
-    legend.push((Sample::Mark(Mark::Square, super::WHITE), "stopped"));
+    legend.extend(LOSSES);
     if lanes.is_crowd() {
         let shares = [
             (
@@ -197,19 +193,8 @@ impl Gantt<'_> {
         let height_px = bottom_px + X_AXIS_PX + 4.0;
         run.sheet.svg("Activity of the robots", height_px, |area| {
             timeline.draw_head(area, std::slice::from_ref(&(head_px..bottom_px)))?;
-            let size = (run.sheet.width_px, height + X_AXIS_PX);
-            let panel = part(area, (0.0, head_px), size);
-            let frame = Frame {
-                left: timeline.edges.start,
-                right: run.sheet.width_px - timeline.edges.end,
-                bottom: X_AXIS_PX,
-            };
-            let axes = Axes {
-                x: (timeline.window.clone(), "time t in s"),
-                y: (height..0.0, ""),
-                y_labels: 0,
-            };
-            let chart = chart(&panel, frame, &axes)?;
+            let y = (height..0.0, "", 0);
+            let chart = timeline.chart(area, head_px..bottom_px, y, true)?;
             if self.lanes.is_crowd() {
                 self.crowds(&chart)?;
             } else {
@@ -270,7 +255,7 @@ impl Gantt<'_> {
         let letters = TextLabel {
             size_px: 10.0,
             color: palette::text_color_on(color),
-            ..TextLabel::default()
+            ..TextLabel::LEFT
         };
         let name = &self.run.history.catalog.tasks[task].name;
         let plot = chart.plotting_area();
@@ -351,10 +336,7 @@ impl Gantt<'_> {
             if self.timeline.shows(failure.at) {
                 let y = middle(self.lanes.of_robot(failure.robot));
                 let at = plot.map_coordinate(&(failure.at.as_secs_f64(), y));
-                let (mark, color) = match failure.loss {
-                    Loss::Died => (Mark::Cross, INK),
-                    Loss::Stopped => (Mark::Square, super::WHITE),
-                };
+                let (mark, color) = mark_of(failure.loss);
                 mark.draw_sized(area, at, color, radius_px + 1.0)?;
             }
         }
@@ -385,10 +367,7 @@ impl Gantt<'_> {
     /// Writes the names of robots beside their lanes, and of tasks below.
     fn names(&self, area: &Area<'_>, chart: &Chart<'_>) -> DrawResult {
         let (history, window) = (self.run.history, &self.timeline.window);
-        let title = TextLabel {
-            bold: true,
-            ..TextLabel::default()
-        };
+        let title = TextLabel::BOLD;
         let top_px = self.lanes.orphans_px();
         for (text, top) in [("robots", 0.0), ("orphan", top_px)] {
             let at = chart.plotting_area().map_coordinate(&(0.0, top + 8.0));
@@ -423,14 +402,10 @@ impl Gantt<'_> {
             let ends = vec![(window.start, lanes.start), (window.end, lanes.start)];
             curve(chart, ends, line(FAINT, 0.75))?;
             let robot = TextLabel {
-                bold: true,
                 color,
-                ..TextLabel::default()
+                ..TextLabel::BOLD
             };
-            let task = TextLabel {
-                anchor: (HPos::Right, VPos::Center),
-                ..TextLabel::default()
-            };
+            let task = TextLabel::RIGHT;
             let y = |place: usize| {
                 let middle = lanes.start + (place as f64 + 0.5) * self.lanes.robots.row_px;
                 chart
@@ -459,7 +434,7 @@ mod tests {
     use missions::Registry;
     use scenario::{Scenario, Setup};
 
-    use crate::palette;
+    use crate::figures::palette;
     use crate::report::figures::{FigureSelection, figures};
     use crate::report::metrics::Metrics;
     use crate::report::tests::run_of;
@@ -479,7 +454,7 @@ mod tests {
             Some(element[from..to].to_owned())
         };
         let number =
-            |text: &str| text.parse::<f64>().unwrap() / super::super::canvas::px(1.0) as f64;
+            |text: &str| text.parse::<f64>().unwrap() / crate::figures::canvas::px(1.0) as f64;
         let mut all = Vec::new();
         for element in svg.split('<') {
             if element.starts_with("rect") && value(element, "opacity").as_deref() == Some("1") {

@@ -4,27 +4,25 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use glam::Vec2;
-use plotters::element::{PathElement, Polygon, Rectangle};
-use plotters::style::text_anchor::{HPos, VPos};
+use plotters::element::{Polygon, Rectangle};
 use plotters::style::{Color, RGBColor};
 use proto::view::{ItemView, Mark as ViewMark, MarkOutline, MarkRole};
 use scenario::Obstacle;
 
-use super::canvas::{
-    Area, Axes, Chart, DrawResult, EDGE_PX, FAINT, Frame, INK, Mark, TEXT_PX, TextLabel, chart,
-    curve, line, part, px,
+use super::{LOSSES, RunFigures};
+use crate::figures::canvas::{
+    Area, Axes, Chart, DrawResult, EDGE_PX, FAINT, Frame, INK, Mark, TEXT_PX, TextLabel, WHITE,
+    X_AXIS_PX, chart, curve, line, part, px,
 };
-use super::{RunFigures, WHITE};
-use crate::palette;
+use crate::figures::legend::{Legend, Sample};
+use crate::figures::palette;
 use crate::report::failures::Loss;
 use crate::report::history::TrackPoint;
 use crate::report::simplify::thin_way;
 
 const LEFT_PX: f64 = 58.0;
 const RIGHT_PX: f64 = 22.0;
-const X_AXIS_PX: f64 = 40.0;
 const TITLE_PX: f64 = 18.0;
-const LEGEND_PX: f64 = 20.0;
 
 /// Line widths of paths with and without an item, px.
 const LADEN_PX: f64 = 2.5;
@@ -55,10 +53,11 @@ pub fn together(run: &RunFigures<'_>) -> anyhow::Result<String> {
     let all: Vec<usize> = (0..run.history.robots.len()).collect();
     let width = run.sheet.width_px;
     let height = map_height_px(run, width, width * 0.75);
+    let legend = legend(run);
     run.sheet
-        .svg("Paths of all robots", height + LEGEND_PX, |area| {
-            legend(run, area)?;
-            let panel = part(area, (0.0, LEGEND_PX), (width, height));
+        .svg("Paths of all robots", legend.height_px() + height, |area| {
+            legend.draw(area, 0.0)?;
+            let panel = part(area, (0.0, legend.height_px()), (width, height));
             map(run, area, &panel, (width, height), &all, Detail::All)
         })
 }
@@ -68,14 +67,16 @@ pub fn apart(run: &RunFigures<'_>) -> anyhow::Result<String> {
     let robots = run.history.robots.len();
     let grid = Grid::fit(run, robots);
     let (width, height) = (grid.width_px, grid.height_px);
+    let legend = legend(run);
+    let head_px = legend.height_px();
     let full =
-        LEGEND_PX + robots.div_ceil(grid.each).div_ceil(grid.columns) as f64 * (height + TITLE_PX);
+        head_px + robots.div_ceil(grid.each).div_ceil(grid.columns) as f64 * (height + TITLE_PX);
     run.sheet.svg("Path of each robot", full, |area| {
-        legend(run, area)?;
+        legend.draw(area, 0.0)?;
         let ranks: Vec<usize> = (0..robots).collect();
         for (place, ranks) in ranks.chunks(grid.each).enumerate() {
             let left = (place % grid.columns) as f64 * width;
-            let top = LEGEND_PX + (place / grid.columns) as f64 * (height + TITLE_PX);
+            let top = head_px + (place / grid.columns) as f64 * (height + TITLE_PX);
             let (first, last) = (ranks[0], ranks[ranks.len() - 1]);
             let name = |rank: usize| &run.history.robots[rank].name;
             let (title, color) = match first == last {
@@ -90,7 +91,7 @@ pub fn apart(run: &RunFigures<'_>) -> anyhow::Result<String> {
                 },
                 bold: true,
                 color,
-                ..TextLabel::default()
+                ..TextLabel::LEFT
             };
             let indent = if grid.say == Detail::Paths {
                 EDGE_PX
@@ -134,9 +135,10 @@ impl Grid {
                 say,
             }
         };
+        let head_px = legend(run).height_px();
         let fits = |grid: &Self| {
             let rows = robots.div_ceil(grid.each).div_ceil(grid.columns);
-            LEGEND_PX + rows as f64 * (grid.height_px + TITLE_PX) <= run.sheet.max_height_px()
+            head_px + rows as f64 * (grid.height_px + TITLE_PX) <= run.sheet.max_height_px()
         };
         let large = of(robots.clamp(1, 3), 1, Detail::Things);
         if robots <= LARGE_MAPS && fits(&large) {
@@ -165,31 +167,22 @@ fn room(run: &RunFigures<'_>) -> (f64, f64) {
     (room.width_m.into(), room.height_m.into())
 }
 
-fn legend(run: &RunFigures<'_>, area: &Area<'_>) -> DrawResult {
-    let y = LEGEND_PX / 2.0;
-    let letters = TextLabel::default();
-    let mut x = LEFT_PX;
+fn legend(run: &RunFigures<'_>) -> Legend<'static> {
     let mut places = run.history.robots.iter().flat_map(|robot| &robot.track);
-    let ways: &[(&str, f64)] = match places.any(|place| place.carrying) {
-        true => &[("with an item", LADEN_PX), ("without", EMPTY_PX)],
-        false => &[],
+    let mut entries = match places.any(|place| place.carrying) {
+        true => vec![
+            (Sample::Line(INK, LADEN_PX), "with an item"),
+            (Sample::Line(INK, EMPTY_PX), "without"),
+        ],
+        false => Vec::new(),
     };
-    for (text, width_px) in ways {
-        let ends = [(px(x), px(y)), (px(x + 22.0), px(y))];
-        area.draw(&PathElement::new(ends, line(INK, *width_px)))?;
-        letters.write(area, text, (x + 28.0, y))?;
-        x += 28.0 + letters.width_px(text) + 18.0;
-    }
-    for (text, mark, color) in [
-        ("start", Mark::Triangle, WHITE),
-        ("end", Mark::Square, INK),
-        ("died", Mark::Cross, INK),
-    ] {
-        mark.draw(area, (px(x + 6.0), px(y)), color)?;
-        letters.write(area, text, (x + 16.0, y))?;
-        x += 16.0 + letters.width_px(text) + 18.0;
-    }
-    Ok(())
+    let [died, _] = LOSSES;
+    entries.extend([
+        (Sample::Mark(Mark::Triangle, WHITE), "start"),
+        (Sample::Mark(Mark::Square, INK), "end"),
+        died,
+    ]);
+    Legend::new(entries, LEFT_PX..run.sheet.width_px)
 }
 
 fn map(
@@ -276,10 +269,7 @@ pub(super) fn draw_scene(
         plot.draw(&Rectangle::new(corners, color.mix(opacity).filled()))
     };
     let label = |text: &str, at: (f64, f64)| {
-        let letters = TextLabel {
-            anchor: (HPos::Center, VPos::Center),
-            ..TextLabel::default()
-        };
+        let letters = TextLabel::CENTERED;
         match say == Detail::All {
             true => area.draw_text(text, &letters.style(), plot.map_coordinate(&at)),
             false => Ok(()),
@@ -470,10 +460,7 @@ pub(super) fn beside(
     ends: &[(Vec<String>, (i32, i32))],
     reach: i32,
 ) -> DrawResult {
-    let letters = TextLabel {
-        bold: true,
-        ..TextLabel::default()
-    };
+    let letters = TextLabel::BOLD;
     let half = px(6.0);
     let (across, _) = area.dim_in_pixel();
     let across = across as i32;

@@ -1,6 +1,5 @@
 //! The figures of a report as SVG. Other modules compute the data.
 
-pub(crate) mod canvas;
 mod gantt;
 mod map;
 mod motivation;
@@ -15,33 +14,26 @@ mod timeline;
 
 use std::ops::Range;
 
+use crate::figures::{Figure, palette, plain};
 use crate::progress::Progress;
 use plotters::style::RGBColor;
 use proto::view::LevelUnit;
 use scenario::ids::TaskId;
 use scenario::mission::columns::{ColumnKind, display_name};
 
-use self::canvas::Sheet;
 pub use self::room::Room;
+use super::failures::Loss;
 use super::faults::{FaultSpan, fault_spans};
 use super::history::History;
 use super::metrics::Metrics;
-
-const WHITE: RGBColor = RGBColor(255, 255, 255);
+use crate::figures::canvas::{INK, Mark, Sheet, WHITE};
+use crate::figures::legend::Sample;
 
 /// Opacity of the bands in which a robot is dead or stopped. They are darker than active bands, also in gray.
 const ABSENT: f64 = 0.75;
 
 /// A share of the run. A task that is not applicable after it gets an additional figure of its applicable time.
 const OVER: f64 = 0.9;
-
-pub struct Figure {
-    /// The file name without extension, also used as anchor.
-    pub name: String,
-    /// The content and how to read it.
-    pub caption: String,
-    pub svg: String,
-}
 
 #[derive(Clone, Debug, Default)]
 pub struct FigureSelection {
@@ -56,6 +48,20 @@ pub struct FigureSelection {
     pub only: Vec<String>,
     /// The room at certain times, one figure each.
     pub rooms: Vec<Room>,
+}
+
+/// The legend of [`mark_of`].
+const LOSSES: [(Sample, &str); 2] = [
+    (Sample::Mark(Mark::Cross, INK), "died"),
+    (Sample::Mark(Mark::Square, WHITE), "stopped"),
+];
+
+/// Returns the mark of a lost robot and its color.
+fn mark_of(loss: Loss) -> (Mark, RGBColor) {
+    match loss {
+        Loss::Died => (Mark::Cross, INK),
+        Loss::Stopped => (Mark::Square, WHITE),
+    }
 }
 
 /// The data that all figures of a run share.
@@ -105,7 +111,7 @@ pub fn figures(
         history,
         metrics,
         faults: fault_spans(&history.events, history.end),
-        colors: crate::palette::colors(names),
+        colors: palette::colors(names),
         window: window(history, wanted)?,
         sheet: wanted.sheet,
         highest_utility: if highest > 0.0 { highest } else { 1.0 },
@@ -291,11 +297,4 @@ fn applicable(run: &RunFigures<'_>, task: usize) -> Option<Range<f64>> {
     let (from, to) = (from - margin, to + margin);
     let shown = from.max(run.window.start)..to.min(run.window.end);
     (shown.start < shown.end).then_some(shown)
-}
-
-/// Returns a task name in a form for file names.
-fn plain(name: &str) -> String {
-    let words = name.split(|letter: char| !letter.is_ascii_alphanumeric());
-    let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
-    words.join("-")
 }

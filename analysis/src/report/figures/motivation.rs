@@ -3,14 +3,15 @@
 
 use std::ops::Range;
 
-use super::canvas::{
-    Axes, DrawResult, FAINT, Frame, INK, Mark, TextLabel, chart, curve, fill, hatch,
-    horizontal_line, line, part, px, rows_for,
-};
 use super::motivation_rows;
 use super::motivation_scale::{Row, ceiling};
-use super::timeline::{Sample, Timeline, y_title};
-use super::{ABSENT, RunFigures, WHITE, task_measures, what};
+use super::timeline::{Timeline, y_title};
+use super::{ABSENT, RunFigures, task_measures, what};
+use crate::figures::canvas::{
+    Area, DrawResult, FAINT, INK, Mark, TextLabel, WHITE, X_AXIS_PX, curve, fill, hatch,
+    horizontal_line, line, px, rows_for,
+};
+use crate::figures::legend::Sample;
 use crate::report::history::{Reset, SetHistory};
 use crate::report::simplify::thin;
 use proto::view::LevelUnit;
@@ -19,7 +20,6 @@ use scenario::time::SimTime;
 
 const LEFT_PX: f64 = 58.0;
 const TITLE_PX: f64 = 25.0;
-const X_AXIS_PX: f64 = 40.0;
 
 /// Draws all behavior sets of one robot.
 pub fn of_robot(run: &RunFigures<'_>, rank: usize) -> anyhow::Result<String> {
@@ -115,7 +115,7 @@ fn legend(of_motivations: bool) -> Vec<(Sample, &'static str)> {
 fn panel(
     run: &RunFigures<'_>,
     timeline: &Timeline<'_>,
-    area: &super::canvas::Area<'_>,
+    area: &Area<'_>,
     &(rank, set): &Row<'_>,
     (top, plot_px, is_last): (f64, f64, bool),
 ) -> DrawResult {
@@ -123,32 +123,17 @@ fn panel(
     let color = run.colors[rank];
     let threshold = ceiling(run, rank);
     let name = TextLabel {
-        bold: true,
         color,
-        ..TextLabel::default()
+        ..TextLabel::BOLD
     };
     let y = top + TITLE_PX - 9.0;
     name.write(area, &robot.name, (LEFT_PX, y))?;
     let after = LEFT_PX + name.width_px(&robot.name) + 8.0;
-    TextLabel::default().write(area, &set.name, (after, y))?;
+    TextLabel::LEFT.write(area, &set.name, (after, y))?;
 
-    let bottom = if is_last { X_AXIS_PX } else { 0.0 };
-    let panel = part(
-        area,
-        (0.0, top + TITLE_PX),
-        (run.sheet.width_px, plot_px + bottom),
-    );
-    let frame = Frame {
-        left: LEFT_PX,
-        right: run.sheet.width_px - timeline.edges.end,
-        bottom,
-    };
-    let axes = Axes {
-        x: (timeline.window.clone(), "time t in s"),
-        y: (0.0..threshold * 1.12, ""),
-        y_labels: 3,
-    };
-    let chart = chart(&panel, frame, &axes)?;
+    let plot = top + TITLE_PX..top + TITLE_PX + plot_px;
+    let y = (0.0..threshold * 1.12, "", 3);
+    let chart = timeline.chart(area, plot, y, is_last)?;
     let height = || 0.0..threshold;
     let absent = run.history.absent(rank);
     for span in absent.iter().filter_map(|span| timeline.cut(span)) {
@@ -180,7 +165,7 @@ fn panel(
         .collect();
     let letters = TextLabel {
         size_px: 10.0,
-        ..TextLabel::default()
+        ..TextLabel::LEFT
     };
     let names = |reset: &Reset| {
         let names = reset.by.iter();
@@ -249,7 +234,7 @@ mod tests {
     use scenario::Setup;
 
     use super::*;
-    use crate::report::figures::canvas::WIDTH_PX;
+    use crate::figures::canvas::WIDTH_PX;
     use crate::report::tests::history_of;
 
     /// Compares the drawn curve with the log: every activation at the threshold and every reset, in any window.

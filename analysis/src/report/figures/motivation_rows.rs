@@ -5,17 +5,16 @@ use std::ops::Range;
 use plotters::style::RGBColor;
 use scenario::time::SimTime;
 
-use super::canvas::{Axes, Chart, DrawResult, FAINT, Frame, INK, Mark, chart, fill, part};
 use super::motivation_scale::{Row, ceiling};
 use super::rows::{CELL_PX, Rows, heat, shares};
-use super::timeline::{Sample, Timeline};
-use super::{ABSENT, RunFigures};
-use crate::palette;
-use crate::report::failures::Loss;
+use super::timeline::Timeline;
+use super::{ABSENT, LOSSES, RunFigures, mark_of};
+use crate::figures::canvas::{Chart, DrawResult, FAINT, INK, Mark, X_AXIS_PX, fill};
+use crate::figures::legend::Sample;
+use crate::figures::palette;
 
 const LEFT_PX: f64 = 210.0;
 const LEFT_SHARE: f64 = 0.3;
-const X_AXIS_PX: f64 = 40.0;
 
 /// Vertical extents as shares of a row: the level above, the active share below.
 const LEVEL: Range<f64> = 0.05..0.62;
@@ -29,14 +28,13 @@ pub fn draw(
     window: Range<f64>,
 ) -> anyhow::Result<String> {
     let highest = format!("{what}, highest of a cell; full: θ, or the highest of all");
-    let legend = vec![
+    let mut legend = vec![
         (Sample::Fill(palette::SHARED_ROW, 0.5), highest.as_str()),
         (Sample::Fill(INK, 1.0), "active, at the lower edge"),
         (Sample::Fill(FAINT, ABSENT), "dead or stopped"),
         (Sample::Mark(Mark::Diamond, INK), "took over"),
-        (Sample::Mark(Mark::Cross, INK), "died"),
-        (Sample::Mark(Mark::Square, super::WHITE), "stopped"),
     ];
+    legend.extend(LOSSES);
     let left_px = LEFT_PX.min(run.sheet.width_px * LEFT_SHARE);
     let timeline = Timeline::new(run, window, left_px, legend);
     let head_px = timeline.head_px();
@@ -47,19 +45,8 @@ pub fn draw(
     let bottom_px = head_px + rows.height_px();
     run.sheet.svg(title, bottom_px + X_AXIS_PX + 4.0, |area| {
         timeline.draw_head(area, std::slice::from_ref(&(head_px..bottom_px)))?;
-        let size = (run.sheet.width_px, rows.height_px() + X_AXIS_PX);
-        let panel = part(area, (0.0, head_px), size);
-        let frame = Frame {
-            left: left_px,
-            right: run.sheet.width_px - timeline.edges.end,
-            bottom: X_AXIS_PX,
-        };
-        let axes = Axes {
-            x: (timeline.window.clone(), "time t in s"),
-            y: (rows.height_px()..0.0, ""),
-            y_labels: 0,
-        };
-        let chart = chart(&panel, frame, &axes)?;
+        let y = (rows.height_px()..0.0, "", 0);
+        let chart = timeline.chart(area, head_px..bottom_px, y, true)?;
         for row in 0..rows.len() {
             let members = rows.members(row);
             draw_row(
@@ -87,10 +74,7 @@ pub fn draw(
                 }
             }
             for loss in losses.iter().filter(|loss| loss.robot == *rank) {
-                let (mark, color) = match loss.loss {
-                    Loss::Died => (Mark::Cross, INK),
-                    Loss::Stopped => (Mark::Square, super::WHITE),
-                };
+                let (mark, color) = mark_of(loss.loss);
                 mark.draw_sized(area, at(loss.at.as_secs_f64()), color, radius_px)?;
             }
         }

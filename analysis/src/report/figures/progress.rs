@@ -9,17 +9,17 @@ use scenario::mission::columns::{Column, ColumnKind, display_name};
 use scenario::time::SimTime;
 
 use super::RunFigures;
-use super::canvas::{
-    Area, Axes, Chart, DrawResult, Frame, INK, Mark, TextLabel, chart, curve, horizontal_line,
-    line, part, px, rows_for,
+use super::timeline::Timeline;
+use crate::figures::canvas::{
+    Area, Chart, DrawResult, INK, Mark, TextLabel, X_AXIS_PX, curve, horizontal_line, line, px,
+    rows_for,
 };
-use super::timeline::{Sample, Timeline};
+use crate::figures::legend::Sample;
 use crate::report::metrics::{Occurrence, Recurring};
 use crate::report::simplify::within;
 
 const LEFT_PX: f64 = 58.0;
 const PLOT_PX: f64 = 240.0;
-const X_AXIS_PX: f64 = 40.0;
 
 /// Line styles of all columns except done counts, in turn, with dash and gap lengths, px. They have no hue because hues
 /// belong to robots.
@@ -107,18 +107,9 @@ pub fn columns(run: &RunFigures<'_>, title: &str, columns: &[Column]) -> anyhow:
     let bottom_px = head_px + PLOT_PX;
     run.sheet.svg(title, bottom_px + X_AXIS_PX, |area| {
         timeline.draw_head(area, std::slice::from_ref(&(head_px..bottom_px)))?;
-        let panel = part(
-            area,
-            (0.0, head_px),
-            (run.sheet.width_px, PLOT_PX + X_AXIS_PX),
-        );
         let margin = (most - least) * 0.05;
-        let axes = Axes {
-            x: (timeline.window.clone(), "time t in s"),
-            y: (least * 1.05..most + margin, title),
-            y_labels: 8,
-        };
-        let chart = chart(&panel, frame(run, &timeline), &axes)?;
+        let y = (least * 1.05..most + margin, title, 8);
+        let chart = timeline.chart(area, head_px..bottom_px, y, true)?;
         for Line {
             column,
             color,
@@ -142,14 +133,6 @@ pub fn columns(run: &RunFigures<'_>, title: &str, columns: &[Column]) -> anyhow:
         }
         Ok(())
     })
-}
-
-fn frame(run: &RunFigures<'_>, timeline: &Timeline<'_>) -> Frame {
-    Frame {
-        left: LEFT_PX,
-        right: run.sheet.width_px - timeline.edges.end,
-        bottom: X_AXIS_PX,
-    }
 }
 
 /// Returns a column as step lines. Each value holds until the next row; missing values leave a gap.
@@ -217,17 +200,8 @@ pub fn recurring(run: &RunFigures<'_>, recurring: &Recurring) -> anyhow::Result<
     let title = format!("Time between '{}' events", recurring.event);
     run.sheet.svg(&title, bottom_px + X_AXIS_PX, |area| {
         timeline.draw_head(area, std::slice::from_ref(&(head_px..bottom_px)))?;
-        let panel = part(
-            area,
-            (0.0, head_px),
-            (run.sheet.width_px, PLOT_PX + X_AXIS_PX),
-        );
-        let axes = Axes {
-            x: (timeline.window.clone(), "time t in s"),
-            y: (0.0..longest * 1.2, "time since the event in s"),
-            y_labels: 6,
-        };
-        let chart = chart(&panel, frame(run, &timeline), &axes)?;
+        let y = (0.0..longest * 1.2, "time since the event in s", 6);
+        let chart = timeline.chart(area, head_px..bottom_px, y, true)?;
         for (from, to) in rises() {
             let line_within = within(&[(from, 0.0), (to, to - from)], &timeline.window);
             if let Some(period) = period {
@@ -262,7 +236,7 @@ fn moment_marks(
 ) -> DrawResult {
     let letters = TextLabel {
         anchor: (HPos::Center, VPos::Bottom),
-        ..TextLabel::default()
+        ..TextLabel::LEFT
     };
     let moments = recurring.moments.iter();
     let moments: Vec<&Occurrence> = moments.filter(|moment| timeline.shows(moment.at)).collect();

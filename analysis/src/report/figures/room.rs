@@ -8,10 +8,12 @@ use plotters::style::Color;
 use proto::control::AgentState;
 use proto::view::{ItemView, View};
 
-use super::canvas::{Area, Chart, DrawResult, FAINT, INK, Mark, TextLabel, line, part, px};
+use super::RunFigures;
 use super::map::{Detail, Scene, beside, draw_scene, draw_track, map_chart, map_height_px, track};
-use super::{RunFigures, WHITE};
-use crate::palette;
+use crate::figures::canvas::{
+    Area, Chart, DrawResult, FAINT, INK, Mark, TextLabel, WHITE, line, part, px,
+};
+use crate::figures::palette;
 
 /// Duration of the paths before the shown time, s.
 pub const TRAIL_S: f64 = 30.0;
@@ -40,10 +42,7 @@ pub fn draw(run: &RunFigures<'_>, room: &Room) -> anyhow::Result<String> {
     let height = map_height_px(run, width, width * 0.75);
     let title = format!("The room at {} s", room.at_s());
     run.sheet.svg(&title, TITLE_PX + height, |area| {
-        let letters = TextLabel {
-            bold: true,
-            ..TextLabel::default()
-        };
+        let letters = TextLabel::BOLD;
         letters.write(area, &title, (58.0, TITLE_PX / 2.0))?;
         let panel = part(area, (0.0, TITLE_PX), (width, height));
         let chart = map_chart(run, &panel, (width, height), Detail::All)?;

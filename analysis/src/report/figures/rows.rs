@@ -5,7 +5,7 @@ use std::ops::Range;
 use plotters::style::RGBColor;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Chart, DrawResult, INK, TextLabel, fill, px};
+use crate::figures::canvas::{Area, Chart, DrawResult, INK, TextLabel, fill, px};
 use crate::report::spans::Spans;
 
 /// The default height of a row, px.
@@ -111,7 +111,7 @@ impl Rows {
                 size_px: 11.0,
                 anchor: (HPos::Right, VPos::Center),
                 color: if self.per_row == 1 { color } else { INK },
-                ..TextLabel::default()
+                ..TextLabel::LEFT
             };
             let room = room_px.end - room_px.start;
             let text = match things.len() {

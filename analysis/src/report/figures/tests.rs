@@ -6,8 +6,8 @@ use scenario::fault::{Fault, Order};
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
 
-use super::canvas::px;
 use super::*;
+use crate::figures::canvas::px;
 use crate::report::history::History;
 use crate::report::tests::run_of;
 use crate::visit;

@@ -2,27 +2,24 @@
 
 use std::ops::Range;
 
-use plotters::element::{PathElement, Rectangle};
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor};
 use scenario::time::SimTime;
 
 use super::RunFigures;
-use super::canvas::{Area, DrawResult, INK, Mark, TextLabel, line, px, rows_for, vertical_line};
+use crate::figures::canvas::{
+    Area, Axes, Chart, DrawResult, Frame, TextLabel, X_AXIS_PX, chart, line, part, rectangle,
+    rows_for, vertical_line,
+};
+use crate::figures::legend::{Legend, ROW_PX, Sample};
 use crate::report::faults::FaultSpan;
 use crate::report::spans::Span;
-
-/// Height of a row of the legend or of labels, px.
-const ROW_PX: f64 = 17.0;
 
 /// The maximum number of rows for fault labels.
 const LABEL_ROWS: usize = 6;
 
 /// The color of faults.
 const FAULT: RGBColor = RGBColor(214, 140, 0);
-
-/// The distance from a legend sample to its text, px.
-const SAMPLE_PX: f64 = 26.0;
 
 /// The time axis, legend and faults of a figure.
 pub struct Timeline<'f> {
@@ -31,25 +28,8 @@ pub struct Timeline<'f> {
     /// Left and right edge of the plot, px.
     pub edges: Range<f64>,
     pub faults: Vec<&'f FaultSpan>,
-    /// The legend entries: sample and text.
-    pub legend: Vec<(Sample, &'f str)>,
+    legend: Legend<'f>,
     width_px: f64,
-}
-
-/// The sample of a legend entry.
-#[derive(Clone, Copy, Debug)]
-pub enum Sample {
-    /// A line with its width, px.
-    Line(RGBColor, f64),
-    /// A dashed line with dash and gap lengths, px.
-    Dashed(RGBColor, (f64, f64)),
-    /// A filled band with its opacity.
-    Fill(RGBColor, f64),
-    /// A hatched band with the distance of its lines, px.
-    Hatch(RGBColor, f64),
-    /// A bar with a tick at its upper edge.
-    Ticked(RGBColor),
-    Mark(Mark, RGBColor),
 }
 
 impl<'f> Timeline<'f> {
@@ -68,7 +48,7 @@ impl<'f> Timeline<'f> {
         Self {
             faults: run.faults.iter().filter(inside).collect(),
             edges: left_px..run.sheet.width_px - 22.0,
-            legend,
+            legend: Legend::new(legend, left_px..run.sheet.width_px),
             width_px: run.sheet.width_px,
             window,
         }
@@ -77,22 +57,16 @@ impl<'f> Timeline<'f> {
     /// Returns the height of legend and labels, px.
     #[must_use]
     pub fn head_px(&self) -> f64 {
-        let rows = self.legend_places().last().map_or(0, |(row, _)| row + 1);
-        (rows + self.label_rows()) as f64 * ROW_PX + 8.0
+        self.legend.height_px() + self.label_rows() as f64 * ROW_PX + 8.0
     }
 
     /// Draws the legend and the faults: labeled bands above, and shades in the plots, which lie at the y ranges
     /// `plots`. Call it before drawing the plots, so that their content stays on top.
     pub fn draw_head(&self, area: &Area<'_>, plots: &[Range<f64>]) -> DrawResult {
-        let letters = TextLabel::default();
-        for ((sample, text), (row, x)) in self.legend.iter().zip(self.legend_places()) {
-            let y = (row as f64 + 0.5) * ROW_PX;
-            sample.draw(area, x, y)?;
-            letters.write(area, text, (x + SAMPLE_PX, y))?;
-        }
+        let letters = TextLabel::LEFT;
+        self.legend.draw(area, 0.0)?;
         let band = |x: &Range<f64>, y: Range<f64>, opacity: f64| {
-            let corners = [(px(x.start), px(y.start)), (px(x.end), px(y.end))];
-            area.draw(&Rectangle::new(corners, FAULT.mix(opacity).filled()))
+            rectangle(area, x.clone(), y, FAULT.mix(opacity).filled())
         };
         let top = self.head_px() - 4.0;
         let labels = self.labels();
@@ -124,6 +98,30 @@ impl<'f> Timeline<'f> {
         Ok(())
     }
 
+    /// Draws the axes of a plot between two y, px below the upper edge of the figure. The time axis lies below the plot.
+    pub fn chart<'a>(
+        &self,
+        area: &Area<'a>,
+        y_px: Range<f64>,
+        (y, y_title, y_labels): (Range<f64>, &str, usize),
+        has_time_axis: bool,
+    ) -> DrawResult<Chart<'a>> {
+        let bottom = if has_time_axis { X_AXIS_PX } else { 0.0 };
+        let height_px = y_px.end - y_px.start + bottom;
+        let panel = part(area, (0.0, y_px.start), (self.width_px, height_px));
+        let frame = Frame {
+            left: self.edges.start,
+            right: self.width_px - self.edges.end,
+            bottom,
+        };
+        let axes = Axes {
+            x: (self.window.clone(), "time t in s"),
+            y: (y, y_title),
+            y_labels,
+        };
+        chart(&panel, frame, &axes)
+    }
+
     #[must_use]
     pub fn x_px(&self, at: SimTime) -> f64 {
         let share = (at.as_secs_f64() - self.window.start) / (self.window.end - self.window.start);
@@ -143,23 +141,6 @@ impl<'f> Timeline<'f> {
         self.window.contains(&at.as_secs_f64())
     }
 
-    /// Returns row and x of each legend entry.
-    fn legend_places(&self) -> Vec<(usize, f64)> {
-        let letters = TextLabel::default();
-        let (mut row, mut x) = (0, self.edges.start);
-        let mut places = Vec::new();
-        for (_, text) in &self.legend {
-            let width = SAMPLE_PX + letters.width_px(text) + 16.0;
-            if x + width > self.width_px && x > self.edges.start {
-                row += 1;
-                x = self.edges.start;
-            }
-            places.push((row, x));
-            x += width;
-        }
-        places
-    }
-
     /// Returns the number of label rows, including one for unnamed faults.
     fn label_rows(&self) -> usize {
         let rows = self.labels().into_iter();
@@ -168,7 +149,7 @@ impl<'f> Timeline<'f> {
     }
 
     fn labels(&self) -> Vec<Label<'f>> {
-        let letters = TextLabel::default();
+        let letters = TextLabel::LEFT;
         let mut labels: Vec<Label<'f>> = self
             .faults
             .iter()
@@ -211,51 +192,12 @@ struct Label<'f> {
     row: Option<usize>,
 }
 
-impl Sample {
-    /// Draws the sample at the start of a legend entry.
-    fn draw(self, area: &Area<'_>, x_px: f64, y_px: f64) -> DrawResult {
-        let (left, right) = (px(x_px), px(x_px + SAMPLE_PX - 6.0));
-        let (top, middle, bottom) = (px(y_px - 6.0), px(y_px), px(y_px + 6.0));
-        match self {
-            Self::Line(color, width_px) => {
-                let ends = [(left, middle), (right, middle)];
-                area.draw(&PathElement::new(ends, line(color, width_px)))
-            }
-            Self::Dashed(color, (dash_px, gap_px)) => {
-                for from in (left..right).step_by(px(dash_px + gap_px) as usize) {
-                    let ends = [(from, middle), (from + px(dash_px), middle)];
-                    area.draw(&PathElement::new(ends, line(color, 1.25)))?;
-                }
-                Ok(())
-            }
-            Self::Fill(color, opacity) => {
-                let corners = [(left, top), (right, bottom)];
-                area.draw(&Rectangle::new(corners, color.mix(opacity).filled()))
-            }
-            Self::Ticked(color) => {
-                let corners = [(left, middle), (right, bottom)];
-                area.draw(&Rectangle::new(corners, color.filled()))?;
-                let ends = [((left + right) / 2, top), ((left + right) / 2, middle)];
-                area.draw(&PathElement::new(ends, line(INK, 1.0)))
-            }
-            Self::Hatch(color, apart_px) => {
-                for place in (left..=right).step_by(px(apart_px) as usize) {
-                    let ends = [(place, top), (place, bottom)];
-                    area.draw(&PathElement::new(ends, line(color, 1.0)))?;
-                }
-                Ok(())
-            }
-            Self::Mark(mark, color) => mark.draw(area, ((left + right) / 2, middle), color),
-        }
-    }
-}
-
 /// Writes the common y title of several panels.
 pub fn y_title(area: &Area<'_>, text: &str, y_px: Range<f64>) -> DrawResult {
     let letters = TextLabel {
         anchor: (HPos::Center, VPos::Top),
         upright: true,
-        ..TextLabel::default()
+        ..TextLabel::LEFT
     };
     letters.write(area, text, (4.0, (y_px.start + y_px.end) / 2.0))
 }

@@ -37,6 +37,11 @@ pub const TEXT_PX: f64 = 12.0;
 /// The maximum height of a figure, px, which still fits a screen or a sheet of paper.
 const HIGHEST_PX: f64 = 1_980.0;
 
+/// The height of an x axis with labels and title, px.
+pub const X_AXIS_PX: f64 = 40.0;
+
+pub const WHITE: RGBColor = RGBColor(255, 255, 255);
+
 /// The color of text and axes.
 pub const INK: RGBColor = RGBColor(34, 34, 34);
 
@@ -143,19 +148,30 @@ pub struct TextLabel {
     pub upright: bool,
 }
 
-impl Default for TextLabel {
-    fn default() -> Self {
-        Self {
-            size_px: TEXT_PX,
-            bold: false,
-            color: INK,
-            anchor: (HPos::Left, VPos::Center),
-            upright: false,
-        }
-    }
-}
-
 impl TextLabel {
+    pub const LEFT: Self = Self {
+        size_px: TEXT_PX,
+        bold: false,
+        color: INK,
+        anchor: (HPos::Left, VPos::Center),
+        upright: false,
+    };
+
+    pub const RIGHT: Self = Self {
+        anchor: (HPos::Right, VPos::Center),
+        ..Self::LEFT
+    };
+
+    pub const CENTERED: Self = Self {
+        anchor: (HPos::Center, VPos::Center),
+        ..Self::LEFT
+    };
+
+    pub const BOLD: Self = Self {
+        bold: true,
+        ..Self::LEFT
+    };
+
     #[must_use]
     pub fn style(&self) -> TextStyle<'static> {
         let face = if self.bold {
@@ -211,6 +227,13 @@ pub struct Frame {
     pub bottom: f64,
 }
 
+/// The margins of a panel with two labeled axes.
+pub const FRAME: Frame = Frame {
+    left: 62.0,
+    right: 8.0,
+    bottom: X_AXIS_PX,
+};
+
 /// The axes of a panel with their titles.
 pub struct Axes<'t> {
     /// The range of x, and its title with the unit.
@@ -231,7 +254,7 @@ pub fn chart<'a>(area: &Area<'a>, frame: Frame, axes: &Axes<'_>) -> DrawResult<C
         .x_label_area_size(px(frame.bottom))
         .y_label_area_size(px(frame.left - EDGE_PX))
         .build_cartesian_2d(axes.x.0.clone(), axes.y.0.clone())?;
-    let letters = TextLabel::default().style();
+    let letters = TextLabel::LEFT.style();
     let (width, _) = area.dim_in_pixel();
     let plot_px = f64::from(width) / UNITS_PER_PX - frame.left - frame.right;
     let x_labels = match frame.bottom > 0.0 {
@@ -292,6 +315,34 @@ pub fn hatch(
     Ok(())
 }
 
+/// Draws a rectangle with edges in px.
+pub fn rectangle(area: &Area<'_>, x: Range<f64>, y: Range<f64>, style: ShapeStyle) -> DrawResult {
+    let corners = [(px(x.start), px(y.start)), (px(x.end), px(y.end))];
+    area.draw(&Rectangle::new(corners, style))
+}
+
+/// Draws a line through points in px.
+pub fn path(area: &Area<'_>, points: &[(f64, f64)], style: ShapeStyle) -> DrawResult {
+    let points: Vec<(i32, i32)> = points.iter().map(|(x, y)| (px(*x), px(*y))).collect();
+    area.draw(&PathElement::new(points, style))
+}
+
+/// Draws estimates with their intervals, joined by a line. An estimate has x, y and the interval of y.
+pub fn series(
+    area: &Area<'_>,
+    chart: &Chart<'_>,
+    estimates: &[(f64, f64, (f64, f64))],
+    (mark, color): (Mark, RGBColor),
+) -> DrawResult {
+    let points = estimates.iter().map(|(x, y, _)| (*x, *y)).collect();
+    curve(chart, points, line(color, 0.75))?;
+    for &(x, y, (from, to)) in estimates {
+        curve(chart, vec![(x, from), (x, to)], line(color, 2.0))?;
+        mark.draw_at(area, chart, (x, y), color)?;
+    }
+    Ok(())
+}
+
 pub fn curve(chart: &Chart<'_>, points: Vec<(f64, f64)>, style: ShapeStyle) -> DrawResult {
     chart.plotting_area().draw(&PathElement::new(points, style))
 }
@@ -305,6 +356,23 @@ pub enum Mark {
 }
 
 impl Mark {
+    /// Returns the mark of a series by its number. Marks repeat after four series.
+    #[must_use]
+    pub fn of_series(number: usize) -> Self {
+        [Self::Square, Self::Diamond, Self::Triangle, Self::Cross][number % 4]
+    }
+
+    /// Draws the mark around a point of a plot, a part of `area`.
+    pub fn draw_at(
+        self,
+        area: &Area<'_>,
+        chart: &Chart<'_>,
+        point: (f64, f64),
+        color: RGBColor,
+    ) -> DrawResult {
+        self.draw(area, chart.plotting_area().map_coordinate(&point), color)
+    }
+
     /// Draws the mark around a point in drawing units, filled and with a dark edge.
     pub fn draw(self, area: &Area<'_>, at: (i32, i32), color: RGBColor) -> DrawResult {
         self.draw_sized(area, at, color, 4.5)
@@ -408,7 +476,7 @@ mod tests {
     #[test]
     fn an_svg_of_the_size_that_it_is_shown_at() {
         let text = svg("a < b", 100.0, |area| {
-            TextLabel::default().write(area, "x & y", (10.0, 10.0))
+            TextLabel::LEFT.write(area, "x & y", (10.0, 10.0))
         })
         .unwrap();
         let head = "<svg width=\"960\" height=\"100\" role=\"img\" viewBox=\"0 0 3840 400\" \

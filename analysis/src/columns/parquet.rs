@@ -10,8 +10,8 @@ use ::parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use ::parquet::schema::types::{Type, TypePtr};
 use anyhow::Context;
 
-use super::results::Column;
-use super::results::Values::{Flags, Integers, Numbers, Texts};
+use super::Column;
+use super::Values::{Flags, Integers, Numbers, Texts};
 
 /// Returns the table as a Parquet file.
 pub fn to_parquet(columns: &[Column]) -> anyhow::Result<Vec<u8>> {
@@ -53,26 +53,30 @@ fn schema(column: &Column) -> Result<TypePtr, ParquetError> {
 
 fn write(column: &Column, writer: &mut SerializedColumnWriter<'_>) -> Result<(), ParquetError> {
     match &column.values {
-        Integers(values) => values_of::<Int64Type>(writer, values.iter().copied()),
-        Numbers(values) => values_of::<DoubleType>(writer, values.iter().copied()),
-        Flags(values) => values_of::<BoolType>(writer, values.iter().copied()),
+        Integers(values) => write_optional::<Int64Type>(writer, values.iter().copied()),
+        Numbers(values) => write_optional::<DoubleType>(writer, values.iter().copied()),
+        Flags(values) => write_optional::<BoolType>(writer, values.iter().copied()),
         Texts(values) => {
             let bytes = |text: &String| ByteArray::from(text.clone().into_bytes());
-            values_of::<ByteArrayType>(writer, values.iter().map(|text| text.as_ref().map(bytes)))
+            write_optional::<ByteArrayType>(
+                writer,
+                values.iter().map(|text| text.as_ref().map(bytes)),
+            )
         }
     }
 }
 
-fn values_of<T: DataType>(
+/// Writes values of an optional column.
+pub fn write_optional<T: DataType>(
     writer: &mut SerializedColumnWriter<'_>,
     values: impl Iterator<Item = Option<T::T>>,
 ) -> Result<(), ParquetError> {
     let values: Vec<Option<T::T>> = values.collect();
-    let there: Vec<i16> = values.iter().map(|value| value.is_some().into()).collect();
+    let levels: Vec<i16> = values.iter().map(|value| value.is_some().into()).collect();
     let values: Vec<T::T> = values.into_iter().flatten().collect();
     writer
         .typed::<T>()
-        .write_batch(&values, Some(&there), None)?;
+        .write_batch(&values, Some(&levels), None)?;
     Ok(())
 }
 
@@ -81,15 +85,15 @@ mod tests {
     use ::parquet::file::reader::{FileReader, SerializedFileReader};
     use ::parquet::record::Field;
 
-    use super::super::results::results_table;
-    use super::super::results::tests::{complete, design, failed, incomplete};
     use super::*;
+    use crate::sweep::results::results_table;
+    use crate::sweep::results::tests::{complete, design, failed, incomplete};
 
     #[test]
     fn a_written_table_can_be_read() {
         let design = design("[grid]\nbody.speed_m_s = [0.5, 1, 0.25]\n");
         let rows = [complete(0, 4_000), incomplete(1), failed(2)];
-        let bytes = to_parquet(&results_table(&design, &rows)).unwrap();
+        let bytes = to_parquet(&results_table(&design, &rows).columns).unwrap();
         let path = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(path.path(), bytes).unwrap();
         let file = SerializedFileReader::new(path.reopen().unwrap()).unwrap();

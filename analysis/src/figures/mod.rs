@@ -1,0 +1,32 @@
+//! Tools for the figures of all commands: canvas, axes, marks, legends and colors.
+
+pub mod canvas;
+pub mod legend;
+pub mod palette;
+
+use std::path::Path;
+
+use crate::new_file::write_atomically;
+
+pub struct Figure {
+    /// The file name without extension, also used as anchor.
+    pub name: String,
+    /// The content and how to read it.
+    pub caption: String,
+    pub svg: String,
+}
+
+impl Figure {
+    /// Writes the figure into a folder as `name.svg`.
+    pub fn write(&self, folder: &Path) -> anyhow::Result<()> {
+        write_atomically(folder, &format!("{}.svg", self.name), self.svg.as_bytes())
+    }
+}
+
+/// Returns a name in a form for file names.
+#[must_use]
+pub fn plain(name: &str) -> String {
+    let words = name.split(|letter: char| !letter.is_ascii_alphanumeric());
+    let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
+    words.join("-")
+}
