@@ -1,0 +1,176 @@
+//! Comparison of two runs: the first difference, by tick, robot, section and, if logged, field.
+
+mod causes;
+mod difference;
+mod tables;
+#[cfg(test)]
+mod tests;
+
+use missions::Registry;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use run_log::{LogLevel, ReadError, RunLog, RunOutcome, Table, TickRow};
+use serde_json::Value;
+use terminal::stderr_line;
+
+pub use difference::{Comparison, Difference};
+
+use causes::{ValueDifference, input_difference, setup_difference, values_that_differ};
+use tables::{row_difference, table_difference};
+
+/// Find the first difference between two runs
+#[derive(Args, Clone, Debug)]
+pub struct DiffCommand {
+    /// Folder of a run
+    a: PathBuf,
+    /// Folder of another run
+    b: PathBuf,
+    /// Print the result as JSON on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+impl DiffCommand {
+    /// Compares the two runs. Returns exit status 0 if they are identical, 1 if they differ, and 2 if a folder contains
+    /// no run.
+    #[must_use]
+    pub fn run(&self) -> ExitCode {
+        let compared = RunLog::open(&self.a, &Registry::current().vocabulary())
+            .and_then(|a| Ok((a, RunLog::open(&self.b, &Registry::current().vocabulary())?)))
+            .and_then(|(a, b)| compare(&a, &b));
+        match compared {
+            Ok(comparison) => comparison.show(self.json),
+            Err(error) => {
+                stderr_line!("alliance diff: {error}");
+                ExitCode::from(2)
+            }
+        }
+    }
+}
+
+/// Compares a log with the log of its replay: every tick, every byte of every table, and every value of run.json except
+/// the facts in `NOT_REPRODUCED`.
+///
+/// # Errors
+/// Returns an error when a table cannot be read.
+pub fn compare_files(logged: &RunLog, again: &RunLog) -> Result<Comparison, ReadError> {
+    let comparison = compare(logged, again)?;
+    if let Comparison::Differs(_) = comparison {
+        return Ok(comparison);
+    }
+    let is_over = logged.run.outcome != RunOutcome::Running;
+    let excess = logged
+        .excess
+        .iter()
+        .find(|table| is_over || !logged.run.log.keeps(**table));
+    if let Some(table) = excess {
+        let found = if logged.run.log.keeps(*table) {
+            "rows without a seal in ticks.csv".to_owned()
+        } else {
+            format!(
+                "a file that the log level '{}' excludes",
+                logged.run.log.as_str()
+            )
+        };
+        let difference = Difference::at_end(table.file_name(), None, found, "none".to_owned());
+        return Ok(Comparison::Differs(difference));
+    }
+    let (mut a, mut b) = (logged.run_json(), again.run_json());
+    for facts in NOT_REPRODUCED {
+        for run in [&mut a, &mut b] {
+            if let Value::Object(run) = run {
+                run.remove(facts);
+            }
+        }
+    }
+    let mut found = Vec::new();
+    values_that_differ("", &a, &b, &mut found);
+    Ok(match found.into_iter().next() {
+        None => comparison,
+        Some(ValueDifference { path, a, b }) => Comparison::Differs(Difference {
+            cause: setup_difference(logged, again),
+            ..Difference::at_end("run.json", Some(path), a, b)
+        }),
+    })
+}
+
+/// The keys of run.json that a replay does not reproduce: the programs that took part.
+const NOT_REPRODUCED: [&str; 3] = ["build", "agent_builds", "minds"];
+
+/// Compares two runs tick by tick and table by table, as far as their logs allow.
+///
+/// # Errors
+/// Returns an error when a table cannot be read.
+pub fn compare(a: &RunLog, b: &RunLog) -> Result<Comparison, ReadError> {
+    let (rows_a, rows_b) = (ticks(a)?, ticks(b)?);
+    let mut pairs = rows_a.iter().zip(&rows_b);
+    if let Some((row_a, row_b)) = pairs.find(|(row_a, row_b)| row_a != row_b) {
+        let mut found = row_difference(a, b, (row_a, row_b), (&rows_a, &rows_b));
+        found.cause = match setup_difference(a, b) {
+            None => input_difference(a, b, found.tick)?,
+            found => found,
+        };
+        return Ok(Comparison::Differs(found));
+    }
+    let outcome = |log: &RunLog| format!("{:?}", log.run.outcome);
+    let last = |rows: &[TickRow]| rows.last().map_or(0, |row| row.tick + 1);
+    let given = setup_difference(a, b);
+    let ends = |field: &str, a: String, b: String| {
+        Ok(Comparison::Differs(Difference {
+            cause: given.clone(),
+            ..Difference::at_end("end", Some(field.to_owned()), a, b)
+        }))
+    };
+    if rows_a.len() != rows_b.len() {
+        let ticks = |rows: &[TickRow]| last(rows).to_string();
+        return ends("ticks", ticks(&rows_a), ticks(&rows_b));
+    }
+    let hash = |log: &RunLog| match (&log.run.hash, &log.last) {
+        (Some(hash), _) => hash.clone(),
+        (None, Some(seal)) => format!("{:016x}", seal.hash),
+        (None, None) => "none".to_owned(),
+    };
+    // The tick log does not show the remaining differences. An interrupted run has no outcome.
+    if a.run.hash.is_some() && b.run.hash.is_some() {
+        if hash(a) != hash(b) {
+            return ends("hash", hash(a), hash(b));
+        }
+        if a.run.outcome != b.run.outcome {
+            return ends("outcome", outcome(a), outcome(b));
+        }
+    }
+    if a.run.log == b.run.log
+        && let Some(found) = table_difference(a, b)?
+    {
+        return Ok(Comparison::Differs(Difference {
+            cause: given,
+            ..found
+        }));
+    }
+    let ticks = if rows_a.is_empty() {
+        a.run.result.ticks
+    } else {
+        last(&rows_a)
+    };
+    Ok(Comparison::Identical {
+        ticks,
+        hash: hash(a),
+    })
+}
+
+/// Returns the hash rows of a log: one per section in a full log, otherwise one per tick for the run so far. The seals
+/// of tables are left out: they name no cause. [`table_difference`] compares them last.
+fn ticks(log: &RunLog) -> Result<Vec<TickRow>, ReadError> {
+    if log.run.log == LogLevel::Off {
+        return Ok(Vec::new());
+    }
+    let mut rows: Vec<TickRow> = log.rows()?;
+    rows.retain(|row| {
+        !Table::ALL
+            .iter()
+            .any(|table| table.file_name() == row.section)
+    });
+    Ok(rows)
+}

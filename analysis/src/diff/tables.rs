@@ -1,0 +1,201 @@
+//! The first difference between the tables of two logs.
+
+use csv::StringRecord;
+use run_log::{ReadError, RunLog, Section, Table, TickRow, WORLD_ROBOT};
+use scenario::ids::Tick;
+use scenario::time::SimTime;
+
+use super::difference::Difference;
+
+/// Returns the first line that differs in the tables, with ticks.csv and its seals last.
+pub fn table_difference(a: &RunLog, b: &RunLog) -> Result<Option<Difference>, ReadError> {
+    for table in Table::ALL {
+        let (bytes_a, bytes_b) = (a.table(table), b.table(table));
+        if bytes_a == bytes_b {
+            continue;
+        }
+        if table == Table::External {
+            // Another version of the compression gives other bytes for the same answers.
+            let answers =
+                |log: &RunLog| Ok::<_, ReadError>(format!("{:?}", log.external_answers()?));
+            if answers(a)? != answers(b)? {
+                let [a, b] = [bytes_a, bytes_b].map(|bytes| format!("{} bytes", bytes.len()));
+                return Ok(Some(Difference::at_end(table.file_name(), None, a, b)));
+            }
+        } else if let Some(found) = line_difference(table, bytes_a, bytes_b) {
+            let tick = found.t_ms.map(|t_ms| t_ms.0 / a.run.setup.scenario.step_ms);
+            return Ok(Some(Difference { tick, ..found }));
+        }
+    }
+    Ok(None)
+}
+
+fn line_difference(table: Table, a: &[u8], b: &[u8]) -> Option<Difference> {
+    // The seal of foreign.bin depends on the compression.
+    let external = format!(",{},", Table::External.file_name());
+    let lines = |bytes: &[u8]| -> Vec<String> {
+        let lines = String::from_utf8_lossy(bytes);
+        let lines = lines.lines().map(ToOwned::to_owned);
+        let counts = |line: &String| table != Table::Ticks || !line.contains(&external);
+        lines.filter(counts).collect()
+    };
+    let (lines_a, lines_b) = (lines(a), lines(b));
+    let number = (0..lines_a.len().max(lines_b.len()))
+        .find(|number| lines_a.get(*number) != lines_b.get(*number))?;
+    let cells = |line: Option<&String>| -> Vec<String> {
+        let Some(line) = line else { return Vec::new() };
+        if table == Table::Inputs {
+            return vec![line.clone()];
+        }
+        let mut reader = csv::ReaderBuilder::new();
+        let reader = reader.has_headers(false).from_reader(line.as_bytes());
+        let row = reader.into_records().next().and_then(Result::ok);
+        row.map_or_else(
+            || vec![line.clone()],
+            |row| row.iter().map(ToOwned::to_owned).collect(),
+        )
+    };
+    let columns = cells(lines_a.first().filter(|_| table != Table::Inputs));
+    let (row_a, row_b) = (cells(lines_a.get(number)), cells(lines_b.get(number)));
+    let cell = |row: &[String], column: usize| row.get(column).cloned();
+    let column = (0..row_a.len().max(row_b.len()))
+        .find(|column| cell(&row_a, *column) != cell(&row_b, *column))
+        .unwrap_or_default();
+    let row = if row_a.is_empty() { &row_b } else { &row_a };
+    let of = |name: &str| {
+        let column = columns.iter().position(|column| column == name)?;
+        row.get(column)
+    };
+    let robot = of("robot").or(of("receiver")).or(of("sender"));
+    let name = columns.get(column).map_or("", String::as_str);
+    let shown = |row: &[String]| cell(row, column).unwrap_or_else(|| "no row".to_owned());
+    Some(Difference {
+        t_ms: of("t_ms").and_then(|t_ms| t_ms.parse().ok()).map(SimTime),
+        robot: robot
+            .filter(|robot| !robot.is_empty())
+            .map_or(WORLD_ROBOT, String::as_str)
+            .to_owned(),
+        ..Difference::at_end(
+            table.file_name(),
+            Some(
+                format!("{name} in line {}", number + 1)
+                    .trim_start()
+                    .to_owned(),
+            ),
+            shown(&row_a),
+            shown(&row_b),
+        )
+    })
+}
+
+/// Locates the first pair of rows that differ. `rows` contains all rows of both logs.
+pub fn row_difference(
+    a: &RunLog,
+    b: &RunLog,
+    (row_a, row_b): (&TickRow, &TickRow),
+    rows: (&[TickRow], &[TickRow]),
+) -> Difference {
+    fn place(row: &TickRow) -> (Tick, &str, &str) {
+        (row.tick, &row.robot, &row.section)
+    }
+    let same_place = place(row_a) == place(row_b);
+    // If a section is missing in one log, the rows are out of step. The missing section is then the difference.
+    let is_missing = |rows: &[TickRow], row: &TickRow| {
+        let from = rows.partition_point(|other| other.tick < row.tick);
+        let mut same_tick = rows[from..]
+            .iter()
+            .take_while(|other| other.tick == row.tick);
+        !same_tick.any(|other| place(other) == place(row))
+    };
+    let only_b = row_b.tick < row_a.tick || (row_b.tick == row_a.tick && is_missing(rows.0, row_b));
+    let row = if !same_place && only_b { row_b } else { row_a };
+    let field = tables_of(&row.section)
+        .iter()
+        .find_map(|table| first_field(*table, a, b, row));
+    let describe = |row: &TickRow| {
+        if same_place {
+            format!("{:016x}", row.hash)
+        } else {
+            format!("{} {}", row.robot, row.section)
+        }
+    };
+    let (field, a, b) = match field {
+        Some((field, a, b)) => (Some(field), a, b),
+        None => (None, describe(row_a), describe(row_b)),
+    };
+    Difference {
+        cause: None,
+        tick: Some(row.tick),
+        t_ms: Some(row.t_ms),
+        robot: row.robot.clone(),
+        section: row.section.clone(),
+        field,
+        a,
+        b,
+    }
+}
+
+/// Returns the tables that contain the data of a section.
+fn tables_of(section: &str) -> &'static [Table] {
+    let is = |wanted: Section| wanted.as_str() == section;
+    if is(Section::Inputs) || is(Section::Events) {
+        &[Table::Events]
+    } else if is(Section::Messages) {
+        &[Table::Messages]
+    } else if is(Section::Motivations) {
+        &[Table::Motivations, Table::Events]
+    } else if is(Section::State) {
+        &[Table::Poses, Table::Mission, Table::Targets]
+    } else {
+        &[]
+    }
+}
+
+/// Returns the first differing field of a table in the rows of that tick and robot: its name and both values.
+fn first_field(
+    table: Table,
+    a: &RunLog,
+    b: &RunLog,
+    place: &TickRow,
+) -> Option<(String, String, String)> {
+    let header = a.table(table).split(|&byte| byte == b'\n').next();
+    let header = String::from_utf8_lossy(header.unwrap_or_default());
+    let columns: Vec<&str> = header.split(',').collect();
+    let robot_column = columns
+        .iter()
+        .position(|column| matches!(*column, "robot" | "receiver"));
+    let time = place.t_ms.0.to_string();
+    let rows = |log: &RunLog| -> Vec<StringRecord> {
+        csv::Reader::from_reader(log.table(table))
+            .into_records()
+            .filter_map(Result::ok)
+            .filter(|row| {
+                let of_robot = place.robot == WORLD_ROBOT
+                    || robot_column
+                        .is_none_or(|column| row.get(column) == Some(place.robot.as_str()));
+                row.get(0) == Some(time.as_str()) && of_robot
+            })
+            .collect()
+    };
+    let (rows_a, rows_b) = (rows(a), rows(b));
+    for index in 0..rows_a.len().max(rows_b.len()) {
+        let (row_a, row_b) = (rows_a.get(index), rows_b.get(index));
+        for (column, name) in columns.iter().enumerate() {
+            let cell = |row: Option<&StringRecord>| {
+                row.and_then(|row| row.get(column))
+                    .unwrap_or("no row")
+                    .to_owned()
+            };
+            if cell(row_a) != cell(row_b) {
+                let subject = row_a
+                    .or(row_b)
+                    .filter(|_| column > 2)
+                    .and_then(|row| row.get(2))
+                    .map_or_else(String::new, |subject| format!(" of {subject}"));
+                let field = format!("{}: {name}{subject}", table.file_name());
+                return Some((field, cell(row_a), cell(row_b)));
+            }
+        }
+    }
+    None
+}

@@ -1,0 +1,228 @@
+//! Altered logs, and pairs of runs with a known first difference.
+
+use missions::waste::data::{WasteSection, default_scenario};
+use run_log::{Input, InputLine, MemoryLog};
+use scenario::fault::{Fault, Order};
+use scenario::{Scenario, Setup};
+
+use super::*;
+use in_process::Team;
+
+/// Returns the log of a short run in memory.
+fn memory() -> MemoryLog {
+    let scenario = Scenario {
+        limit_s: 60.0,
+        ..default_scenario()
+    };
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
+    team.run().unwrap().1.into_sink()
+}
+
+fn open(memory: &MemoryLog) -> RunLog {
+    RunLog::from_memory(memory, &Registry::built_in().vocabulary()).unwrap()
+}
+
+fn lines(memory: &MemoryLog, table: Table) -> Vec<String> {
+    let text = str::from_utf8(&memory.tables[&table]).unwrap();
+    text.lines().map(ToOwned::to_owned).collect()
+}
+
+fn set_lines(memory: &mut MemoryLog, table: Table, lines: &[String]) {
+    memory
+        .tables
+        .insert(table, (lines.join("\n") + "\n").into_bytes());
+}
+
+/// Makes the seals of a table anew.
+fn reseal(memory: &mut MemoryLog, table: Table) {
+    let rows = lines(memory, table);
+    let time = |row: &str| row.split(',').next().unwrap().parse::<u64>();
+    let mut sealed = lines(memory, Table::Ticks);
+    for row in &mut sealed {
+        let Some((place, _)) = row.rsplit_once(',') else {
+            continue;
+        };
+        if place.ends_with(table.file_name()) {
+            let now = time(row).unwrap();
+            let whole = rows
+                .iter()
+                .filter(|row| time(row).map_or(true, |at| at <= now));
+            let whole: String = whole.map(|row| format!("{row}\n")).collect();
+            let hash = xxhash_rust::xxh3::xxh3_64(whole.as_bytes());
+            *row = format!("{place},{hash:016x}");
+        }
+    }
+    set_lines(memory, Table::Ticks, &sealed);
+}
+
+#[test]
+fn a_changed_row_differs_with_remade_and_with_removed_seals() {
+    let memory = memory();
+    let again = open(&memory);
+    let identical = compare_files(&open(&memory), &again).unwrap();
+    assert!(
+        matches!(identical, Comparison::Identical { .. }),
+        "{identical}"
+    );
+    for table in [
+        Table::Poses,
+        Table::Events,
+        Table::Mission,
+        Table::Motivations,
+    ] {
+        let mut untouched = memory.clone();
+        reseal(&mut untouched, table);
+        assert!(untouched == memory, "{table:?}: the test makes other seals");
+
+        let mut altered = memory.clone();
+        let mut rows = lines(&altered, table);
+        let row = rows.len() / 2;
+        let (start, _) = rows[row].rsplit_once(',').unwrap();
+        rows[row] = format!("{start},7");
+        set_lines(&mut altered, table, &rows);
+        reseal(&mut altered, table);
+        let log = open(&altered);
+        assert_eq!((log.torn, &*log.excess), (None, &[][..]), "{table:?}");
+        let text = compare_files(&log, &again).unwrap().to_string();
+        let place = format!(" {}, ", table.file_name());
+        assert!(
+            text.starts_with("differs first in tick") && text.contains(&place),
+            "{text}"
+        );
+        assert!(
+            text.contains(&format!(" in line {}: '7' and ", row + 1)),
+            "{text}"
+        );
+
+        let mut sealed = lines(&altered, Table::Ticks);
+        sealed.retain(|row| !row.contains(table.file_name()));
+        set_lines(&mut altered, Table::Ticks, &sealed);
+        let log = open(&altered);
+        assert_eq!(log.excess, [table]);
+        let text = compare_files(&log, &again).unwrap().to_string();
+        assert!(
+            text.starts_with("differs") && text.contains(table.file_name()),
+            "{text}"
+        );
+    }
+    let mut longer = memory.clone();
+    longer
+        .tables
+        .get_mut(&Table::Inputs)
+        .unwrap()
+        .extend(b"{}\n");
+    assert_eq!(
+        compare_files(&open(&longer), &again).unwrap().to_string(),
+        "differs: world inputs.jsonl: 'rows without a seal in ticks.csv' and 'none'"
+    );
+}
+
+#[test]
+fn every_value_of_run_json_is_compared() {
+    let memory = memory();
+    let again = open(&memory);
+    let text = &memory.documents[&run_log::Document::Run];
+    let run: Value = serde_json::from_str(text).unwrap();
+    let values = [
+        ("/version", "9.9.9".into()),
+        ("/unscripted", true.into()),
+        ("/outcome", "complete".into()),
+        ("/hash", "0000000000000000".into()),
+        ("/result/items/delivered", 24.into()),
+        ("/result/robots/gold/messages_sent", 0.into()),
+        ("/result/sim_time_ms", 0.into()),
+        ("/added", 1.into()),
+        ("/result/added", 1.into()),
+    ];
+    for (pointer, value) in values {
+        let mut altered = run.clone();
+        let (parent, key) = pointer.rsplit_once('/').unwrap();
+        altered.pointer_mut(parent).unwrap()[key] = value;
+        let mut memory = memory.clone();
+        memory
+            .documents
+            .insert(run_log::Document::Run, altered.to_string());
+        let text = compare_files(&open(&memory), &again).unwrap().to_string();
+        let (_, line) = text.split_once("differs: ").unwrap_or_default();
+        assert!(line.contains(key), "{pointer}: {text}");
+    }
+}
+
+/// Runs the scenario for a short time, optionally with an operator's order.
+fn run(seed: u64, change: impl FnOnce(&mut Scenario), order: Option<InputLine>) -> RunLog {
+    // Long enough for random draws to have an effect.
+    let mut scenario = Scenario {
+        limit_s: 80.0,
+        ..default_scenario()
+    };
+    change(&mut scenario);
+    let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
+    let log = |team: Team<MemoryLog>| {
+        let (_, recorder) = team.run().unwrap();
+        RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap()
+    };
+    let calm = log(Team::new(setup.clone(), LogLevel::Full, MemoryLog::default()).unwrap());
+    let Some(order) = order else { return calm };
+    let mut inputs = calm.inputs().unwrap();
+    inputs.push(order);
+    log(Team::with_inputs(setup, inputs, LogLevel::Full, MemoryLog::default()).unwrap())
+}
+
+#[track_caller]
+fn check(a: &RunLog, b: &RunLog, cause: &str, second: &str) {
+    let text = compare(a, b).unwrap().to_string();
+    let (first, rest) = text.split_once('\n').unwrap_or((&text, ""));
+    assert_eq!(first, cause, "{text}");
+    assert!(rest.starts_with(second), "{text}");
+}
+
+#[test]
+fn seeds_and_scenarios_come_first() {
+    let first = run(1, |_| {}, None);
+    check(
+        &first,
+        &run(2, |_| {}, None),
+        "seed: 1 in A, 2 in B",
+        "differs first in tick",
+    );
+    let other = run(
+        1,
+        |scenario| WasteSection::of_mut(scenario).report_period_s = 60.0,
+        None,
+    );
+    check(
+        &first,
+        &other,
+        "scenario: waste.report_period_s: 120.0 in A, 60.0 in B",
+        "differs first in tick",
+    );
+}
+
+#[test]
+fn an_input_of_one_run_is_reported_in_either_order() {
+    let order = InputLine {
+        tick: 100,
+        input: Input::Order {
+            order: Order {
+                id: Some("f1".to_owned()),
+                ..Order::now(Fault::Mute("gold".to_owned()))
+            },
+            moment: None,
+        },
+    };
+    let (calm, broken) = (run(1, |_| {}, None), run(1, |_| {}, Some(order)));
+    let place = "differs first in tick 100 (5.000 s): world inputs";
+    check(
+        &calm,
+        &broken,
+        "inputs: 'mute gold' was ordered at 5 s in B",
+        place,
+    );
+    check(
+        &broken,
+        &calm,
+        "inputs: 'mute gold' was ordered at 5 s in A",
+        place,
+    );
+}
