@@ -3,20 +3,18 @@
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 
-use super::data::{Block, ComparisonData, mean};
+use super::data::{Block, ComparisonData};
 use super::metrics::Metric;
 use super::power::least_p;
-use super::statistics::SIGNIFICANT;
 use super::statistics::bootstrap::{means, median_differences};
 use super::statistics::friedman::{Friedman, friedman};
 use super::statistics::holm::holm;
 use super::statistics::mcnemar::mcnemar;
 use super::statistics::nemenyi::{critical_difference, nemenyi};
 use super::statistics::wilcoxon::wilcoxon;
-use crate::sweep::statistics::{Interval, quantile, wilson};
+use super::statistics::{LEVEL, SIGNIFICANT};
+use crate::sweep::statistics::{Interval, mean, quantile, wilson};
 use crate::workers::run_parallel;
-
-pub const LEVEL: f64 = 0.95;
 
 /// The further metrics of the rankings over all blocks.
 const RANKED: [Metric; 3] = [Metric::Completion, Metric::Bytes, Metric::Distance];

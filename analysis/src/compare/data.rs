@@ -7,6 +7,7 @@ use crate::sweep::comparison::{Axes, Comparison, OwnFigure};
 use crate::sweep::design::{Design, FAULTS, Factor, MISSION};
 use crate::sweep::results::figures_of;
 use crate::sweep::run::{Figures, Row};
+use crate::sweep::statistics::mean;
 
 /// The column of the compared allocator.
 pub const ALLOCATOR: &str = "allocator";
@@ -102,12 +103,6 @@ impl AllocatorCell {
         self.is_constant =
             self.runs > 1 && self.counted() == self.runs && self.values.iter().all(are_equal);
     }
-}
-
-/// Returns the mean, or `None` without values.
-#[must_use]
-pub fn mean(values: &[f64]) -> Option<f64> {
-    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 impl ComparisonData {

@@ -11,13 +11,12 @@ use std::collections::BTreeSet;
 use anyhow::bail;
 use scenario::name_remedy;
 
-use super::analysis::LEVEL;
-use super::data::{Block, ComparisonData, mean};
+use super::data::{Block, ComparisonData};
 use super::metrics::Metric;
 use super::statistics::bootstrap::means;
-use super::statistics::normal_reach;
+use super::statistics::{LEVEL, normal_reach};
 use crate::sweep::plan::hypothesis::{Claim, Hypothesis};
-use crate::sweep::statistics::{Interval, wilson_at};
+use crate::sweep::statistics::{Interval, mean, wilson_at};
 
 /// The outcome of a hypothesis, or of a part of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,8 +11,9 @@ use super::hypotheses::{Outcome, Verdict};
 use super::metrics::Metric;
 use super::tables::NamedTable;
 use crate::figures::Figure;
-use crate::page::{LANDSCAPE, document, drawing, table};
+use crate::page::{LANDSCAPE, document, drawing, estimate, number, percent, table};
 use crate::sweep::execution::{counted, shell_quoted};
+use crate::sweep::statistics::Interval;
 
 /// The columns of the tables by block after the primary metric: heading, metric and number of decimals.
 const SHOWN: [(&str, Metric, usize); 13] = [
@@ -102,12 +103,7 @@ impl Page<'_> {
                             @for part in &verdict.parts { tr {
                                 td.text { (self.data.blocks[part.block].name()) }
                                 td.text { (part.claim) }
-                                @match part.found {
-                                    Some((mean, (from, to))) => {
-                                        td { (short(mean)) } td { (short(from)) " to " (short(to)) }
-                                    },
-                                    None => { td { "no data" } td {} },
-                                }
+                                (estimate(part.found, number))
                                 td.text { span class=(part.outcome.as_str()) { (part.outcome.as_str()) } }
                             } }
                         }))
@@ -143,8 +139,8 @@ impl Page<'_> {
                             @if cell.counted() == 0 {
                                 td.text colspan=(shown.len() + 8) { "no data: " (why_none(cell.without_effect)) "; repeat with: " code { (self.again("cell", cell.number)) } }
                             } @else {
-                                (self.completion(number, rival))
-                                (self.primary(number, rival))
+                                (estimate(self.estimate(number, rival, &Metric::Completion), percent))
+                                (estimate(self.estimate(number, rival, &block.primary), |value| in_unit(&block.primary, value)))
                                 @for (_, metric, digits) in &shown {
                                     td { (self.value(number, rival, metric, *digits)) }
                                 }
@@ -161,32 +157,10 @@ impl Page<'_> {
         self.analysis.blocks[block].summaries[rival][place]
     }
 
-    fn completion(&self, block: usize, rival: usize) -> Markup {
-        let summary = self.summary(block, rival, self.data.metric_index(&Metric::Completion));
-        html! {
-            @match summary {
-                Some(found) => {
-                    td { (format!("{:.0} %", 100.0 * found.mean)) }
-                    td { (format!("{:.0} – {:.0} %", 100.0 * found.interval.0, 100.0 * found.interval.1)) }
-                },
-                None => { td { "–" } td { "–" } },
-            }
-        }
-    }
-
-    /// Returns the mean of the primary metric with its interval.
-    fn primary(&self, block: usize, rival: usize) -> Markup {
-        let primary = &self.data.blocks[block].primary;
-        let digits = decimals(primary);
-        let summary = self.summary(block, rival, self.data.metric_index(primary));
-        html! {
-            @match summary {
-                Some(Summary { mean, interval: (from, to), .. }) => {
-                    td { (format!("{mean:.digits$}")) } td { (format!("{from:.digits$} – {to:.digits$}")) }
-                },
-                None => { td { "–" } td { "–" } },
-            }
-        }
+    /// Returns the mean of a metric with its interval.
+    fn estimate(&self, block: usize, rival: usize, metric: &Metric) -> Option<(f64, Interval)> {
+        let summary = self.summary(block, rival, self.data.metric_index(metric));
+        summary.map(|found| (found.mean, found.interval))
     }
 
     fn value(&self, block: usize, rival: usize, metric: &Metric, digits: usize) -> String {
@@ -203,16 +177,12 @@ impl Page<'_> {
 
     fn against_best(&self, block: usize, rival: usize, best: Option<usize>) -> Markup {
         let primary = &self.data.blocks[block].primary;
-        let digits = decimals(primary);
         let pair = best.and_then(|best| self.analysis.pair(block, primary, best, rival));
         html! {
             @match pair {
                 _ if best == Some(rival) => { td.text colspan="4" { "the best" } },
                 Some(pair) if pair.n > 0 => {
-                    @match pair.mean {
-                        Some((mean, (from, to))) => { td { (format!("{mean:.digits$}")) } td { (format!("{from:.digits$} – {to:.digits$}")) } },
-                        None => { td { "–" } td { "–" } },
-                    }
+                    (estimate(pair.mean, |value| in_unit(primary, value)))
                     td { (format!("{:.2}", pair.effect)) }
                     td { (pair.adjusted.map_or_else(|| "exact".to_owned(), p_value).trim_start_matches("= ")) }
                 },
@@ -278,11 +248,13 @@ impl Page<'_> {
     }
 }
 
-fn decimals(metric: &Metric) -> usize {
-    match metric {
+/// Formats a value of a block's primary metric.
+fn in_unit(metric: &Metric, value: f64) -> String {
+    let digits = match metric {
         Metric::Own(_) => 3,
         _ => 1,
-    }
+    };
+    format!("{value:.digits$}")
 }
 
 fn why_none(unhit: usize) -> &'static str {
@@ -290,12 +262,5 @@ fn why_none(unhit: usize) -> &'static str {
         "the fault never hit"
     } else {
         "every run failed"
-    }
-}
-
-fn short(number: f64) -> String {
-    match number.abs() {
-        small if small < 10.0 => format!("{number:.3}"),
-        _ => format!("{number:.1}"),
     }
 }

@@ -75,6 +75,30 @@ pub fn table(head: &Markup, rows: &Markup) -> Markup {
     html! { div.wide { table { thead { tr { (head) } } tbody { (rows) } } } }
 }
 
+/// Returns two cells: a value and its interval.
+#[must_use]
+pub fn estimate(found: Option<(f64, (f64, f64))>, shown: impl Fn(f64) -> String) -> Markup {
+    html! {
+        @match found {
+            Some((value, (from, to))) => { td { (shown(value)) } td { (shown(from)) " – " (shown(to)) } },
+            None => { td { "–" } td { "–" } },
+        }
+    }
+}
+
+/// Formats a number of any size with about four digits.
+#[must_use]
+pub fn number(value: f64) -> String {
+    let digits = if value.abs() < 10.0 { 3 } else { 1 };
+    format!("{value:.digits$}")
+}
+
+/// Formats a share as percent.
+#[must_use]
+pub fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
+}
+
 /// Returns definitions of terms.
 #[must_use]
 pub fn definitions(terms: &[(&str, &str)]) -> Markup {

@@ -6,6 +6,7 @@ use run_log::RunLog;
 use scenario::time::SimTime;
 use serde::{Deserialize, Serialize};
 
+use super::statistics::mean;
 use crate::report::failures::TakeoverCause;
 use crate::report::history::{History, HistoryError, RobotHistory};
 use crate::report::metrics::Metrics;
@@ -65,6 +66,7 @@ impl ComparisonMeasures {
         let takeovers = metrics.takeovers.iter();
         let takeovers =
             takeovers.filter(|takeover| matches!(takeover.cause, TakeoverCause::Lost(_)));
+        let takeovers = takeovers.map(|takeover| takeover.latency().as_secs_f64());
         let bulletins = history.catalog.mission.vocabulary().bulletins;
         let sent = traffic
             .by_kind()
@@ -82,8 +84,8 @@ impl ComparisonMeasures {
             }),
             orphan_s: over_tasks(|task| task.orphan.total()),
             unattended_s: over_tasks(|task| task.unattended.total()),
-            detection_s: mean(detections),
-            takeover_s: mean(takeovers.map(|takeover| takeover.latency().as_secs_f64())),
+            detection_s: mean(&detections.collect::<Vec<_>>()),
+            takeover_s: mean(&takeovers.collect::<Vec<_>>()),
             sent: sent
                 .map(|(kind, traffic)| {
                     let (messages, bytes) = (traffic.messages, traffic.bytes);
@@ -114,11 +116,6 @@ fn drawn(history: &History) -> Option<Vec<f64>> {
         f64::from(energy.capacity_j) - left.unwrap_or(f64::from(energy.capacity_j))
     });
     Some(left.collect())
-}
-
-fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let values: Vec<f64> = values.collect();
-    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 /// Returns Gini's index of non-negative amounts: half their mean difference divided by their mean; 0 if all are 0.

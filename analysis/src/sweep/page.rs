@@ -10,7 +10,7 @@ use super::summary::{Summary, failed_by_reason, faults_by_kind};
 use crate::columns::Entry::{self, Text, Whole};
 use crate::columns::Table;
 use crate::figures::Figure;
-use crate::page::{definitions, document, drawing, table};
+use crate::page::{definitions, document, drawing, estimate, percent, table};
 
 /// The largest number of rows in a table of the page; the files contain the rest.
 const ROWS: usize = 500;
@@ -234,29 +234,14 @@ impl Page<'_> {
 }
 
 fn figures(summary: &Summary) -> Markup {
-    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-    let estimated = |estimate: Option<Estimate>| {
-        let seconds = |seconds: f64| format!("{seconds:.1}");
-        html! {
-            @match estimate {
-                Some(found) => {
-                    td { (seconds(found.median)) }
-                    td { (seconds(found.interval.0)) " – " (seconds(found.interval.1)) }
-                },
-                None => { td { "–" } td { "–" } },
-            }
-        }
+    let seconds = |time: Option<Estimate>| {
+        let found = time.map(|found| (found.median, found.interval));
+        estimate(found, |seconds| format!("{seconds:.1}"))
     };
+    let share = summary.share().map(|share| (share, summary.completion));
     html! {
         td { (summary.runs) } td { (summary.failed) } td { (summary.complete) }
-        @match summary.share() {
-            Some(share) => {
-                td { (percent(share)) }
-                td { (format!("{:.0}", 100.0 * summary.completion.0)) " – " (percent(summary.completion.1)) }
-            },
-            None => { td { "–" } td { "–" } },
-        }
-        (estimated(summary.makespan_s)) (estimated(summary.lateness_s))
+        (estimate(share, percent)) (seconds(summary.makespan_s)) (seconds(summary.lateness_s))
     }
 }
 

@@ -17,6 +17,12 @@ pub struct Estimate {
     pub interval: Interval,
 }
 
+/// Returns the mean, or `None` without values.
+#[must_use]
+pub fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
 /// Returns Wilson's score interval (Wilson 1927) of the share `hits` / `count` at 95 %; 0 to 1 if `count` is 0.
 #[must_use]
 pub fn wilson(hits: usize, count: usize) -> Interval {

@@ -8,7 +8,7 @@ use super::search::Method;
 use super::task::Task;
 use super::verdict::TestComparison;
 use crate::figures::Figure;
-use crate::page::{LANDSCAPE, document, drawing, table};
+use crate::page::{LANDSCAPE, document, drawing, estimate, number, table};
 use crate::sweep::execution::counted;
 
 pub struct Page<'p> {
@@ -129,7 +129,7 @@ fn test(result: &AllocatorResult<'_>, method: usize) -> Markup {
 }
 
 fn row(verdict: &TestComparison) -> Markup {
-    let (percent, (from, to)) = verdict.percent;
+    let change = |percent: f64| format!("{percent:+.1} %");
     html! {
         tr {
             td.text { (verdict.condition) }
@@ -137,20 +137,9 @@ fn row(verdict: &TestComparison) -> Markup {
                 Some((default, tuned)) => { td { (number(default)) } td { (number(tuned)) } }
                 None => { td {} td {} }
             }
-            @match verdict.difference {
-                Some((found, (from, to))) => { td { (number(found)) } td { (number(from)) " to " (number(to)) } }
-                None => { td {} td {} }
-            }
-            td { (format!("{percent:+.1} %")) } td { (format!("{from:+.1} to {to:+.1}")) }
-            td { (format!("{:+.1} %", verdict.bytes_percent)) }
+            (estimate(verdict.difference, number))
+            (estimate(Some(verdict.percent), change))
+            td { (change(verdict.bytes_percent)) }
         }
-    }
-}
-
-fn number(value: f64) -> String {
-    if value.abs() < 10.0 {
-        format!("{value:.3}")
-    } else {
-        format!("{value:.1}")
     }
 }

@@ -1,9 +1,8 @@
 //! Races (Birattari et al. 2002): a candidate that is significantly worse than the best is dropped before it has all its runs.
 
+use crate::compare::statistics::SIGNIFICANT;
 use crate::compare::statistics::friedman::friedman;
 use crate::compare::statistics::nemenyi::critical_difference;
-
-const LEVEL: f64 = 0.05;
 
 /// The number of instances that every candidate runs before the first one may be dropped.
 const LEAST: usize = 4;
@@ -21,10 +20,10 @@ pub fn survivors(values: &[&[f64]]) -> Vec<bool> {
     let Some(found) = friedman(&blocks).filter(|_| instances >= LEAST) else {
         return all;
     };
-    if found.p >= LEVEL {
+    if found.p >= SIGNIFICANT {
         return all;
     }
-    let critical = critical_difference(LEVEL, values.len(), instances);
+    let critical = critical_difference(SIGNIFICANT, values.len(), instances);
     let best = found
         .mean_ranks
         .iter()

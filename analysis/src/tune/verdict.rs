@@ -2,10 +2,9 @@
 
 use super::task::Task;
 use super::tuning::{Outcome, Tuned, mean, percent, ratios};
+use crate::compare::statistics::LEVEL;
 use crate::compare::statistics::bootstrap::means;
 use crate::sweep::statistics::Interval;
-
-const LEVEL: f64 = 0.95;
 
 /// The comparison of tuned values with the defaults, under one or several conditions.
 #[derive(Clone, Debug, PartialEq)]

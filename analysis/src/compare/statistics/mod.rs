@@ -13,6 +13,9 @@ pub mod wilcoxon;
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
+/// The level of all intervals.
+pub const LEVEL: f64 = 0.95;
+
 /// The p value below which a difference is significant.
 pub const SIGNIFICANT: f64 = 0.05;
 
