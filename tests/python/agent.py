@@ -25,7 +25,7 @@ import time
 import xxhash
 import zenoh
 
-VERSION = 10
+VERSION = 11
 
 # The structs with their fields in order, "NAME TYPE". TYPE is a number type, bool, str, bytes or another type; [T] is a list, ?T an option.
 STRUCTS = {
