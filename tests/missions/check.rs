@@ -44,7 +44,7 @@ fn stuck(preset: Preset, defaults: &BehaviorSection, switches: SwitchSection) ->
 }
 
 fn forecast_takeover(setup: &Setup) -> Takeover {
-    let forecasts = Check::new(setup).forecasts;
+    let forecasts = Check::new(setup, &[]).forecasts;
     let gold = forecasts
         .iter()
         .find(|forecast| forecast.robot == "gold" && forecast.set == FIND);
@@ -175,7 +175,7 @@ fn heartbeat(now: SimTime) -> Broadcast {
 #[test]
 fn a_working_teammate_keeps_its_task_and_its_work_takes_the_estimated_time() {
     let setup = default_setup(1);
-    let check = Check::new(&setup);
+    let check = Check::new(&setup, &[]);
     let of = |robot: &str, set: &str| {
         let mut all = check.forecasts.iter();
         all.find(|forecast| forecast.robot == robot && forecast.set == set)

@@ -12,6 +12,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
+use glam::Vec2;
 use scenario::{Scenario, Setup, StepOrder};
 use terminal::stderr_line;
 use world_server::mission_args::{Known, MissionArgs};
@@ -46,20 +47,21 @@ pub struct Check {
 }
 
 impl Check {
+    /// Explains a setup whose robots start at these positions, by rank, m.
     #[must_use]
-    pub fn new(setup: &Setup) -> Self {
+    pub fn new(setup: &Setup, starts: &[Vec2]) -> Self {
         let forecasts = forecasts(setup);
         let warnings = warnings(setup, &forecasts);
         Self {
             forecasts,
             warnings,
-            contradictions: contradictions(&setup.scenario),
+            contradictions: contradictions(&setup.scenario, starts),
         }
     }
 }
 
-/// Returns values of the scenario that contradict each other or its time limit.
-fn contradictions(scenario: &Scenario) -> Vec<String> {
+/// Returns values of the scenario that contradict each other or its time limit, and work to which no way leads.
+fn contradictions(scenario: &Scenario, starts: &[Vec2]) -> Vec<String> {
     let limit_s = scenario.limit_s;
     let timeline = scenario.faults.timeline.iter().enumerate();
     let late = timeline.filter_map(|(index, order)| {
@@ -70,7 +72,7 @@ fn contradictions(scenario: &Scenario) -> Vec<String> {
              let it begin earlier, or allow more time"
         ))
     });
-    let of_mission = scenario.mission().warnings(scenario);
+    let of_mission = scenario.mission().warnings(scenario, starts);
     late.chain(of_mission.iter().map(ToString::to_string))
         .collect()
 }
@@ -80,8 +82,8 @@ impl CheckCommand {
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
         match self.setup(known) {
-            Ok(setup) => {
-                let check = Check::new(&setup);
+            Ok((setup, starts)) => {
+                let check = Check::new(&setup, &starts);
                 if self.json {
                     let json = show::json(&setup, &check);
                     let text = format_args!("{json:#}\n");
@@ -97,8 +99,8 @@ impl CheckCommand {
         }
     }
 
-    /// Resolves the scenario. Other options of a run do not change the result.
-    fn setup(&self, known: &Known) -> anyhow::Result<Setup> {
+    /// Resolves the scenario and the start positions. Other options of a run do not change the result.
+    fn setup(&self, known: &Known) -> anyhow::Result<(Setup, Vec<Vec2>)> {
         let mission = MissionArgs {
             scenario: self.scenario.clone(),
             size: self.size.clone(),
@@ -109,7 +111,11 @@ impl CheckCommand {
             allocator: None,
             limit: None,
         };
-        mission.setup(known)
+        let setup = mission.setup(known)?;
+        let world = known.worlds.find(&setup.scenario)?;
+        let starts = world.start_poses(&setup.scenario)?;
+        let positions = starts.iter().map(|pose| pose.position).collect();
+        Ok((setup, positions))
     }
 }
 

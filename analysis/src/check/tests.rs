@@ -211,7 +211,7 @@ fn units_of_work_of_the_default_room() {
 
 /// Returns the warnings of a scenario file: (kind, set, number of robots).
 fn broken(text: &str) -> Vec<(WarningKind, String, usize)> {
-    let warnings = Check::new(&setup(text)).warnings.into_iter();
+    let warnings = Check::new(&setup(text), &[]).warnings.into_iter();
     warnings
         .map(|warning| (warning.kind, warning.set, warning.robots.len()))
         .collect()
@@ -288,7 +288,7 @@ fn a_heartbeat_period_is_rounded_up_to_steps() {
 #[test]
 fn a_single_robot_has_no_takeovers() {
     let setup = setup("[[robots]]\nname = 'solo'");
-    let check = Check::new(&setup);
+    let check = Check::new(&setup, &[]);
     assert!(
         check
             .forecasts

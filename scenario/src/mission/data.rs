@@ -233,9 +233,10 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         Vec::new()
     }
 
-    /// Returns valid values of the mission's section that contradict each other or the time limit. `alliance check`
-    /// shows them. The scenario is checked, and robots have the devices and skills of the team.
-    fn warnings(&self, _scenario: &Scenario) -> Vec<Problem> {
+    /// Returns valid values of the mission's section that contradict each other or the time limit, and work to which no
+    /// way leads. `alliance check` shows them. The scenario is checked, and robots have the devices and skills of the
+    /// team. `starts` are their positions at the start, by rank, m.
+    fn warnings(&self, _scenario: &Scenario, _starts: &[Vec2]) -> Vec<Problem> {
         Vec::new()
     }
 

@@ -5,6 +5,7 @@
 //! - [`component`](Component): objects on the floor, with [`Penetrability`] and [aspects](Aspect), such as
 //!   [`Energy`](Battery).
 //! - `space`: the border and the rectangles. [`start_poses`]: the start poses of the robots. [`Places`]: free places.
+//!   [`Regions`]: places with ways between them.
 //! - `grid`: neighbor search. `ground`: speed changes by the floor. `motion`: turning, then moving straight ahead.
 //! - `bar`: solids of a mission that bodies can push.
 //! - `vicinity`: search results that stay valid for several steps. `unchanged`: validity of the latest readings.
@@ -38,6 +39,7 @@ mod outline;
 mod places;
 mod radio;
 mod readings_cache;
+mod regions;
 mod sensing;
 mod space;
 pub(crate) mod start;
@@ -54,6 +56,7 @@ pub use motion::{limit_command, wrap_angle};
 pub use neighbor_cache::Circle;
 pub use outline::{Outline, SKIN_M};
 pub use places::Places;
+pub use regions::Regions;
 pub use space::{ROUNDING_M, directions_around};
 pub use start::{StartError, start_poses};
 pub use state::World;

@@ -30,7 +30,12 @@ impl Places {
     /// Checks whether a robot can stand at a place. It may touch solids, within rounding.
     #[must_use]
     pub fn can_stand(&self, place: Vec2) -> bool {
-        self.space.fits(place, self.body.radius_m, -ROUNDING_M)
+        self.has_room(place, self.body.radius_m)
+    }
+
+    /// Checks whether a disc fits at a place.
+    pub(super) fn has_room(&self, place: Vec2, radius_m: f32) -> bool {
+        self.space.fits(place, radius_m, -ROUNDING_M)
     }
 
     /// Checks the same as [`Floor::can_be_worked_on`](super::Floor::can_be_worked_on).

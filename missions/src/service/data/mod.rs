@@ -224,8 +224,8 @@ impl MissionData for Service {
         places.map(|at| [at - radius_m, at + radius_m]).collect()
     }
 
-    fn warnings(&self, scenario: &Scenario) -> Vec<Problem> {
-        warnings::warnings(scenario)
+    fn warnings(&self, scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
+        warnings::warnings(scenario, starts)
     }
 
     fn check_places(&self, scenario: &Scenario) -> Result<(), Problem> {

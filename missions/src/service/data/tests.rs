@@ -118,7 +118,7 @@ fn work_that_cannot_be_done_in_time_gives_a_warning() {
     let warned = |kind: &str, more: &str| -> Vec<String> {
         let text =
             format!("limit_s = 120\n[service]\n[[service.kinds]]\nname = 't'\n{kind}\n{more}");
-        let warnings = SERVICE.warnings(&parse(&text));
+        let warnings = SERVICE.warnings(&parse(&text), &[]);
         warnings
             .iter()
             .map(|warning| warning.to_string().split("; ").next().unwrap().to_owned())
@@ -396,4 +396,56 @@ fn a_point_of_the_family_has_three_robots_and_a_robot_two_points() {
 fn task_number(task: &str) -> usize {
     let number = task.trim_start_matches("serve(p").trim_end_matches(')');
     number.parse().unwrap()
+}
+
+#[test]
+fn points_without_a_way_give_a_warning() {
+    let warned = |walls: &str, points: &str, skills: &str, starts: &[f32]| -> Vec<String> {
+        let text = format!(
+            "room = {{ width_m = 8, height_m = 4 }}\n[service]\n{points}\n\
+             [[service.kinds]]\nname = 't'\nwork_s = {{ min = 5, max = 5 }}\n\
+             [[service.kinds]]\nname = 'u'\nwork_s = {{ min = 5, max = 5 }}\n{walls}\n\
+             [[robots]]\nname = 'a'\n[[robots]]\nname = 'b'\n{skills}\n"
+        );
+        let starts: Vec<Vec2> = starts.iter().map(|x_m| Vec2::new(*x_m, 2.0)).collect();
+        let warnings = SERVICE.warnings(&parse(&text), &starts);
+        let remedy = "; move the obstacles, or let a robot start there";
+        let lines = warnings.iter().map(ToString::to_string);
+        lines
+            .map(|line| line.strip_suffix(remedy).unwrap_or(&line).to_owned())
+            .collect()
+    };
+    let wall = "[[obstacles]]\nx_m = 4\ny_m = 0\nwidth_m = 0.2\nheight_m = 4";
+    let gap = wall.replace("height_m = 4", "height_m = 3.5");
+    let points = "points = [{ kind = 't', x_m = 6, y_m = 2 }, { kind = 'u', x_m = 2, y_m = 3 }]";
+    let no_way = ["service.points[0]: obstacles leave no way to p0 at (6, 2)"];
+    assert_eq!(warned(wall, points, "", &[1.0, 1.0]), no_way);
+    assert_eq!(warned(wall, points, "", &[1.0, 7.0]), [""; 0]);
+    assert_eq!(
+        warned(wall, points, "skills = { u = 1 }", &[1.0, 7.0]),
+        no_way,
+        "b cannot do t"
+    );
+    assert_eq!(warned(&gap, points, "", &[1.0, 1.0]), [""; 0]);
+    let near = points.replace("x_m = 6", "x_m = 4.4");
+    assert_eq!(
+        warned(wall, &near, "", &[1.0, 1.0]).len(),
+        1,
+        "0.6 m behind the wall"
+    );
+    let random = "random = [{ kind = 't', n = 4 }, { kind = 'u', n = 4 }]";
+    let drawn = |index: usize| {
+        format!(
+            "service.random[{index}]: obstacles leave no way to a part of the room, and points may be drawn there"
+        )
+    };
+    assert_eq!(warned(wall, random, "", &[1.0, 1.0]), [drawn(0), drawn(1)]);
+    assert_eq!(warned(wall, random, "", &[1.0, 7.0]), [""; 0]);
+    assert_eq!(
+        warned(wall, random, "skills = { u = 1 }", &[1.0, 7.0]),
+        [drawn(0)]
+    );
+    // A narrow strip in which no robot has room holds no drawn point.
+    let strip = "[[obstacles]]\nx_m = 0\ny_m = 0.3\nwidth_m = 8\nheight_m = 0.1";
+    assert_eq!(warned(strip, random, "", &[1.0, 1.0]), [""; 0]);
 }

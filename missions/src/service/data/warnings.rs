@@ -1,11 +1,15 @@
 //! Valid values of `[service]` that contradict each other or the time limit.
 
+use std::collections::BTreeSet;
+
+use glam::Vec2;
 use scenario::{KeyPath, Problem, Robot, Scenario};
+use world_server::world::Regions;
 
 use super::{Kind, ServiceSection};
 
 /// Returns a problem for each point or kind whose work cannot be done in the run.
-pub(super) fn warnings(scenario: &Scenario) -> Vec<Problem> {
+pub(super) fn warnings(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
     let section = ServiceSection::of(scenario);
     let at = KeyPath::new(["service"]);
     let mut found = Vec::new();
@@ -49,6 +53,49 @@ pub(super) fn warnings(scenario: &Scenario) -> Vec<Problem> {
             let what = format!("the last point arrives at about {last_s:.0} s, {late}");
             let remedy = "increase it, or give fewer points";
             found.push(Problem::at(at.key("rate_hz"), what, remedy));
+        }
+    }
+    found.extend(without_a_way(scenario, starts));
+    found
+}
+
+/// Returns a problem for each stated point to which no able robot has a way at the start, and for drawn points if they
+/// may lie at such a place.
+fn without_a_way(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
+    let section = ServiceSection::of(scenario);
+    let Some(regions) = Regions::of(scenario) else {
+        return Vec::new();
+    };
+    let of_kind = |kind: &Kind| -> BTreeSet<u32> {
+        let robots = scenario.robots.iter().zip(starts);
+        let able = robots.filter(|(robot, _)| skill(robot, kind) > 0.0);
+        able.flat_map(|(_, start)| regions.near(*start, 0.0))
+            .collect()
+    };
+    let homes: Vec<BTreeSet<u32>> = section.kinds.iter().map(of_kind).collect();
+    let at = KeyPath::new(["service"]);
+    let remedy = "move the obstacles, or let a robot start there";
+    let mut found = Vec::new();
+    for (index, point) in section.points.iter().enumerate() {
+        let (x_m, y_m) = (point.x_m, point.y_m);
+        let near = regions.near(Vec2::new(x_m, y_m), section.reach_m);
+        if let Some(kind) = section.kind_named(&point.kind)
+            && near.is_disjoint(&homes[kind])
+        {
+            let what = format!("obstacles leave no way to p{index} at ({x_m}, {y_m})");
+            found.push(Problem::at(at.key("points").index(index), what, remedy));
+        }
+    }
+    for (index, batch) in section.random.iter().enumerate() {
+        let kind = batch.kind.as_ref().map(|name| section.kind_named(name));
+        let mut homes = homes.iter().enumerate();
+        let is_cut_off = homes.any(|(place, homes)| {
+            kind.is_none_or(|kind| kind == Some(place)) && regions.any_outside(homes)
+        });
+        if is_cut_off {
+            let what =
+                "obstacles leave no way to a part of the room, and points may be drawn there";
+            found.push(Problem::at(at.key("random").index(index), what, remedy));
         }
     }
     found

@@ -12,6 +12,7 @@ mod promises;
 mod section;
 #[cfg(test)]
 mod tests;
+mod warnings;
 mod work;
 
 pub use check::MAX_SPILLS;
@@ -260,6 +261,10 @@ impl MissionData for WasteData {
 
     fn free_areas(&self, scenario: &Scenario) -> Vec<[Vec2; 2]> {
         promises::kept_free(scenario)
+    }
+
+    fn warnings(&self, scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
+        warnings::warnings(scenario, starts)
     }
 
     fn check_places(&self, scenario: &Scenario) -> Result<(), Problem> {

@@ -1,7 +1,8 @@
 //! Every kind of mistake in a scenario file. The snapshots contain the error messages.
 
 use crate::Registry;
-use crate::waste::data::default_scenario;
+use crate::waste::data::{WASTE, default_scenario};
+use glam::Vec2;
 use proptest::prelude::*;
 
 use scenario::testkit::{entry, refusals};
@@ -366,4 +367,33 @@ fn obstacles_on_stated_places() {
     assert_eq!(message(block(3.0, 5.0, 1.0, 2.0)), Ok(()));
     let soft = block(3.0, 5.0, 2.0, 2.0) + "penetrability = 0.5";
     assert_eq!(message(soft), Ok(()));
+}
+
+#[test]
+fn a_spill_without_a_way_gives_a_warning() {
+    let warned = |walls: &[f32], starts: &[f32]| -> Vec<String> {
+        let mut text = String::new();
+        for x_m in walls {
+            text += &format!("[[obstacles]]\nx_m = {x_m}\ny_m = 0\nwidth_m = 0.2\nheight_m = 9\n");
+        }
+        text += "[[robots]]\nname = 'a'\n[[robots]]\nname = 'b'\n";
+        let starts: Vec<Vec2> = starts.iter().map(|x_m| Vec2::new(*x_m, 1.0)).collect();
+        let warnings = WASTE.warnings(&parse(&text).unwrap(), &starts);
+        warnings.iter().map(ToString::to_string).collect()
+    };
+    // The spills are at x = 4 m, the deposit at 9.6 m.
+    let to = |index: usize, name: &str| {
+        format!(
+            "waste.spills[{index}]: obstacles leave no way to spill '{name}'; move it or the obstacles"
+        )
+    };
+    let from = |text: String| {
+        let text = text.replace("no way to spill", "no way from spill");
+        text.replace("'; ", "' to a deposit; ")
+    };
+    let (top, bottom) = (to(0, "top"), to(1, "bottom"));
+    assert_eq!(warned(&[], &[1.0, 1.0]), [""; 0]);
+    assert_eq!(warned(&[2.0], &[1.0, 1.0]), [top.clone(), bottom.clone()]);
+    assert_eq!(warned(&[2.0], &[1.0, 3.0]), [""; 0], "one robot suffices");
+    assert_eq!(warned(&[6.0], &[1.0, 11.0]), [from(top), from(bottom)]);
 }
