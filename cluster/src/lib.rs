@@ -22,6 +22,7 @@ pub mod locator;
 pub mod member;
 pub mod network;
 pub mod os_process;
+pub mod process_log;
 pub mod remote;
 pub mod rendezvous;
 pub mod router;

@@ -16,10 +16,6 @@ use terminal::panics;
 /// process makes runs slower.
 const RUNTIME: &str = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover:app),app:(worker_threads:1))";
 
-/// The log filter without `RUST_LOG`. It hides two false warnings of zenoh: one for every connection by a socket, and
-/// one about open files for every failed handshake.
-pub const LOG_FILTER: &str = "warn,zenoh_link_unixsock_stream=error,zenoh_link_tls=error,world_server=info,robot_agent=info,cluster=info";
-
 /// Prepares a process of a run. Call it first in `main`, before the process opens a session or starts a thread. It sets
 /// zenoh's runtime and makes every uncaught panic end the process ([`panics`]).
 pub fn prepare_process() {

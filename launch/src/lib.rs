@@ -16,7 +16,6 @@ use clap::{CommandFactory, Parser, Subcommand};
 pub use missions::Registry;
 use proto::program_build;
 use terminal::stderr_line;
-use world_server::args::log_to_stderr;
 use world_server::mission_args::Known;
 use world_server::size::with_size_options;
 
@@ -125,7 +124,7 @@ pub fn main(registry: Registry) -> ExitCode {
         stderr_line!("alliance: {error:#}");
         return ExitCode::from(3);
     }
-    log_to_stderr();
+    cluster::process_log::log_to_stderr();
     let command: AllianceCli = match arguments::parse(&full_command()) {
         Ok(command) => command,
         Err(status) => return status,

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use clap::Parser;
+use cluster::process_log::log_to_stderr;
 use cluster::session::prepare_process;
 use launch::Registry;
 use launch::arguments::parse_list;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
-use robot_agent::args::{AgentArgs, log_to_stderr};
+use robot_agent::args::AgentArgs;
 
 use crate::controller::FailureReaction;
 use crate::controller_class::ControllerClass;

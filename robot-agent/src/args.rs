@@ -1,14 +1,12 @@
 //! Command line of an agent, the same for `robot-agent` and `alliance cluster agent`.
 
 use crate::registry::AgentRegistry;
-use std::io::IsTerminal;
 use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Args;
 use cluster::member::{Login, Member};
 use cluster::rendezvous::{Rendezvous, RendezvousError};
-use cluster::session::LOG_FILTER;
 use proto::identity;
 use scenario::names::is_name;
 use terminal::stderr_line;
@@ -185,20 +183,6 @@ impl AgentArgs {
 fn fail(robot: &str, why: &str) -> u8 {
     stderr_line!("robot-agent {robot}: {why}");
     3
-}
-
-/// Sends the log to stderr. `RUST_LOG` sets the filter; the default shows warnings.
-pub fn log_to_stderr() {
-    let filter =
-        tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| LOG_FILTER.into());
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(std::io::stderr)
-        // A failed write must not cause further messages or a panic.
-        .log_internal_errors(false)
-        // A log file must not contain color codes.
-        .with_ansi(std::io::stderr().is_terminal())
-        .init();
 }
 
 /// Checks the form of the name here, so that the message is in the terms of this command.

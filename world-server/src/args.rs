@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::{create_dir, create_dir_all};
-use std::io::{ErrorKind, IsTerminal};
+use std::io::ErrorKind;
 use std::iter::once;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -11,7 +11,6 @@ use std::time::{Duration, SystemTime};
 use anyhow::{Context, bail};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use cluster::session::LOG_FILTER;
 use proto::secret::random;
 use proto::tick::Outcome;
 use run_log::LogLevel;
@@ -279,20 +278,6 @@ pub fn random_run_id(setup: &Setup) -> std::io::Result<String> {
         setup.scenario.name,
         random()? as u64
     ))
-}
-
-/// Sends log messages to stderr, filtered by `RUST_LOG` or by the default filter.
-pub fn log_to_stderr() {
-    let filter =
-        tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| LOG_FILTER.into());
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(std::io::stderr)
-        // If stderr cannot be written, reporting that to stderr would fail as well.
-        .log_internal_errors(false)
-        // Colors are for terminals only.
-        .with_ansi(std::io::stderr().is_terminal())
-        .init();
 }
 
 /// Parses a log level. `LogLevel` is not a `ValueEnum`, so that programs that only read logs do not depend on clap.

@@ -16,7 +16,7 @@ struct AgentCli {
 fn main() -> ExitCode {
     proto::program_build::set(launch::BUILD);
     cluster::session::prepare_process();
-    robot_agent::args::log_to_stderr();
+    cluster::process_log::log_to_stderr();
     AgentCli::parse()
         .agent
         .run(launch::Registry::current().agents())

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use world_server::args::{WorldArgs, log_to_stderr};
+use world_server::args::WorldArgs;
 
 /// Run the world of a mission: physics, sensing and the step clock. Without a scenario it runs the default mission.
 #[derive(Parser)]
@@ -16,6 +16,6 @@ struct WorldCli {
 fn main() -> ExitCode {
     proto::program_build::set(launch::BUILD);
     cluster::session::prepare_process();
-    log_to_stderr();
+    cluster::process_log::log_to_stderr();
     WorldCli::parse().world.run(&launch::program_content())
 }
