@@ -126,6 +126,9 @@ fn an_agent_of_another_build_is_reported() {
     world.wait().expect(1);
     let log = lab.log("out");
     assert_eq!(log.run.build, launch::BUILD);
+    let host = std::fs::read(lab.path("out/host.json")).unwrap();
+    let host: serde_json::Value = serde_json::from_slice(&host).unwrap();
+    assert_eq!(host["build"], launch::BUILD);
     let builds: Vec<(String, String)> = log.run.agent_builds.into_iter().collect();
     assert_eq!(builds, [("blue".to_owned(), "00000000deadbeef".to_owned())]);
     let replayed = lab.run(&["replay", "out"]).expect(0).stderr;

@@ -9,6 +9,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use cluster::rendezvous::Rendezvous;
 use proto::control::wire::Format;
 use proto::keys::KeyExpressions;
+use proto::program_build;
 use proto::tick::Outcome;
 use run_log::LogLevel;
 use scenario::ids::RobotId;
@@ -425,6 +426,7 @@ fn host(
     let ticks = server.simulation().tick();
     json!({
         "run": options.run,
+        "build": program_build::get(),
         "command": invocation::command(),
         "speed": options.speed.to_string(),
         "endpoint": endpoint,

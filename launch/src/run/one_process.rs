@@ -7,6 +7,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use analysis::interrupted::InterruptFlag;
 use analysis::invariants::{Invariants, replayed};
 use in_process::Team;
+use proto::program_build;
 use proto::tick::Outcome;
 use run_log::recorder::Folder;
 use run_log::{LogLevel, RunLog};
@@ -75,6 +76,7 @@ pub fn run(plan: &RunPlan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
     let (run, mut recorder) = team.end(outcome)?;
     recorder.write_host(&json!({
         "run": plan.run,
+        "build": program_build::get(),
         "command": invocation::command(),
         "in_process": true,
         "started_unix_ms": wall,
