@@ -7,6 +7,9 @@ use x509_parser::time::ASN1Time;
 
 use crate::key_files::{KeyFiles, KeyFilesError};
 
+/// The time before the end of a certificate from which on it is reported: two weeks, s.
+const WARNING_S: i64 = 14 * 86_400;
+
 /// The keys that prove the identity of a member.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Keyring {
@@ -72,6 +75,12 @@ impl Keyring {
         })
     }
 
+    /// Returns a warning if a certificate ends within two weeks.
+    #[must_use]
+    pub fn ends_soon(&self) -> Option<String> {
+        ends_soon([&self.ca, &self.certificate], ASN1Time::now())
+    }
+
     /// Reads only the secret of a member: all that a host needs of its robots.
     pub fn secret(files: &KeyFiles, identity: &str) -> Result<String, KeyringError> {
         let name = format!("{identity}.secret");
@@ -82,6 +91,18 @@ impl Keyring {
         }
         Ok(text.to_owned())
     }
+}
+
+/// Returns a warning if a certificate ends within [`WARNING_S`] from now.
+fn ends_soon(certificates: [&str; 2], now: ASN1Time) -> Option<String> {
+    let end = |text: &str| {
+        let (_, pem) = parse_x509_pem(text.as_bytes()).ok()?;
+        Some(pem.parse_x509().ok()?.validity().not_after)
+    };
+    let first = certificates.into_iter().filter_map(end).min()?;
+    (first.timestamp() - now.timestamp() < WARNING_S).then(|| {
+        format!("a certificate ends on {first}; create new keys with `alliance cluster keys`")
+    })
 }
 
 /// Reads a certificate and checks that it is valid now. If `member` is given, the certificate must belong to that member.
@@ -148,6 +169,21 @@ mod tests {
         write("robot-gold.key", &key.serialize_pem());
         write("robot-gold.secret", "0123456789abcdef0123456789ABCDEF\n");
         dir
+    }
+
+    #[test]
+    fn a_certificate_that_ends_within_two_weeks_is_reported() {
+        let keyring = read(&keys("robot-gold", 3000)).unwrap();
+        assert_eq!(keyring.ends_soon(), None);
+        // It ends on 31 December 3000 at 00:00.
+        let end = date_time_ymd(3000, 12, 31).unix_timestamp();
+        let warning = |days: i64| {
+            let now = ASN1Time::from_timestamp(end - 86_400 * days).unwrap();
+            ends_soon([&keyring.ca, &keyring.certificate], now)
+        };
+        assert_eq!(warning(14), None);
+        let text = warning(13).unwrap();
+        assert!(text.starts_with("a certificate ends on Dec 31 "), "{text}");
     }
 
     fn read(dir: &TempDir) -> Result<Keyring, KeyringError> {

@@ -451,6 +451,21 @@ const ENTRIES: &[Entry] = &[
         &[],
     ),
     entry(
+        "cluster check",
+        &[
+            ("alliance cluster check lab.toml", "the world's machine"),
+            (
+                "alliance cluster check lab.toml --name h2 --keys h2",
+                "another host",
+            ),
+        ],
+        &[
+            (0, "The machine is ready."),
+            (1, "A check failed."),
+            (2, "The cluster file or an argument is invalid."),
+        ],
+    ),
+    entry(
         "cluster keys",
         &[
             ("alliance cluster keys lab.toml", "for a cluster file"),

@@ -8,6 +8,7 @@ use std::time::Duration;
 use anyhow::Context;
 use clap::Args;
 use cluster::key_files::KeyFiles;
+use cluster::keyring::Keyring;
 use cluster::locator::Locator;
 use cluster::member::Login;
 use cluster::remote::{self, RemoteArgs};
@@ -122,6 +123,9 @@ impl Daemon {
         let (login, keys) = remote.login(&identity::host(name))?.context(
             "the address of the world is missing; give --connect LOCATOR and --keys DIR",
         )?;
+        if let Some(ends) = login.keyring.as_ref().and_then(Keyring::ends_soon) {
+            say(&format!("warning: --keys: {ends}"));
+        }
         Ok(Self {
             name: name.to_owned(),
             login,

@@ -1,6 +1,7 @@
 //! `alliance cluster`: runs on several machines, and single processes by hand. `up` starts a run, `host` is the daemon on each other
-//! host, [`keys`] makes certificates.
+//! host, [`keys`] makes certificates, [`check`] checks a machine.
 
+pub mod check;
 pub mod host;
 pub mod keys;
 mod up;
@@ -30,6 +31,8 @@ enum ClusterAction {
     Host(host::HostCommand),
     /// Connect one host's robots, started by hand, to the world
     Router(host::RouterCommand),
+    /// Check one machine before a run: keys, address, clock and build
+    Check(check::CheckCommand),
     /// Create certificates and secrets for a team on several machines
     Keys(keys::KeysCommand),
     /// Start the world process of a run: physics, sensing, step clock
@@ -45,6 +48,7 @@ impl ClusterCommand {
             ClusterAction::Up(command) => command.run(),
             ClusterAction::Host(command) => command.run(),
             ClusterAction::Router(command) => command.run(),
+            ClusterAction::Check(command) => command.run(),
             ClusterAction::Keys(command) => command.run(),
             ClusterAction::World(world) => world.run(&program_content()),
             ClusterAction::Agent(agent) => agent.run(Registry::current().agents()),

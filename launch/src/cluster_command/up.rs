@@ -61,7 +61,10 @@ impl Up {
             // An absolute path, so that a folder named `-` does not select standard input.
             let folder = std::path::absolute(&cluster.keys).with_context(|| name.to_string())?;
             let files = KeyFiles::Folder(folder.clone());
-            Keyring::read(&files, WORLD).with_context(|| name.to_string())?;
+            let keyring = Keyring::read(&files, WORLD).with_context(|| name.to_string())?;
+            if let Some(ends) = keyring.ends_soon() {
+                stderr_line!("warning: {name}: {ends}");
+            }
             folder
         };
         let mut arguments = vec![
