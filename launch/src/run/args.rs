@@ -96,7 +96,7 @@ impl RunCommand {
         let (folder, setup, controllers, link) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
-                stderr_line!("alliance run: {error:#}");
+                stderr_line!("{}: {error:#}", self.name());
                 return ExitCode::from(2);
             }
         };
@@ -105,7 +105,7 @@ impl RunCommand {
         let stay = match stay.map(PageLink::try_clone).transpose() {
             Ok(stay) => stay,
             Err(error) => {
-                stderr_line!("alliance run: {error:#}");
+                stderr_line!("{}: {error:#}", self.name());
                 return ExitCode::from(3);
             }
         };
@@ -113,7 +113,7 @@ impl RunCommand {
         let run = match drawn.transpose() {
             Ok(drawn) => drawn.unwrap_or_else(|| run_id_for(&setup)),
             Err(error) => {
-                stderr_line!("alliance run: {error:#}");
+                stderr_line!("{}: {error:#}", self.name());
                 return ExitCode::from(3);
             }
         };
@@ -140,7 +140,7 @@ impl RunCommand {
             Ok(true) => ExitCode::SUCCESS,
             Ok(false) => ExitCode::from(1),
             Err(error) => {
-                stderr_line!("alliance run: {error:#}");
+                stderr_line!("{}: {error:#}", self.name());
                 ExitCode::from(3)
             }
         }
@@ -165,6 +165,14 @@ impl RunCommand {
         self.mission.seed = seed.unwrap_or(self.mission.seed);
         self.over = Some(over);
         self
+    }
+
+    /// Returns the command for error messages: this or `alliance cluster up`.
+    fn name(&self) -> &'static str {
+        match self.over {
+            Some(_) => "alliance cluster up",
+            None => "alliance run",
+        }
     }
 
     /// Runs the mission, then writes the profile and the export if requested. Returns `true` if the mission is complete.

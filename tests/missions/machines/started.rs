@@ -101,7 +101,7 @@ fn a_host_that_cannot_be_started_is_reported_before_the_run_begins() {
     let stderr = run.launcher.wait().expect(3).stderr;
     assert!(
         stderr.contains(
-            "the run could not begin: host h2 ended with exit status 7:\n    no way to h2"
+            "alliance cluster up: the run could not begin: host h2 ended with exit status 7:\n    no way to h2"
         ),
         "{stderr}"
     );
