@@ -210,6 +210,33 @@ fn bash_completes_commands_and_names() {
 }
 
 #[test]
+fn fish_completes_positional_names() {
+    let script = completions::script(Shell::Fish, full_command());
+    let line = |condition: &str| {
+        let start =
+            format!("complete -c alliance -n \"__fish_alliance_using_subcommand {condition}\"");
+        let mut lines = script.lines().filter_map(|line| line.strip_prefix(&start));
+        lines
+            .find(|rest| !rest.contains(" -d ") && !rest.contains(" -l "))
+            .unwrap_or_default()
+            .to_owned()
+    };
+    let run = line("run");
+    assert!(
+        run.starts_with(" -a \"waste-cleanup "),
+        "files are completed, too: {run}"
+    );
+    assert!(run.contains(" parker-box "), "{run}");
+    let kill = line("fault; and __fish_seen_subcommand_from kill");
+    assert!(
+        kill.starts_with(" -f -a \"") && kill.contains("gold"),
+        "{kill}"
+    );
+    let missions = line("list; and __fish_seen_subcommand_from missions");
+    assert!(missions.contains("service"), "{missions}");
+}
+
+#[test]
 fn zsh_completes_scenarios_and_files() {
     let script = completions::script(Shell::Zsh, full_command());
     let function = script.split("_alliance_scenarios() {").nth(1).unwrap();

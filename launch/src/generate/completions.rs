@@ -23,6 +23,7 @@ pub fn script(shell: Shell, command: Command) -> String {
     generate(shell, &mut command, name, &mut script);
     let script = String::from_utf8_lossy(&script).into_owned();
     match shell {
+        Shell::Fish => script + &positional_names(&command, command.get_name(), &[]),
         Shell::Zsh => with_files(&script, &names("SCENARIO", &vocabulary)),
         _ => script,
     }
@@ -68,6 +69,37 @@ fn robots(vocabulary: &Vocabulary) -> BTreeSet<String> {
     scenarios
         .flat_map(|scenario| scenario.robots.into_iter().map(|robot| robot.name))
         .collect()
+}
+
+/// Returns the lines of a fish script that complete positional arguments of a command and its subcommands. The
+/// generator completes options only. `parents` are the commands before it, from the program's first.
+fn positional_names(command: &Command, program: &str, parents: &[&str]) -> String {
+    let condition = match parents {
+        [] => String::new(),
+        [first] => format!("__fish_{program}_using_subcommand {first}"),
+        [first, .., last] => format!(
+            "__fish_{program}_using_subcommand {first}; and __fish_seen_subcommand_from {last}"
+        ),
+    };
+    let mut lines = String::new();
+    for argument in command.get_positionals() {
+        let values = argument.get_possible_values();
+        let names: Vec<&str> = values.iter().map(|value| value.get_name()).collect();
+        if !names.is_empty() {
+            let value = argument.get_value_names().and_then(|names| names.first());
+            let is_file = value.is_some_and(|name| name.as_str() == SCENARIO_OR_FILE);
+            let without_files = if is_file { "" } else { " -f" };
+            let names = names.join(" ");
+            lines += &format!(
+                "complete -c {program} -n \"{condition}\"{without_files} -a \"{names}\"\n"
+            );
+        }
+    }
+    for part in command.get_subcommands() {
+        let path: Vec<&str> = parents.iter().copied().chain([part.get_name()]).collect();
+        lines += &positional_names(part, program, &path);
+    }
+    lines
 }
 
 /// Extends a zsh script: arguments that accept a scenario also complete files. Bash does so by itself.
