@@ -53,14 +53,20 @@ pub const TURN_RATE: NumberRange = above_zero(3600.0, "deg/s");
 /// The range of power, W.
 pub const POWER: NumberRange = closed(0.0, 1e9, "W");
 
+/// The numbers from here on are shown as powers of ten. Not every whole number exists there, so all digits would differ
+/// from those that were written.
+const POWERS_FROM: f64 = 1e16;
+
 /// Formats a number. A fraction of single precision, such as the size of a room, is shown as it was written.
 #[must_use]
 pub fn readable(number: f64) -> String {
     let single = number as f32;
-    if number.fract() != 0.0 && f64::from(single) == number {
-        single.to_string()
-    } else {
-        number.to_string()
+    let is_single = f64::from(single) == number;
+    match (number.abs() >= POWERS_FROM, is_single) {
+        (true, true) => format!("{single:e}"),
+        (true, false) => format!("{number:e}"),
+        (false, true) if number.fract() != 0.0 => single.to_string(),
+        (false, _) => number.to_string(),
     }
 }
 
@@ -83,11 +89,13 @@ impl NumberRange {
         let low = if self.open { "above" } else { "at least" };
         let (from, to) = (readable(self.from), readable(self.to));
         let remedy = format!("it must be {low} {from} and at most {to} {}", self.unit);
-        Err(Problem::at(
-            path,
-            format!("{number} is out of range"),
-            remedy.trim_end(),
-        ))
+        let shown = if value.abs() >= POWERS_FROM {
+            readable(value)
+        } else {
+            number.to_string()
+        };
+        let what = format!("{shown} is out of range");
+        Err(Problem::at(path, what, remedy.trim_end()))
     }
 }
 
@@ -134,10 +142,18 @@ mod tests {
         let message = refused.unwrap_err().to_string();
         let expected = "x_m: 4.1 is out of range; it must be at least 0 and at most 3.2 m";
         assert_eq!(message, expected);
+        let refused = closed(0.0, 1e9, "s").check(KeyPath::new(["limit_s"]), 1e18);
+        let message = refused.unwrap_err().to_string();
+        let expected =
+            "limit_s: 1e18 is out of range; it must be at least 0 and at most 1000000000 s";
+        assert_eq!(message, expected);
         for (number, shown) in [
             (0.1, "0.1"),
             (4_294_967_296.0, "4294967296"),
             (1e-9, "0.000000001"),
+            (999_999_999_999_999_999.0, "1e18"),
+            (f64::from(1e20_f32), "1e20"),
+            (f64::INFINITY, "inf"),
         ] {
             assert_eq!(readable(number), shown);
         }

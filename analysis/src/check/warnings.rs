@@ -82,7 +82,8 @@ fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(WarningKind, String)> {
         found.push((
             WarningKind::YieldsTooEarly,
             format!(
-                "psi = {psi_s} s is shorter than a unit of work, about {work_s:.0} s: the robot yields before it completes anything"
+                "psi = {} s is shorter than a unit of work, about {work_s:.0} s: the robot yields before it completes anything",
+                rounded(psi_s)
             ),
         ));
     }
@@ -90,7 +91,8 @@ fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(WarningKind, String)> {
         found.push((
             WarningKind::GivesUpTooEarly,
             format!(
-                "lambda = {lambda_s} s is shorter than a unit of work, about {work_s:.0} s: the robot gives up before it completes anything"
+                "lambda = {} s is shorter than a unit of work, about {work_s:.0} s: the robot gives up before it completes anything",
+                rounded(lambda_s)
             ),
         ));
     }
@@ -106,7 +108,9 @@ fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(WarningKind, String)> {
         found.push((
             WarningKind::PatienceUnused,
             format!(
-                "lambda = {lambda_s} s is shorter than phi = {patience_s} s of teammates toward the robot: a failing robot gives up before they lose patience"
+                "lambda = {} s is shorter than phi = {} s of teammates toward the robot: a failing robot gives up before they lose patience",
+                rounded(lambda_s),
+                rounded(patience_s)
             ),
         ));
     }
@@ -129,6 +133,15 @@ fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(WarningKind, String)> {
     }
     found.extend(report_period(setup, forecast));
     found
+}
+
+/// Formats a time, s, rounded to ms. Derived values have many digits.
+fn rounded(time_s: f64) -> String {
+    if time_s < 1e7 {
+        ((1000.0 * time_s).round() / 1000.0).to_string()
+    } else {
+        format!("{time_s:.0e}")
+    }
 }
 
 /// Returns the time between two heartbeats, s: 1/ρ, rounded up to whole steps.
@@ -174,7 +187,9 @@ fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(WarningKind, Str
         (
             WarningKind::ReportsLate,
             format!(
-                "all robots may be at other tasks when the task becomes due, every {period_s} s; this robot continues until psi = {psi_s} s if a teammate requests its task, otherwise until lambda = {lambda_s} s"
+                "all robots may be at other tasks when the task becomes due, every {period_s} s; this robot continues until psi = {} s if a teammate requests its task, otherwise until lambda = {} s",
+                rounded(psi_s),
+                rounded(lambda_s)
             ),
         )
     })
