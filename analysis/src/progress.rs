@@ -13,6 +13,9 @@ const QUIET: Duration = Duration::from_millis(700);
 /// The shortest interval between two lines if stderr is not a terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
+/// The number of steps from which on the first line estimates the whole time. The first step includes preparations.
+const ESTIMATE_FROM: u64 = 10;
+
 /// A display of steps done, which begins after `QUIET`.
 pub struct Progress {
     what: String,
@@ -87,8 +90,11 @@ fn style(text: &str) -> ProgressStyle {
         .unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
-/// Returns the first line, with an estimate of the whole time.
+/// Returns the first line, with an estimate of the whole time if enough steps are done.
 fn announcement(what: &str, elapsed: Duration, done: u64, total: u64) -> String {
+    if done < ESTIMATE_FROM {
+        return what.to_owned();
+    }
     let share = (done as f64 / total.max(1) as f64).clamp(1e-6, 1.0);
     let whole = (elapsed.as_secs_f64() / share).ceil();
     format!("{what} (about {whole:.0} s)")
@@ -195,6 +201,8 @@ mod tests {
         let (second, minute) = (Duration::from_secs(1), Duration::from_secs(60));
         let first = announcement("running it again", second, 300, 12_000);
         assert_eq!(first, "running it again (about 40 s)");
+        let slow_start = announcement("running it again", second, 1, 12_000);
+        assert_eq!(slow_start, "running it again");
         assert_eq!(
             line("ticks", minute, 3000, 12_000),
             "3000/12000 ticks, 3 minutes left"
