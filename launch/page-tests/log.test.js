@@ -10,7 +10,7 @@ import { levels } from "../page/model/levels.js";
 const file = process.env.ALLIANCE_LOG;
 
 test("every row, activation and reset of the log is drawn", { skip: file ? false : "run from `cargo test`" }, () => {
-  const { robots, sets, duration_ms, bends: cornersOfAll, rows } = JSON.parse(readFileSync(file, "utf8"));
+  const { robots, sets, duration_ms, corners: cornersOfAll, rows } = JSON.parse(readFileSync(file, "utf8"));
   const curves = new Curves(sets.length);
   for (const each of cornersOfAll) curves.add(each);
   const bySet = new Map(sets.map(({ name }, set) => [name, set]));

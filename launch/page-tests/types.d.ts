@@ -448,10 +448,10 @@ export type TaskId = number;
 export type TaskState = "Executing" | "Waiting" | "Idle" | "Released";
 
 export type View = {
-  /** The corners of the motivation curves since the previous view, by time for each robot. The first view contains none. */
-  bends: (Corner)[];
   /** The step clock; `None` for a run that is shown from its log. */
   clock: ClockStatus | null;
+  /** The corners of the motivation curves since the previous view, by time for each robot. The first view contains none. */
+  corners: (Corner)[];
   faults: (FaultStatus)[];
   /** The items that robots can carry, by id. */
   items: (ItemView)[];

@@ -43,7 +43,7 @@ pub struct View {
     pub messages_left_out: u64,
     /// The corners of the motivation curves since the previous view, by time for each robot. The first view contains
     /// none.
-    pub bends: Vec<Corner>,
+    pub corners: Vec<Corner>,
     /// The outcome of the run in the last view; `None` before.
     pub outcome: Option<Outcome>,
 }

@@ -13,7 +13,7 @@ export function followLive(api, model) {
       case "past":
         for (const view of content.views) model.addView(view);
         model.addMessages(content.messages);
-        model.addCorners(content.bends);
+        model.addCorners(content.corners);
         model.addEvents(content.events);
         break;
       case "view":
@@ -22,7 +22,7 @@ export function followLive(api, model) {
       case "messages":
         model.addMessages(content);
         break;
-      case "bends":
+      case "corners":
         model.addCorners(content);
         break;
       case "events":

@@ -59,7 +59,7 @@ export class Log {
 
   /** Returns the corners of all curves of a robot. */
   async corners(rank) {
-    return this.#api.get(`/api/bends?robot=${rank}`);
+    return this.#api.get(`/api/corners?robot=${rank}`);
   }
 
   /** Returns some hundred views of the whole run, with only the poses and states of the robots. */

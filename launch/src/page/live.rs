@@ -226,12 +226,14 @@ impl Received {
             // Under the lock, as with events.
             let _ = self.news.send(frame.to_string().into());
         }
-        let bends = std::mem::take(&mut view.bends);
-        if !bends.is_empty() {
-            for bend in &bends {
-                memory.past.keep_corner(json!(bend).to_string());
+        let corners = std::mem::take(&mut view.corners);
+        if !corners.is_empty() {
+            for corner in &corners {
+                memory.past.keep_corner(json!(corner).to_string());
             }
-            let _ = self.news.send(json!({"bends": bends}).to_string().into());
+            let _ = self
+                .news
+                .send(json!({"corners": corners}).to_string().into());
         }
         // Serialization to memory cannot fail, because all map keys are strings.
         let text = serde_json::to_string(&view).unwrap_or_default();
@@ -352,7 +354,7 @@ mod tests {
         let received = Received::new(SimTime(50));
         let (_, mut news) = received.catch_up();
         for tick in 0..3 {
-            let bend = Corner {
+            let corner = Corner {
                 robot: RobotId(0),
                 set: BehaviorId(1),
                 at: SimTime(50 * tick),
@@ -361,22 +363,22 @@ mod tests {
                 last: false,
             };
             received.view(View {
-                bends: vec![bend],
+                corners: vec![corner],
                 ..view(tick, None)
             });
         }
         let shown: Value = serde_json::from_str(&received.view.subscribe().borrow()).unwrap();
-        assert_eq!(shown["view"]["bends"], json!([]));
+        assert_eq!(shown["view"]["corners"], json!([]));
         for tick in 0..3 {
             let frame: Value = serde_json::from_str(&news.try_recv().unwrap()).unwrap();
             assert_eq!(
-                frame["bends"],
+                frame["corners"],
                 json!([{"robot": 0, "set": 1, "at": 50 * tick, "level": 7.5, "state": "Waiting", "last": false}])
             );
         }
         let (past, _) = received.catch_up();
         let past: Value = serde_json::from_str(&past).unwrap();
-        assert_eq!(past["past"]["bends"].as_array().unwrap().len(), 3);
+        assert_eq!(past["past"]["corners"].as_array().unwrap().len(), 3);
     }
 
     #[test]

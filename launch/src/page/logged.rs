@@ -28,7 +28,7 @@ const DESERTED: Duration = Duration::from_secs(5);
 /// The maximum number of views in one answer.
 pub const COUNT_MAX: u64 = 1000;
 
-/// The data of `GET /api/run`, `/api/views`, `/api/bends` and `/api/events`.
+/// The data of `GET /api/run`, `/api/views`, `/api/corners` and `/api/events`.
 pub struct Logged {
     about: Value,
     views: Views,
@@ -226,12 +226,12 @@ mod tests {
             })
             .collect();
         let robots = about["scenario"]["robots"].as_array().unwrap();
-        let bends: Vec<&[Corner]> = (0..robots.len()).map(|rank| logged.corners(rank)).collect();
+        let corners: Vec<&[Corner]> = (0..robots.len()).map(|rank| logged.corners(rank)).collect();
         let data = json!({
             "robots": robots.iter().map(|robot| &robot["name"]).collect::<Vec<_>>(),
             "sets": about["catalog"]["sets"],
             "duration_ms": about["log"]["duration_ms"],
-            "bends": bends,
+            "corners": corners,
             "rows": rows,
         });
         let file = folder.path().join("told.json");

@@ -12,10 +12,10 @@
 //! |---|---|
 //! | `GET /`, `GET /assets/PATH` | the page's files |
 //! | `GET /api/run` | mode `live` or `log`, seed, scenario and ALLIANCE parameters as in run.json, catalog of tasks and behavior sets, length of a log |
-//! | WebSocket `/api/live` | first `{"past": {"views", "messages", "bends", "events"}}`; then `{"view"}` (the newest [`View`](proto::view::View) without its messages and bends), `{"messages": {"receptions", "left_out"}}` and `{"bends"}` (of the view), `{"events"}` (rows of events.csv) and `{"missed"}` (the number of frames of the latter three that a slow page lost); finally `{"ended": {"outcome", "folder"}}`, unless only this server ends |
+//! | WebSocket `/api/live` | first `{"past": {"views", "messages", "corners", "events"}}`; then `{"view"}` (the newest [`View`](proto::view::View) without its messages and corners), `{"messages": {"receptions", "left_out"}}` and `{"corners"}` (of the view), `{"events"}` (rows of events.csv) and `{"missed"}` (the number of frames of the latter three that a slow page lost); finally `{"ended": {"outcome", "folder"}}`, unless only this server ends |
 //! | `POST /api/control` | a command as in `docs/CONTROL.md`; returns the world's reply |
 //! | `GET /api/views?from=TICK&count=N&step=K&brief=true` | of a finished run: at most 1000 views; with `brief` only the poses and states of the robots |
-//! | `GET /api/bends?robot=RANK` | of a finished run: the corners of all curves of motivations of that robot ([`Corner`](proto::view::Corner)) |
+//! | `GET /api/corners?robot=RANK` | of a finished run: the corners of all curves of motivations of that robot ([`Corner`](proto::view::Corner)) |
 //! | WebSocket `/api/page` | of a finished run: nothing; it stays open as long as the page |
 //! | `GET /api/events` | of a finished run: all rows of events.csv |
 //!

@@ -15,7 +15,7 @@ const EVENTS_MAX: usize = 5000;
 const MESSAGES_MAX: usize = 2000;
 
 /// The maximum number of curve corners; the newest are kept.
-const BENDS_MAX: usize = 20_000;
+const CORNERS_MAX: usize = 20_000;
 
 /// A bounded history of views, messages, curve corners and events as JSON texts.
 #[derive(Debug)]
@@ -26,7 +26,7 @@ pub struct RecordedRun {
     bytes: usize,
     messages: VecDeque<String>,
     messages_left_out: u64,
-    bends: VecDeque<String>,
+    corners: VecDeque<String>,
     events: VecDeque<String>,
 }
 
@@ -40,7 +40,7 @@ impl RecordedRun {
             bytes: 0,
             messages: VecDeque::new(),
             messages_left_out: 0,
-            bends: VecDeque::new(),
+            corners: VecDeque::new(),
             events: VecDeque::new(),
         }
     }
@@ -79,11 +79,11 @@ impl RecordedRun {
         self.messages_left_out += count;
     }
 
-    pub fn keep_corner(&mut self, bend: String) {
-        if self.bends.len() == BENDS_MAX {
-            self.bends.pop_front();
+    pub fn keep_corner(&mut self, corner: String) {
+        if self.corners.len() == CORNERS_MAX {
+            self.corners.pop_front();
         }
-        self.bends.push_back(bend);
+        self.corners.push_back(corner);
     }
 
     pub fn keep_event(&mut self, event: String) {
@@ -93,7 +93,7 @@ impl RecordedRun {
         self.events.push_back(event);
     }
 
-    /// Returns the history as JSON: `{"views": […], "messages": {"receptions": […], "left_out": N}, "bends": […], "events": […]}`.
+    /// Returns the history as JSON: `{"views": […], "messages": {"receptions": […], "left_out": N}, "corners": […], "events": […]}`.
     #[must_use]
     pub fn to_json(&self) -> String {
         let views: Vec<&str> = self.views.iter().map(|(_, view)| view.as_str()).collect();
@@ -102,11 +102,11 @@ impl RecordedRun {
             texts.join(",")
         };
         format!(
-            r#"{{"views":[{}],"messages":{{"receptions":[{}],"left_out":{}}},"bends":[{}],"events":[{}]}}"#,
+            r#"{{"views":[{}],"messages":{{"receptions":[{}],"left_out":{}}},"corners":[{}],"events":[{}]}}"#,
             views.join(","),
             join(&self.messages),
             self.messages_left_out,
-            join(&self.bends),
+            join(&self.corners),
             join(&self.events)
         )
     }
@@ -150,7 +150,7 @@ mod tests {
     fn json_contains_all_kept_entries() {
         let mut past = RecordedRun::new(SimTime(50));
         let nothing =
-            r#"{"views":[],"messages":{"receptions":[],"left_out":0},"bends":[],"events":[]}"#;
+            r#"{"views":[],"messages":{"receptions":[],"left_out":0},"corners":[],"events":[]}"#;
         assert_eq!(past.to_json(), nothing);
         past.keep_view(SimTime(0), r#"{"tick":0}"#);
         past.keep_view(SimTime(10), r#"{"tick":1}"#);
@@ -162,7 +162,7 @@ mod tests {
             past.keep_message(number.to_string());
         }
         past.count_dropped_messages(7);
-        for number in 0..BENDS_MAX + 4 {
+        for number in 0..CORNERS_MAX + 4 {
             past.keep_corner(number.to_string());
         }
         let json: Value = serde_json::from_str(&past.to_json()).unwrap();
@@ -175,7 +175,7 @@ mod tests {
         assert_eq!(json["views"], serde_json::json!([{"tick": 0}, {"tick": 2}]));
         assert_eq!(json["events"].as_array().unwrap().len(), EVENTS_MAX);
         assert_eq!(json["events"][0], 3);
-        assert_eq!(json["bends"].as_array().unwrap().len(), BENDS_MAX);
-        assert_eq!(json["bends"][0], 4);
+        assert_eq!(json["corners"].as_array().unwrap().len(), CORNERS_MAX);
+        assert_eq!(json["corners"][0], 4);
     }
 }

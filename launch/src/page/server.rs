@@ -77,7 +77,7 @@ pub async fn serve(
                 .route("/api/run", get(about_logged))
                 .route("/api/views", get(views))
                 .route("/api/page", get(accompany))
-                .route("/api/bends", get(bends))
+                .route("/api/corners", get(corners))
                 .route("/api/events", get(events))
                 .with_state(Arc::from(logged)),
         })
@@ -195,11 +195,11 @@ async fn views(State(logged): State<Arc<Logged>>, Query(query): Query<ViewsQuery
 }
 
 #[derive(Deserialize)]
-struct BendsQuery {
+struct CornersQuery {
     robot: usize,
 }
 
-async fn bends(State(logged): State<Arc<Logged>>, Query(query): Query<BendsQuery>) -> Response {
+async fn corners(State(logged): State<Arc<Logged>>, Query(query): Query<CornersQuery>) -> Response {
     Json(logged.corners(query.robot)).into_response()
 }
 

@@ -614,7 +614,7 @@ fn view() -> impl Strategy<Value = View> {
                 faults,
                 messages,
                 messages_left_out,
-                bends: Vec::new(),
+                corners: Vec::new(),
                 outcome,
             }
         },

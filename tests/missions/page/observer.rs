@@ -75,7 +75,7 @@ fn a_page_receives_all_events_messages_and_the_end_of_the_run() {
     let mut stream = page.live();
     assert_eq!(
         stream.wait_for("past"),
-        json!({"views": past_views(&page), "messages": {"receptions": [], "left_out": 0}, "events": [], "bends": []})
+        json!({"views": past_views(&page), "messages": {"receptions": [], "left_out": 0}, "events": [], "corners": []})
     );
     let view = stream.wait_for_view(|view| !view["robots"][0]["pid"].is_null());
     assert_eq!(

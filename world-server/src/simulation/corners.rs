@@ -170,7 +170,7 @@ mod tests {
             // Per step: whether it counts, the rate, whether it is a reset, whether a view is taken.
             steps in prop::collection::vec((0..20_u8, 0..3_u8, 0..15_u8, 0..9_u8), 1..300)
         ) {
-            let mut bends = CurveCorners::new(1, STEP);
+            let mut curves = CurveCorners::new(1, STEP);
             let mut found = Vec::new();
             let mut logged = Vec::new();
             let (mut now, mut level_now) = (SimTime::ZERO, 0.0_f64);
@@ -178,18 +178,18 @@ mod tests {
                 if counts > 0 {
                     level_now = if reset == 0 { 0.0 } else { (level_now + 0.1 * f64::from(rate)).min(4.0) };
                     let state = if level_now >= 4.0 { BehaviorState::Active } else { BehaviorState::Hibernating };
-                    bends.add_report(now, &Report::default(), &levels(&[level_now], state));
+                    curves.add_report(now, &Report::default(), &levels(&[level_now], state));
                     logged.push((now, Some(level_now)));
                 } else {
                     logged.push((now, None));
                 }
                 now = now + STEP;
                 if look == 0 {
-                    found.extend(bends.take(now));
+                    found.extend(curves.take(now));
                 }
             }
             // The end of the run ends all curves.
-            found.extend(bends.take(now + STEP));
+            found.extend(curves.take(now + STEP));
             prop_assert!(found.windows(2).all(|pair| pair[0].at <= pair[1].at));
             for (at, expected) in logged {
                 let drawn = level(&found, at);
@@ -206,13 +206,13 @@ mod tests {
 
     #[test]
     fn a_straight_rise_with_a_reset_has_few_corners() {
-        let mut bends = CurveCorners::new(1, STEP);
+        let mut curves = CurveCorners::new(1, STEP);
         for tick in 0..1000_u64 {
             let level = 0.1 * (tick % 500) as f64;
             let levels = levels(&[level], BehaviorState::Hibernating);
-            bends.add_report(SimTime(50 * tick), &Report::default(), &levels);
+            curves.add_report(SimTime(50 * tick), &Report::default(), &levels);
         }
-        let corners: Vec<(u64, bool)> = bends
+        let corners: Vec<(u64, bool)> = curves
             .take(SimTime(50 * 1001))
             .iter()
             .map(|corner| (corner.at.0 / 50, corner.last))

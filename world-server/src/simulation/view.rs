@@ -38,7 +38,7 @@ pub(super) struct ViewHistory {
     /// The messages since the last view; `None` before the first view.
     messages: Option<VecDeque<MessageView>>,
     left_out: u64,
-    bends: Option<CurveCorners>,
+    corners: Option<CurveCorners>,
 }
 
 impl ViewHistory {
@@ -49,7 +49,7 @@ impl ViewHistory {
             incarnations: vec![0; robots],
             messages: None,
             left_out: 0,
-            bends: None,
+            corners: None,
         }
     }
 
@@ -63,9 +63,9 @@ impl ViewHistory {
         for change in &report.changes {
             self.since[rank].insert(change.set, now);
         }
-        if let Some(bends) = &mut self.bends {
+        if let Some(corners) = &mut self.corners {
             let (_, levels) = levels(report, setup, &setup.scenario.robots[rank]);
-            bends.add_report(now, report, &levels);
+            corners.add_report(now, report, &levels);
         }
         let Some(messages) = &mut self.messages else {
             return;
@@ -94,13 +94,13 @@ impl Simulation {
     pub fn view(&mut self) -> View {
         let messages = self.memories.messages.get_or_insert_default();
         let messages = messages.drain(..).collect();
-        let mut bends = self.take_corners();
-        let surplus = bends.len().saturating_sub(CORNERS_MAX);
-        bends.drain(..surplus);
+        let mut corners = self.take_corners();
+        let surplus = corners.len().saturating_sub(CORNERS_MAX);
+        corners.drain(..surplus);
         View {
             messages,
             messages_left_out: std::mem::take(&mut self.memories.left_out),
-            bends,
+            corners,
             ..self.view_without_history()
         }
     }
@@ -109,7 +109,7 @@ impl Simulation {
     pub fn take_corners(&mut self) -> Vec<Corner> {
         let (team, step) = (self.messages.len(), self.setup.scenario.step_ms);
         let now = self.world.now();
-        let corners = &mut self.memories.bends;
+        let corners = &mut self.memories.corners;
         let corners = corners.get_or_insert_with(|| CurveCorners::new(team, SimTime(step)));
         corners.take(now)
     }
