@@ -14,10 +14,22 @@ const COLUMNS = [
 ];
 
 test("the progress of a mission comes from its own columns", () => {
-  assert.deepEqual(progress(COLUMNS, [2, 3, 61_000, 7.5]), { done: 3, total: 5, what: "places visited" });
+  assert.deepEqual(progress(COLUMNS, [2, 3, 61_000, 7.5]), { done: 3, count: "3 of 5", what: "places visited" });
   assert.equal(progress(COLUMNS.slice(2), [61_000, 7.5]), null);
-  const expires = [{ name: "open", kind: "left" }, { name: "done", kind: "done" }, { name: "expired", kind: "expired" }];
-  assert.deepEqual(progress(expires, [1, 2, 237]), { done: 2, total: 240, what: "done" });
+});
+
+test("work that comes back has no fixed total: the head has the open work", () => {
+  const returns = [
+    { name: "open", kind: "left" },
+    { name: "started", kind: "count" },
+    { name: "done", kind: "done" },
+    { name: "expired", kind: "expired" },
+  ];
+  // The janitorial scenario at the start and at half time.
+  assert.deepEqual(progress(returns, [9, 0, 0, 0]), { done: 0, count: "9 open,", what: "0 done" });
+  assert.deepEqual(progress(returns, [0, 0, 28, 0]), { done: 28, count: "0 open,", what: "28 done" });
+  assert.deepEqual(progress(returns, [1, 0, 2, 237]), { done: 2, count: "1 open,", what: "2 done, 237 expired" });
+  assert.deepEqual(details(returns, [9, 2, 0, 0], 0), ["started 2"]);
 });
 
 test("the other columns are shown with their labels", () => {

@@ -219,15 +219,13 @@ fn last_row(run: &RunFile) -> Vec<ColumnValue> {
 }
 
 fn expired(run: &RunFile) -> Option<u64> {
-    let row = last_row(run);
-    let can_expire = row.iter().any(|column| column.kind == ColumnKind::Expired);
-    Some(Progress::from_row(&row)?.expired).filter(|_| can_expire)
+    Progress::from_row(&last_row(run))?.expired
 }
 
 fn of_mission(run: &RunFile) -> MissionFigures {
     let reported = &run.result.mission;
     let row = last_row(run);
-    let total = Progress::from_row(&row).map(|progress| progress.total);
+    let total = Progress::from_row(&row).map(|progress| progress.total());
     let mut figures = MissionFigures::default();
     for (name, value) in reported.iter() {
         let name = name.replace('.', "_");

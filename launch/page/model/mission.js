@@ -7,18 +7,28 @@ export function label(name) {
   return name.replace(/_ms$/, "").replaceAll("_", " ");
 }
 
-/** Returns the progress of the mission as `{done, total, what}`, or null if no column counts finished work. */
+/** Tests whether work can expire. Such work may also come back, so its total is not fixed. */
+const canExpire = (columns) => columns.some(({ kind }) => kind === "expired");
+
+/**
+ * Returns the progress of the mission as `{done, count, what}`, or null if no column counts finished work. The texts are
+ * `3 of 24` and `items delivered`, or `9 open,` and `3 done, 2 expired` if work can expire.
+ */
 export function progress(columns, values) {
   const sum = (wanted) => columns.reduce((all, { kind }, index) => all + (kind === wanted ? (values[index] ?? 0) : 0), 0);
   const first = columns.find(({ kind }) => kind === "done");
   if (!first) return null;
   const done = sum("done");
-  return { done, total: done + sum("left") + sum("expired"), what: label(first.name) };
+  const [left, expired] = [sum("left"), sum("expired")];
+  const what = label(first.name);
+  if (!canExpire(columns)) return { done, count: `${done} of ${done + left}`, what };
+  return { done, count: `${left} open,`, what: `${done} ${what}${expired ? `, ${expired} expired` : ""}` };
 }
 
 /** Returns the other columns as texts, times first. `now` is in ms. */
 export function details(columns, values, now) {
-  const rest = columns.map((column, index) => ({ ...column, value: values[index] })).filter(({ kind }) => kind !== "done");
+  const inProgress = canExpire(columns) ? ["done", "left", "expired"] : ["done"];
+  const rest = columns.map((column, index) => ({ ...column, value: values[index] })).filter(({ kind }) => !inProgress.includes(kind));
   rest.sort((a, b) => Number(b.kind === "time") - Number(a.kind === "time"));
   return rest.map(({ name, kind, value }) => `${label(name)} ${inWords(kind, value, now)}`);
 }

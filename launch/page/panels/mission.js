@@ -8,7 +8,7 @@ export function drawMission(model) {
   if (!view) return;
   const { columns } = run.mission;
   const current = progress(columns, view.mission);
-  text(byId("progress-count"), current ? `${current.done} of ${current.total}` : "");
+  text(byId("progress-count"), current ? current.count : "");
   text(byId("progress-what"), current ? current.what : "");
   const texts = details(columns, view.mission, now);
   text(byId("mission-details"), texts.join(", "));

@@ -123,10 +123,10 @@ impl ProgressDisplay {
             Style::Terminal {
                 mission, robots, ..
             } => {
-                if let Some(MissionProgress { done, total, .. }) = MissionProgress::from_row(&row) {
+                if let Some(progress) = MissionProgress::from_row(&row) {
                     mission.set_style(template("{bar:24} {msg}"));
-                    mission.set_length(total);
-                    mission.set_position(done);
+                    mission.set_length(progress.total());
+                    mission.set_position(progress.done);
                 }
                 mission.set_message(format!("{}  {clock}", short_summary(&row)));
                 if others > 0 {

@@ -147,10 +147,10 @@ impl fmt::Display for ColumnValue {
 pub struct Progress {
     /// The amount of finished work.
     pub done: u64,
-    /// The amount of work that expired before it was finished.
-    pub expired: u64,
-    /// The amount of all work: finished, unfinished and expired.
-    pub total: u64,
+    /// The amount of unfinished work.
+    pub left: u64,
+    /// The amount of work that expired before it was finished; `None` if no work can expire.
+    pub expired: Option<u64>,
     /// The counted things and the work on them, such as `items delivered`.
     pub label: String,
 }
@@ -159,28 +159,35 @@ impl Progress {
     /// Returns the progress in a row, or `None` if no column counts finished work.
     #[must_use]
     pub fn from_row(row: &[ColumnValue]) -> Option<Self> {
+        let first = |kind| row.iter().find(|column| column.kind == kind);
         let sum = |kind| {
             let of_kind = row.iter().filter(|column| column.kind == kind);
             of_kind.map(|column| column.value.count()).sum::<u64>()
         };
-        let first = row.iter().find(|column| column.kind == ColumnKind::Done)?;
-        let (done, expired) = (sum(ColumnKind::Done), sum(ColumnKind::Expired));
         Some(Self {
-            done,
-            expired,
-            total: done + sum(ColumnKind::Left) + expired,
-            label: display_name(&first.name),
+            done: sum(ColumnKind::Done),
+            left: sum(ColumnKind::Left),
+            expired: first(ColumnKind::Expired).map(|_| sum(ColumnKind::Expired)),
+            label: display_name(&first(ColumnKind::Done)?.name),
         })
+    }
+
+    /// Returns the amount of all work so far: finished, unfinished and expired.
+    #[must_use]
+    pub fn total(&self) -> u64 {
+        self.done + self.left + self.expired.unwrap_or(0)
     }
 }
 
-/// Formats the progress, such as `3 of 24 items delivered` or `3 of 24 done, 20 expired`.
+/// Formats the progress, such as `3 of 24 items delivered`. Work that can expire may also come back, so its total grows:
+/// `9 open, 3 done, 2 expired`.
 impl fmt::Display for Progress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} of {} {}", self.done, self.total, self.label)?;
+        let (done, label) = (self.done, &self.label);
         match self.expired {
-            0 => Ok(()),
-            expired => write!(f, ", {expired} expired"),
+            None => write!(f, "{done} of {} {label}", self.total()),
+            Some(0) => write!(f, "{} open, {done} {label}", self.left),
+            Some(expired) => write!(f, "{} open, {done} {label}, {expired} expired", self.left),
         }
     }
 }
@@ -195,10 +202,14 @@ pub fn short_summary(row: &[ColumnValue]) -> String {
 #[must_use]
 pub fn details(row: &[ColumnValue]) -> String {
     let progress = Progress::from_row(row);
-    let is_in_progress = |kind| matches!(kind, ColumnKind::Done | ColumnKind::Expired);
-    let others = row
-        .iter()
-        .filter(|column| progress.is_none() || !is_in_progress(column.kind));
+    let is_in_progress = |kind| {
+        progress.as_ref().is_some_and(|progress| match kind {
+            ColumnKind::Done | ColumnKind::Expired => true,
+            ColumnKind::Left => progress.expired.is_some(),
+            _ => false,
+        })
+    };
+    let others = row.iter().filter(|column| !is_in_progress(column.kind));
     let parts = progress.iter().map(ToString::to_string);
     let parts: Vec<String> = parts.chain(others.map(ToString::to_string)).collect();
     parts.join(", ")
@@ -233,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn expired_work_is_part_of_the_total() {
+    fn work_that_can_expire_is_open_done_or_expired() {
         const COLUMNS: [Column; 3] = [
             Column::left("open"),
             Column::done("done", "done"),
@@ -246,18 +257,10 @@ mod tests {
                 .collect()
         };
         let progress = Progress::from_row(&row([1, 2, 237])).unwrap();
-        assert_eq!(
-            (progress.done, progress.expired, progress.total),
-            (2, 237, 240)
-        );
-        assert_eq!(
-            short_summary(&row([1, 2, 237])),
-            "2 of 240 done, 237 expired"
-        );
-        assert_eq!(
-            details(&row([1, 2, 237])),
-            "2 of 240 done, 237 expired, open 1"
-        );
-        assert_eq!(short_summary(&row([1, 2, 0])), "2 of 3 done");
+        assert_eq!(progress.total(), 240);
+        let text = "1 open, 2 done, 237 expired";
+        assert_eq!(short_summary(&row([1, 2, 237])), text);
+        assert_eq!(details(&row([1, 2, 237])), text);
+        assert_eq!(short_summary(&row([9, 0, 0])), "9 open, 0 done");
     }
 }
