@@ -1,6 +1,7 @@
 // Entry point of the page: connects the source of the run, the model, the panels and the keys.
 
 import { Model } from "./model/model.js";
+import { stateOf } from "./model/state.js";
 import { Charts } from "./panels/charts.js";
 import { Clock } from "./panels/clock.js";
 import { Events } from "./panels/events.js";
@@ -110,16 +111,6 @@ async function show(api, run) {
   for (const name of ["rays", "trails", "radio"]) byId(`show-${name}`).addEventListener("click", () => choices.toggle(name));
   byId("help").addEventListener("click", () => byId("help-window").showModal());
 
-  const state = () => {
-    if (!model.view) return "connecting";
-    if (model.ended) return model.ended.isDisconnected ? "disconnected" : "ended";
-    if (player?.paused && player.atEnd) return "ended";
-    if (model.isFrozen) return "frozen";
-    if (clockwork.paused) return "paused";
-    if (model.isOpen && model.view.clock.waits_for) return "standing";
-    const isTeamComplete = model.view.tick > 0 || model.view.robots.every(({ state: each }) => each === "present" || each === "absent");
-    return isTeamComplete ? "running" : "waiting";
-  };
   // No message arrives from a frozen world, so a timer redraws the state.
   if (model.isLive) setInterval(changed, 1000);
   loop.before((wall_ms) => player?.advance(wall_ms));
@@ -129,7 +120,7 @@ async function show(api, run) {
     clock.draw();
     timeline?.draw();
     drawMission(model);
-    drawState(model, state());
+    drawState(model, stateOf(model, clockwork));
     for (const name of ["rays", "trails", "radio"]) attribute(byId(`show-${name}`), "aria-pressed", String(choices[name]));
   });
   loop.add(100, () => charts.draw());

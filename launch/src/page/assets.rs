@@ -29,6 +29,7 @@ const FILES: &[(&str, &[u8])] = files! {
     "model/own_faults.js"
     "model/skills.js"
     "model/traffic.js"
+    "model/state.js"
     "model/trail.js"
     "panels.css"
     "panels/charts.js"
