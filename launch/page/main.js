@@ -72,7 +72,9 @@ async function show(api, run) {
 
   text(byId("run-name"), run.run);
   byId("run-name").title = run.run;
-  text(byId("run-mode"), model.isLive ? `live, seed ${run.seed}` : `log, seed ${run.seed}: ${run.log.outcome ?? "unfinished"}`);
+  const mode = model.isLive ? `live, seed ${run.seed}, folder ${folderName(run)}` : `log, seed ${run.seed}: ${run.log.outcome ?? "unfinished"}`;
+  text(byId("run-mode"), mode);
+  byId("run-mode").title = `${mode}\nfolder: ${run.folder}`;
   document.title = `${run.run} – alliance`;
   if (run.log?.warning) {
     text(byId("warning"), run.log.warning);
@@ -156,6 +158,11 @@ async function show(api, run) {
     model.addEvents(events);
     model.addSamples(samples);
   }
+}
+
+/** Returns the name of the run's folder, which reports and later pages of the run have as the run's name. */
+function folderName({ folder }) {
+  return folder.split("/").at(-1);
 }
 
 /** Returns the keyboard shortcuts. Fault and obstacle keys exist only for a live run. */

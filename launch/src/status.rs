@@ -69,6 +69,7 @@ fn show(control: &ControlArgs) -> ExitCode {
 fn text(status: &Status) -> String {
     let mut text = format!(
         "run    {} ({}, seed {})\n\
+         folder {}\n\
          clock  tick {}, {} simulated, {}\n\
          so far {}\n\
          \n{}\n\
@@ -76,6 +77,7 @@ fn text(status: &Status) -> String {
         status.run,
         status.scenario,
         status.seed,
+        status.folder,
         status.tick,
         status.t_ms,
         describe(&status.clock),
@@ -139,7 +141,7 @@ mod tests {
     use super::*;
 
     const STATUS: &str = r#"{
-        "run": "waste-cleanup-10929", "scenario": "waste-cleanup", "seed": 1, "tick": 1310, "t_ms": 65500,
+        "run": "waste-cleanup-10929", "folder": "/tmp/runs/first", "scenario": "waste-cleanup", "seed": 1, "tick": 1310, "t_ms": 65500,
         "clock": {"paused": false, "speed": 5.0, "steps_left": 0, "tick": 1310},
         "mission": [
             {"name": "items_in_spills", "kind": "left", "value": 21},
@@ -166,7 +168,7 @@ mod tests {
         let words: Vec<&str> = text.split_whitespace().collect();
         let words = words.join(" ");
         for part in [
-            "run waste-cleanup-10929 (waste-cleanup, seed 1) clock tick 1310, 65.500 s simulated, at 5x so far \
+            "run waste-cleanup-10929 (waste-cleanup, seed 1) folder /tmp/runs/first clock tick 1310, 65.500 s simulated, at 5x so far \
              3 of 24 items delivered, items in spills 21, last report –",
             "blue 10932 1 present move-spill(top) an item gold – – dead – –",
             "blue move-spill(top) 100.0 active report-progress 3.3",

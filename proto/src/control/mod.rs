@@ -164,6 +164,8 @@ pub enum Phase {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Status {
     pub run: String,
+    /// The run folder, on the world's machine.
+    pub folder: String,
     pub scenario: String,
     pub seed: u64,
     pub tick: Tick,

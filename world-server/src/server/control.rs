@@ -122,12 +122,16 @@ impl Server {
         // Their size is quadratic in the size of the team.
         setup.alliance.robots.clear();
         let setup = setup.to_json();
-        let folder = std::path::absolute(&self.folder).unwrap_or_else(|_| self.folder.clone());
         Ok(Description {
             run: self.run.clone(),
-            folder: folder.display().to_string(),
+            folder: self.shown_folder(),
             setup: setup.map_err(|error| error.to_string())?,
         })
+    }
+
+    fn shown_folder(&self) -> String {
+        let folder = std::path::absolute(&self.folder).unwrap_or_else(|_| self.folder.clone());
+        folder.display().to_string()
     }
 
     fn status(&self) -> Status {
@@ -136,6 +140,7 @@ impl Server {
         faults.retain(|fault| fault.phase != Phase::Over);
         Status {
             run: self.run.clone(),
+            folder: self.shown_folder(),
             scenario: setup.scenario.name.clone(),
             seed: setup.seed,
             tick: self.simulation.tick(),
