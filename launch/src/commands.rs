@@ -273,6 +273,7 @@ const ENTRIES: &[Entry] = &[
                 "alliance export --parquet",
                 "the newest run, as tables for notebooks",
             ),
+            #[cfg(feature = "mcap")]
             ("alliance export runs/first --mcap=run.mcap", "for Foxglove"),
             (
                 "alliance export runs/first --scenario",

@@ -88,6 +88,41 @@ fn each_help_text_ends_with_examples_that_the_command_accepts() {
     }
 }
 
+/// Returns the help text of the command with these words.
+fn help(words: &str) -> String {
+    let command = full_command();
+    let found = all(&command, "")
+        .into_iter()
+        .find(|(name, _)| name == words);
+    found.unwrap().1.clone().render_help().to_string()
+}
+
+#[test]
+fn help_texts_name_only_formats_that_the_program_contains() {
+    for (words, option, is_built_in) in [
+        ("report", "--pdf", cfg!(feature = "pdf")),
+        ("export", "--mcap", cfg!(feature = "mcap")),
+        ("run", "--mcap", cfg!(feature = "mcap")),
+    ] {
+        let help = help(words);
+        assert_eq!(help.contains(option), is_built_in, "{words}:\n{help}");
+    }
+}
+
+#[test]
+fn each_fault_of_a_mission_has_its_own_description() {
+    for (name, about) in [
+        ("waste", "waste"),
+        ("move-waste", "item"),
+        ("point", "point"),
+        ("bar-stuck", "bar"),
+    ] {
+        let help = help(&format!("fault {name}"));
+        let first = help.lines().next().unwrap();
+        assert!(first.to_lowercase().contains(about), "{name}: {first}");
+    }
+}
+
 #[test]
 fn each_option_has_one_line_of_help() {
     for (name, command) in all(&full_command(), "") {

@@ -75,7 +75,7 @@ enum Command {
     Diff(analysis::diff::DiffCommand),
     /// Create a page with figures and metrics of one or two runs
     Report(analysis::report::command::ReportCommand),
-    /// Export a run as MCAP, Parquet or a scenario
+    /// Export a run to other formats
     Export(analysis::export::ExportCommand),
     /// Run many variants of a mission with many seeds
     Sweep(analysis::sweep::command::SweepCommand),

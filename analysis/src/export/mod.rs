@@ -28,7 +28,7 @@ use crate::LATEST;
 use crate::new_file::NewFile;
 use crate::optional;
 
-/// Export a run as MCAP, Parquet or a scenario
+/// Export a run to other formats
 #[derive(Args, Clone, Debug)]
 pub struct ExportCommand {
     /// Folder of the run
@@ -44,7 +44,7 @@ pub struct ExportCommand {
 #[command(next_help_heading = "Formats")]
 struct Formats {
     /// MCAP for Foxglove, Lichtblick and PlotJuggler [default: RUN/run.mcap]
-    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, hide = !cfg!(feature = "mcap"))]
     mcap: Option<Option<PathBuf>>,
     /// Each table of the log as a Parquet file [default: RUN/parquet]
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true)]

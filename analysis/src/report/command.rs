@@ -70,7 +70,7 @@ pub struct FigureOptions {
     #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = seconds)]
     pub snapshot: Vec<f64>,
     /// Also write each figure as PDF
-    #[arg(long)]
+    #[arg(long, hide = !cfg!(feature = "pdf"))]
     pub pdf: bool,
 }
 

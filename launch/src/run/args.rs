@@ -44,7 +44,7 @@ pub struct RunCommand {
     #[arg(long, help_heading = "Page", conflicts_with_all = ["open", "port"])]
     no_page: bool,
     /// Write run.mcap for Foxglove and PlotJuggler to the folder at the end
-    #[arg(long, help_heading = OUTPUT)]
+    #[arg(long, help_heading = OUTPUT, hide = !cfg!(feature = "mcap"))]
     mcap: bool,
     /// Print the result as JSON on stdout
     #[arg(long, help_heading = OUTPUT)]
