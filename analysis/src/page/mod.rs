@@ -4,7 +4,8 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::figures::Figure;
 
-/// The style of all pages. Wide tables scroll; dark mode inverts drawings and keeps their hues; print shows all details.
+/// The style of all pages. Wide tables scroll; figures stay on white in dark mode, so their captions' colors are right; print
+/// shows all details.
 const STYLE: &str = "
 :root { color-scheme: light dark; --ink: #222; --paper: #fff; --soft: #444; --line: #ccc; --edge: #555; --good: #1a6e3c; --bad: #a32020; --open: #6a5400 }
 body { font: 16px/1.45 sans-serif; color: var(--ink); background: var(--paper); max-width: 62rem; margin: 2rem auto; padding: 0 1rem }
@@ -23,7 +24,7 @@ figcaption, .note { font-size: .9rem; color: var(--soft) }
 @media screen and (max-width: 40rem) { table { display: block; overflow-x: auto } }
 @media screen and (prefers-color-scheme: dark) {
   :root { --ink: #ddd; --paper: #17191c; --soft: #aaa; --line: #3a3f45; --edge: #888; --good: #6fcf97; --bad: #ff8a80; --open: #e6c65c }
-  figure svg { filter: invert(.91) hue-rotate(180deg) }
+  figure svg { background: #fff; border-radius: .3rem }
 }
 @media print {
   body { font-size: 10pt; max-width: none; margin: 0; padding: 0 }

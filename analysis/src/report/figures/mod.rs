@@ -178,7 +178,7 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
     add(
         "gantt".to_owned(),
         "Activity of the robots. Bars: a behavior set for the task is active; ticks at their upper edge: effects on the \
-         world, where there is room. Below, in black: the task was applicable, and no robot was productive on it."
+         world, where there is room. Rows under \"orphan\": the task was applicable, and no robot was productive on it."
             .to_owned(),
         Box::new(gantt::draw),
     );
