@@ -1,6 +1,6 @@
 // The robots and links that a fault affects, and the list of faults of a run.
 
-import { faultInWords, termsInWords } from "../ui/words.js";
+import { cutsInWords, faultInWords, termsInWords } from "../ui/words.js";
 
 /** Tests whether the fault affects the robot itself: its process, its devices or its radio. */
 export function affectsRobot(fault, name) {
@@ -33,6 +33,27 @@ export function affectsLink(fault, from, to) {
   }
 }
 
+/** Tests whether the fault stops every message that `to` would receive from `from`. */
+function cutsLink(fault, from, to) {
+  const [[kind, value]] = Object.entries(fault);
+  const stops = kind === "drop" ? value.p === 1 : ["mute", "deaf", "partition"].includes(kind);
+  return stops && affectsLink(fault, from, to);
+}
+
+/** Returns the faults in force. */
+export function inForce(view) {
+  return view.faults.filter(({ phase }) => phase === "in-force").map(({ order }) => order.fault);
+}
+
+/**
+ * Returns the state of a link from the quality of its recent messages, `{count, lost, late}`, and the faults in force:
+ * `{count, loss, isCut}`. The messages before a cut say nothing about the link now.
+ */
+export function linkState({ count, lost }, faults, from, to) {
+  const loss = count ? lost / count : 0;
+  return { count, loss, isCut: loss === 1 || faults.some((fault) => cutsLink(fault, from, to)) };
+}
+
 const PHASE_EVENTS = new Set(["armed", "applied", "healed", "disarmed", "failed"]);
 
 /**
@@ -53,7 +74,7 @@ export function faultRows(view, events, kinds) {
       hits: null,
     };
     rows.set(event.subject, row);
-    row.words = event.detail;
+    row.words = cutsInWords(event.detail);
     if (event.kind === "applied") row.applied_ms = event.t_ms;
     if (event.kind === "healed") row.healed_ms = event.t_ms;
   }

@@ -1,7 +1,7 @@
 // The table of radio links, senders down and receivers across, with recent losses. A large team has only the links of
 // the selected robot. A click opens the menu of a link.
 
-import { affectsLink } from "../model/faults.js";
+import { affectsLink, inForce, linkState } from "../model/faults.js";
 import { attribute, byId, el, text } from "../ui/dom.js";
 import { closeMenu, numberField, openMenu } from "../ui/menu.js";
 import { isShown } from "../ui/tabs.js";
@@ -84,28 +84,23 @@ export class Links {
     const isSmall = names.length <= ALL_LINKS;
     this.#build(isSmall ? "all" : this.#choices.selected);
     byId("links-whose").hidden = isSmall || this.#choices.selected !== null;
-    const orders = this.#inForce();
+    const faults = inForce(view);
     text(byId("links-left-out"), traffic.leftOut ? "Some messages did not reach this page; the table does not count them." : "");
     for (const { from, to, button } of this.#cells) {
       const link = traffic.link(from, to, now);
-      const isDisturbed = orders.some(({ order }) => affectsLink(order.fault, names[from], names[to]));
+      const isDisturbed = faults.some((fault) => affectsLink(fault, names[from], names[to]));
       const isUsed = [from, to].every((rank) => view.robots[rank].state !== "absent");
-      const loss = link.count ? link.lost / link.count : 0;
-      const state =
-        !isUsed || link.count === 0 ? "unused" : loss === 1 ? "cut" : loss > 0 ? "lossy" : link.late ? "late" : "good";
+      const { loss, isCut } = linkState(link, faults, names[from], names[to]);
+      const state = !isUsed ? "unused" : isCut ? "cut" : link.count === 0 ? "unused" : loss > 0 ? "lossy" : link.late ? "late" : "good";
       const sign = { unused: "–", cut: "⊘ cut", lossy: `✗ ${percent(loss)}`, late: "◷ late", good: "✓" }[state];
       text(button, isDisturbed ? `${sign} ⚡` : sign);
       attribute(button, "data-state", state);
       attribute(button, "data-loss", link.count ? loss.toFixed(2) : "");
       attribute(button, "data-disturbed", isDisturbed ? "yes" : "no");
-      const words = link.count ? losses(link) : "no recent messages";
+      const words = `${state === "cut" ? "cut, " : ""}${link.count ? losses(link) : "no recent messages"}`;
       attribute(button, "aria-label", `${names[from]} to ${names[to]}: ${words}${isDisturbed ? ", affected by a fault" : ""}`);
       attribute(button, "title", button.getAttribute("aria-label"));
     }
-  }
-
-  #inForce() {
-    return this.#model.view.faults.filter(({ phase }) => phase === "in-force");
   }
 
   /** Opens the menu of a link next to `at` (see openMenu). */
@@ -120,7 +115,7 @@ export class Links {
   }
 
   #disturbances(sender, receiver) {
-    const found = this.#inForce().filter(({ order }) => affectsLink(order.fault, sender, receiver));
+    const found = this.#model.view.faults.filter(({ phase }) => phase === "in-force").filter(({ order }) => affectsLink(order.fault, sender, receiver));
     if (!found.length) return null;
     const rows = found.map(({ id, order }) => {
       const undo = () => (this.#orders.clear(id), closeMenu());

@@ -311,12 +311,10 @@ export function paintRays(c, p, robot, scenario, palette) {
   }
 }
 
-/** Draws a radio line. `link` is `{count, lost}`. `isDisturbed`: a fault in force may affect shape. */
-export function paintRadio(c, { a, b }, link, isDisturbed, palette) {
-  const loss = link.count ? link.lost / link.count : 0;
-  const isCut = link.count > 0 && loss === 1;
+/** Draws a radio line. `link` is `{count, loss, isCut}`. `isDisturbed`: a fault in force may affect it. */
+export function paintRadio(c, { a, b }, { count, loss, isCut }, isDisturbed, palette) {
   c.strokeStyle = isCut ? palette.bad : loss > 0 || isDisturbed ? palette.warn : palette["ink-2"];
-  c.globalAlpha = link.count === 0 && !isDisturbed ? 0.35 : 0.85;
+  c.globalAlpha = count === 0 && !isDisturbed ? 0.35 : 0.85;
   c.lineWidth = loss > 0 || isDisturbed ? 2 : 1.2;
   c.setLineDash(isCut ? [2, 5] : loss > 0 || isDisturbed ? [8, 4] : []);
   c.beginPath();
@@ -337,7 +335,7 @@ export function paintRadio(c, { a, b }, link, isDisturbed, palette) {
   c.fill();
   c.restore();
   c.globalAlpha = 1;
-  if (loss > 0) badge(c, isCut ? "✗ cut" : `✗ ${percent(loss)}`, a.x + (b.x - a.x) * 0.4, a.y + (b.y - a.y) * 0.4, palette);
+  if (isCut || loss > 0) badge(c, isCut ? "⊘ cut" : `✗ ${percent(loss)}`, a.x + (b.x - a.x) * 0.4, a.y + (b.y - a.y) * 0.4, palette);
 }
 
 /** Draws a robot's body with heading, color and sign. A dead one is crossed out, a silent one hatched, a joining one dashed. */

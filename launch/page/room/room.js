@@ -1,6 +1,6 @@
 // The room from above: draws it to scale and finds the object under the pointer.
 
-import { affectsLink } from "../model/faults.js";
+import { affectsLink, inForce, linkState } from "../model/faults.js";
 import { progress } from "../model/mission.js";
 import { attribute, text } from "../ui/dom.js";
 import { Lens, Projection, distanceToLine, isInside, radioLines, sameRectangle } from "./geometry.js";
@@ -161,10 +161,12 @@ export class Room {
 
   #drawRadio(c) {
     const { names, traffic, now, view } = this.#model;
-    const orders = view.faults.filter(({ phase }) => phase === "in-force").map(({ order }) => order);
+    const faults = inForce(view);
     for (const line of this.#lines()) {
-      const isDisturbed = orders.some(({ fault }) => affectsLink(fault, names[line.from], names[line.to]));
-      paint.paintRadio(c, line, traffic.link(line.from, line.to, now), isDisturbed, this.#palette);
+      const [from, to] = [names[line.from], names[line.to]];
+      const isDisturbed = faults.some((fault) => affectsLink(fault, from, to));
+      const state = linkState(traffic.link(line.from, line.to, now), faults, from, to);
+      paint.paintRadio(c, line, state, isDisturbed, this.#palette);
     }
   }
 

@@ -29,6 +29,13 @@ function valueInWords(value) {
   return `${name} ${size.m ?? 0}${size.deg ? ` --deg ${size.deg}` : ""}`;
 }
 
+/** Replaces partitions between two robots in a text by the direction that they cut: `blue → gold cut`. */
+export function cutsInWords(text) {
+  return text.replace(/\bpartition ([^\s,/]+) \/ ([^\s,/]+)( --one-way)?(?=\s|$)(?! \/)/g, (_, first, second, isOneWay) => {
+    return isOneWay ? `${second} → ${first} cut` : `${first} ↔ ${second} cut`;
+  });
+}
+
 /**
  * Formats a fault as on the command line and in the log: `drop --from green --to all --p 0.3`. `kinds` are the faults
  * of every mission, as the run declares them.
@@ -49,7 +56,7 @@ export function faultInWords(fault, kinds) {
     const shown = valueInWords(value) + (is_time ? "s" : "");
     return [option === null ? shown : `--${option} ${shown}`];
   });
-  return [name, ...words].join(" ");
+  return cutsInWords([name, ...words].join(" "));
 }
 
 /** Capitalizes the first letter: `put an item elsewhere` → `Put an item elsewhere`. */
@@ -106,7 +113,7 @@ const STATE_KINDS = new Set(["activated", "waiting", "hibernated"]);
 /** Shortens long decimals and replaces robot numbers by names. */
 function tidy(detail, names) {
   const short = detail.replace(/-?\d+\.\d{4,}/g, (number) => String(Number(Number(number).toFixed(2)) || 0));
-  return short.replace(/robot#(\d+)/g, (rank, index) => names[index] ?? rank);
+  return cutsInWords(short).replace(/robot#(\d+)/g, (rank, index) => names[index] ?? rank);
 }
 
 /** Returns an event without its robot as `{what, why}`; `why` may be empty. `names` are the robots' names, by rank. */

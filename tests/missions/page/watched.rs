@@ -315,6 +315,10 @@ fn a_link_and_a_sensor_are_broken_by_clicks_and_both_faults_are_undone() {
         browser.eval("alliance.view.faults[0].order.fault"),
         json!({"partition": {"groups": [["blue"], ["green"]], "one_way": true}})
     );
+    browser
+        .wait_for("document.querySelector('#notices').innerText.includes('f1: green → blue cut')");
+    browser
+        .wait_for("document.querySelector('[data-link=\"green>blue\"]').innerText.includes('cut')");
     browser.click("[data-robot=blue] [data-action=sensors]");
     browser.choose("#menu [data-field=device]", "waste");
     browser.click("#menu [data-action=break]");

@@ -1,0 +1,32 @@
+// Tests the words and the state of a link that a fault cuts.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { faultRows, linkState } from "../page/model/faults.js";
+import { cutsInWords, faultInWords } from "../page/ui/words.js";
+
+const oneWay = { partition: { groups: [["gold"], ["blue"]], one_way: true } };
+const recent = { count: 20, lost: 3, late: 0 };
+
+test("a cut is confirmed with its direction", () => {
+  assert.equal(faultInWords(oneWay), "blue → gold cut");
+  assert.equal(faultInWords({ partition: { groups: [["gold"], ["blue"]], one_way: false } }), "gold ↔ blue cut");
+  const three = "partition gold / blue / green --one-way";
+  assert.equal(cutsInWords(three), three);
+  assert.equal(cutsInWords("partition gold,red / blue"), "partition gold,red / blue");
+});
+
+test("a cut has the same words after its end", () => {
+  const event = { kind: "healed", subject: "f3", detail: "partition gold / blue --one-way", t_ms: 5 };
+  assert.equal(faultRows({ faults: [] }, [event])[0].words, faultInWords(oneWay));
+});
+
+test("a link that is cut has no share of losses from before the cut", () => {
+  assert.deepEqual(linkState(recent, [oneWay], "blue", "gold"), { count: 20, loss: 0.15, isCut: true });
+  assert.deepEqual(linkState(recent, [oneWay], "gold", "blue"), { count: 20, loss: 0.15, isCut: false });
+  assert.equal(linkState({ count: 0, lost: 0, late: 0 }, [oneWay], "blue", "gold").isCut, true);
+  assert.equal(linkState(recent, [{ mute: "blue" }], "blue", "green").isCut, true);
+  const drop = (p) => [{ drop: { from: "all", to: "all", p } }];
+  assert.deepEqual([0.3, 1].map((p) => linkState(recent, drop(p), "blue", "gold").isCut), [false, true]);
+});
