@@ -108,3 +108,16 @@ pub fn definitions(terms: &[(&str, &str)]) -> Markup {
         dl { @for (term, meaning) in terms { dt { (term) } dd { (meaning) } } }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_keep_their_colors_in_dark_mode() {
+        let page = document("title", LANDSCAPE, &html! {});
+        let (_, dark) = page.split_once("(prefers-color-scheme: dark)").unwrap();
+        assert!(dark.contains("figure svg { background: #fff;"), "{dark}");
+        assert!(!page.contains("invert("), "{page}");
+    }
+}
