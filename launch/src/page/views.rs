@@ -134,7 +134,8 @@ pub fn remove_idle_sets(view: &mut View) {
                     || set.motivation.state != BehaviorState::Hibernating
             };
             robot.sets.retain(is_shown);
-            robot.sets.shrink_to_fit();
+            // A copy instead of `shrink_to_fit`: a block that shrinks in place leaves a gap into which no later list fits.
+            robot.sets = robot.sets.to_vec();
         }
     }
 }
