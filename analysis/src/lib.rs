@@ -37,5 +37,7 @@ pub mod tune;
 mod visit;
 mod workers;
 
+pub use figures::palette;
+
 /// The link to the newest run: the folder that commands use by default.
 pub const LATEST: &str = "runs/latest";

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::Vec2;
-use proto::view::{Mark, MarkOutline, MarkRole};
+use proto::view::{Mark, MarkOutline, MarkRole, Work};
 use run_log::{LogLevel, RunFile};
 use scenario::mission::columns::Column;
 use scenario::mission::data::{MissionData, MissionVocabulary};
@@ -91,11 +91,11 @@ pub fn run_file() -> RunFile {
 /// Returns one mark of each outline.
 pub fn marks() -> [Mark; 4] {
     let (from, to) = (Vec2::new(2.0, 2.0), Vec2::new(5.0, 6.0));
-    let mark = |label: &str, role, share, outline| Mark {
+    let mark = |label: &str, role, work, outline| Mark {
         id: label.to_owned(),
         outline,
         role,
-        share,
+        work,
         label: label.to_owned(),
     };
     let half_width_m = 0.2;
@@ -110,14 +110,14 @@ pub fn marks() -> [Mark; 4] {
     };
     let (min, max) = (from, to);
     [
-        mark("place", MarkRole::Target, Some(1.0), disc),
+        mark("place", MarkRole::Target, Work::left_or_done(true), disc),
         mark(
             "home",
             MarkRole::Goal,
             None,
             MarkOutline::Rectangle { min, max },
         ),
-        mark("box", MarkRole::Item, Some(0.5), bar),
+        mark("box", MarkRole::Item, Work::new(1.0, 2.0, "m"), bar),
         mark("rope", MarkRole::Link, None, MarkOutline::Line { from, to }),
     ]
 }

@@ -222,8 +222,8 @@ export type Mark = {
   label: string;
   outline: MarkOutline;
   role: MarkRole;
-  /** The completed share, 0 to 1; `None` if it does not apply. */
-  share: number | null;
+  /** The work at the place, whose rest is shown as its filling; `None` if it does not apply. */
+  work: Work | null;
 };
 
 export type MarkOutline = {
@@ -469,4 +469,14 @@ export type View = {
   outcome: Outcome | null;
   robots: (RobotView)[];
   tick: number;
+};
+
+/** The work at a place. */
+export type Work = {
+  /** The whole amount, above 0. */
+  all: number;
+  /** The amount that is left, from 0 to `all`. */
+  left: number;
+  /** The unit of both amounts, such as `items` or `s`; empty for work that is either left or done. */
+  unit: string;
 };

@@ -65,13 +65,49 @@ pub struct Mark {
     pub id: String,
     pub outline: MarkOutline,
     pub role: MarkRole,
-    /// The completed share, 0 to 1; `None` if it does not apply.
-    pub share: Option<f32>,
+    /// The work at the place, whose rest is shown as its filling; `None` if it does not apply.
+    pub work: Option<Work>,
     /// The name for people, possibly empty.
     pub label: String,
 }
 
+/// The work at a place.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Work {
+    /// The amount that is left, from 0 to `all`.
+    pub left: f32,
+    /// The whole amount, above 0.
+    pub all: f32,
+    /// The unit of both amounts, such as `items` or `s`; empty for work that is either left or done.
+    pub unit: String,
+}
+
+impl Work {
+    /// Creates an amount of work; `None` without any work.
+    #[must_use]
+    pub fn new(left: f32, all: f32, unit: &str) -> Option<Self> {
+        (all > 0.0).then(|| Self {
+            left,
+            all,
+            unit: unit.to_owned(),
+        })
+    }
+
+    /// Creates work that is either left or done.
+    #[must_use]
+    pub fn left_or_done(is_left: bool) -> Option<Self> {
+        Self::new(f32::from(u8::from(is_left)), 1.0, "")
+    }
+}
+
 impl Mark {
+    /// Returns the share of the work that is left, from 0 to 1; 0 without work.
+    #[must_use]
+    pub fn share_left(&self) -> f32 {
+        let work = self.work.as_ref();
+        work.map_or(0.0, |work| (work.left / work.all).clamp(0.0, 1.0))
+    }
+
     /// Returns whether the label is shown among so many marks. In a crowd, only large marks have labels.
     #[must_use]
     pub fn is_labelled(&self, among: usize) -> bool {
@@ -89,14 +125,14 @@ impl Mark {
         self.id.split_once('/')?.0.parse().ok()
     }
 
-    /// Creates a disc without a completed share and without a label.
+    /// Creates a disc without work and without a label.
     #[must_use]
     pub fn disc(id: String, center: Vec2, radius_m: f32, role: MarkRole) -> Self {
         Self {
             id,
             outline: MarkOutline::Disc { center, radius_m },
             role,
-            share: None,
+            work: None,
             label: String::new(),
         }
     }

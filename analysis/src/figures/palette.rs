@@ -3,47 +3,50 @@
 use plotters::style::RGBColor;
 use proto::view::{Mark, MarkRole};
 
-/// Colors of robots that are named after a color, dark enough for a thin line on white. They also differ in lightness,
-/// for print in gray.
-const BY_NAME: [(&str, RGBColor); 14] = [
-    ("blue", RGBColor(24, 84, 168)),
-    ("gold", RGBColor(222, 158, 0)),
-    ("green", RGBColor(38, 140, 84)),
-    ("red", RGBColor(190, 40, 40)),
-    ("violet", RGBColor(122, 62, 160)),
-    ("purple", RGBColor(110, 40, 130)),
-    ("orange", RGBColor(232, 116, 20)),
-    ("cyan", RGBColor(40, 160, 190)),
-    ("magenta", RGBColor(200, 50, 140)),
-    ("pink", RGBColor(232, 120, 170)),
-    ("brown", RGBColor(120, 74, 40)),
-    ("black", RGBColor(30, 30, 30)),
-    ("gray", RGBColor(120, 120, 120)),
-    ("grey", RGBColor(120, 120, 120)),
+/// Colors of robots in the order of their use, with the name of the robot that has the color first. They are legible as
+/// thin lines on white and on the dark floor of the page.
+const ROBOTS: [(&str, RGBColor); 14] = [
+    ("blue", RGBColor(26, 120, 190)),
+    ("orange", RGBColor(224, 98, 8)),
+    ("green", RGBColor(0, 150, 108)),
+    ("pink", RGBColor(226, 120, 178)),
+    ("cyan", RGBColor(64, 170, 214)),
+    ("gold", RGBColor(216, 148, 0)),
+    ("violet", RGBColor(138, 100, 214)),
+    ("brown", RGBColor(146, 102, 60)),
+    ("red", RGBColor(210, 58, 58)),
+    ("yellow", RGBColor(176, 164, 0)),
+    ("gray", RGBColor(146, 146, 146)),
+    ("purple", RGBColor(158, 72, 158)),
+    ("magenta", RGBColor(206, 64, 146)),
+    ("black", RGBColor(96, 96, 96)),
 ];
 
-/// Colors of all other robots, in turn: the color-blind safe palette of Okabe and Ito, without yellow, which is too
-/// light for lines.
-const OTHERS: [RGBColor; 7] = [
+/// The hues of tasks and kinds of marks: the color-blind safe palette of Okabe and Ito, without yellow, which is too
+/// light for lines. Gray and black have other meanings in task figures.
+const TASKS: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
     RGBColor(204, 121, 167),
     RGBColor(86, 180, 233),
     RGBColor(230, 159, 0),
-    RGBColor(0, 0, 0),
 ];
 
 /// The color of robots that share a row.
-pub const SHARED_ROW: RGBColor = OTHERS[0];
+pub const SHARED_ROW: RGBColor = TASKS[0];
 
-/// Returns the color of a task by its catalog index: six hues, each full, pale and dark in turn. Gray and black have
-/// other meanings in task figures.
+/// Returns the hues of tasks by catalog index, in turn, as in CSS.
+#[must_use]
+pub fn task_hues() -> Vec<String> {
+    TASKS.map(css).to_vec()
+}
+
+/// Returns the color of a task by its catalog index: each hue full, pale and dark in turn.
 #[must_use]
 pub fn task_color(task: usize) -> RGBColor {
-    let colors = OTHERS.len() - 1;
-    let RGBColor(red, green, blue) = OTHERS[task % colors];
-    let toned = |part: u8| match task / colors % 3 {
+    let RGBColor(red, green, blue) = TASKS[task % TASKS.len()];
+    let toned = |part: u8| match task / TASKS.len() % 3 {
         0 => part,
         1 => part + (255 - part) / 2,
         _ => part / 2 + part / 10,
@@ -62,50 +65,63 @@ pub fn text_color_on(RGBColor(red, green, blue): RGBColor) -> RGBColor {
     }
 }
 
-pub const ITEM: RGBColor = RGBColor(196, 60, 40);
+pub const ITEM: RGBColor = RGBColor(122, 74, 30);
 
-/// The color of completed marks of any kind.
+/// The color of marks of any kind without work that is left.
 const DONE: RGBColor = RGBColor(225, 225, 225);
 
-/// Returns the color of a mark. A mark without a kind becomes fuller with its done share; a mark with a kind becomes
-/// paler.
+/// Returns the color of a mark: the fuller, the more of its work is left.
 #[must_use]
 pub fn mark_color(mark: &Mark) -> RGBColor {
-    let of_kind = |kind: usize| (OTHERS[kind % OTHERS.len()], DONE);
-    let (light, full) = mark.kind().map_or_else(|| of_role(mark.role), of_kind);
-    let share = mark.share.unwrap_or(0.0).clamp(0.0, 1.0);
+    let of_kind = |kind: usize| (DONE, TASKS[kind % TASKS.len()]);
+    let (empty, full) = mark.kind().map_or_else(|| of_role(mark.role), of_kind);
+    let left = mark.share_left();
     let between = |from: u8, to: u8| {
         let (from, to) = (f32::from(from), f32::from(to));
-        (from + share * (to - from)).round() as u8
+        (from + left * (to - from)).round() as u8
     };
     RGBColor(
-        between(light.0, full.0),
-        between(light.1, full.1),
-        between(light.2, full.2),
+        between(empty.0, full.0),
+        between(empty.1, full.1),
+        between(empty.2, full.2),
     )
 }
 
-/// Returns the light and the full color of a role.
-fn of_role(role: MarkRole) -> (RGBColor, RGBColor) {
+/// Returns the colors of a role without and with all of its work. The page has the same ones in its light theme.
+#[must_use]
+pub fn of_role(role: MarkRole) -> (RGBColor, RGBColor) {
     match role {
         MarkRole::Item => (ITEM, ITEM),
-        MarkRole::Target => (RGBColor(206, 200, 230), RGBColor(122, 62, 160)),
-        MarkRole::Zone => (RGBColor(236, 190, 170), RGBColor(205, 120, 84)),
-        MarkRole::Goal => (RGBColor(190, 220, 190), RGBColor(104, 168, 116)),
+        MarkRole::Target => (RGBColor(233, 226, 244), RGBColor(179, 148, 216)),
+        MarkRole::Zone => (RGBColor(246, 223, 208), RGBColor(233, 181, 146)),
+        MarkRole::Goal => (RGBColor(217, 235, 227), RGBColor(163, 207, 187)),
         MarkRole::Range => (RGBColor(214, 220, 226), RGBColor(150, 164, 178)),
-        MarkRole::Link => (RGBColor(110, 110, 110), RGBColor(60, 60, 60)),
+        MarkRole::Link => (RGBColor(86, 92, 102), RGBColor(32, 36, 44)),
     }
 }
 
-/// Returns one color for each name.
+/// Returns a color as in CSS: `#0072b2`.
+#[must_use]
+pub fn css(RGBColor(red, green, blue): RGBColor) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
+/// Returns one color for each name: first that of the name, then the free ones in turn. Colors repeat only after all of
+/// them are used.
 #[must_use]
 pub fn colors<'n>(names: impl Iterator<Item = &'n str>) -> Vec<RGBColor> {
-    let mut others = OTHERS.iter().cycle().copied();
+    let names: Vec<&str> = names.collect();
+    let is_named = |color: &str| names.contains(&color);
+    let mut free = ROBOTS.iter().filter(|(color, _)| !is_named(color));
+    let mut again = ROBOTS.iter().cycle();
+    let color = |name: &&str| {
+        let named = ROBOTS.iter().find(|(color, _)| color == name);
+        named.or_else(|| free.next()).or_else(|| again.next())
+    };
     names
-        .filter_map(|name| {
-            let named = BY_NAME.iter().find(|(color, _)| *color == name);
-            named.map(|(_, color)| *color).or_else(|| others.next())
-        })
+        .iter()
+        .filter_map(color)
+        .map(|(_, color)| *color)
         .collect()
 }
 
@@ -114,17 +130,52 @@ mod tests {
     use super::*;
 
     #[test]
-    fn by_name_and_in_turn() {
+    fn no_two_robots_have_one_color_while_colors_are_free() {
         let names = [
-            "r0", "blue", "r1", "gold", "r2", "r3", "r4", "r5", "r6", "r7",
+            "r0", "blue", "r1", "gold", "grey", "r3", "red", "r5", "r6", "r7", "r8", "r9", "r10",
+            "r11",
         ];
         let found = colors(names.into_iter());
-        assert_eq!(found.len(), names.len());
-        assert_eq!([found[1], found[3]], [BY_NAME[0].1, BY_NAME[1].1]);
+        let named = |name| ROBOTS.iter().find(|(color, _)| *color == name).unwrap().1;
         assert_eq!(
-            [found[0], found[2], found[4]],
-            [OTHERS[0], OTHERS[1], OTHERS[2]]
+            [found[1], found[3], found[6]],
+            ["blue", "gold", "red"].map(named)
         );
-        assert_eq!(found[9], OTHERS[0], "from the start again");
+        assert_eq!([found[0], found[2]], ["orange", "green"].map(named));
+        for (rank, color) in found.iter().enumerate() {
+            assert!(
+                !found[..rank].contains(color),
+                "{} has {color:?}",
+                names[rank]
+            );
+        }
+        let more = colors(names.into_iter().chain(["r12"]));
+        assert_eq!(more[14], ROBOTS[0].1, "from the start again");
+    }
+
+    /// The contrast ratio of WCAG 2.
+    fn contrast(one: RGBColor, other: RGBColor) -> f64 {
+        let light = |RGBColor(red, green, blue)| {
+            let linear = |part: u8| {
+                let part = f64::from(part) / 255.0;
+                match part <= 0.04045 {
+                    true => part / 12.92,
+                    false => ((part + 0.055) / 1.055).powf(2.4),
+                }
+            };
+            0.2126 * linear(red) + 0.7152 * linear(green) + 0.0722 * linear(blue) + 0.05
+        };
+        let (one, other) = (light(one), light(other));
+        one.max(other) / one.min(other)
+    }
+
+    #[test]
+    fn robots_are_legible_on_white_and_on_the_dark_floor() {
+        for (name, color) in ROBOTS {
+            for floor in [RGBColor(255, 255, 255), RGBColor(35, 39, 46)] {
+                let ratio = contrast(color, floor);
+                assert!(ratio >= 2.3, "{name} on {floor:?}: {ratio:.2}");
+            }
+        }
     }
 }

@@ -1,6 +1,6 @@
 // State of the run on this page, live or from a log: its setup, the newest view and the past.
 
-import { robotColors, setStyles } from "../ui/colors.js";
+import { setStyles } from "../ui/colors.js";
 import { Curves } from "./curves.js";
 import { groupOf } from "./events.js";
 import { History } from "./history.js";
@@ -47,8 +47,8 @@ export class Model {
     const { scenario, catalog } = run;
     this.run = run;
     this.names = scenario.robots.map((robot) => robot.name);
-    this.colors = robotColors(this.names);
-    const styles = setStyles(catalog);
+    this.colors = run.colors.robots;
+    const styles = setStyles(catalog, run.colors.tasks);
     this.sets = catalog.sets.map((set, id) => ({ ...set, ...styles[id] }));
     this.tasks = catalog.tasks;
     this.history = new History(this.names.length);

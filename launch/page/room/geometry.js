@@ -77,6 +77,18 @@ export function isInside({ x, y }, obstacle) {
   return x >= obstacle.x_m && x <= obstacle.x_m + obstacle.width_m && y >= obstacle.y_m && y <= obstacle.y_m + obstacle.height_m;
 }
 
+/** Tests whether a point, m, lies in the outline of a mark. A line has no inside. */
+export function isWithin(point, { disc, rectangle, bar }) {
+  if (disc) return Math.hypot(point.x - disc.center[0], point.y - disc.center[1]) <= disc.radius_m;
+  if (rectangle) {
+    const [x, y] = [point.x, point.y];
+    return x >= rectangle.min[0] && x <= rectangle.max[0] && y >= rectangle.min[1] && y <= rectangle.max[1];
+  }
+  if (!bar) return false;
+  const [from, to] = [bar.from, bar.to].map(([x, y]) => ({ x, y }));
+  return distanceToLine(point, from, to) <= bar.half_width_m;
+}
+
 /**
  * Returns the radio lines on the canvas between robots in the mission. The two directions of a link run side by side.
  * With a rank, only that robot's lines are returned.

@@ -1,5 +1,6 @@
 // Draws the room on a canvas. Units are CSS pixels of the canvas; `p` is the projection from meters.
 
+import { isDone, labelOf, shareLeft } from "../model/marks.js";
 import { trail } from "../model/trail.js";
 import { kindColor, themeColor } from "../ui/colors.js";
 import { percent } from "../ui/words.js";
@@ -8,8 +9,8 @@ import { percent } from "../ui/words.js";
 const SOLID = 0.1;
 const FULL_TURN = 2 * Math.PI;
 
-/** Reads the theme's colors, once per frame. */
-export function readPalette() {
+/** Reads the theme's colors. `tasks` are the colors of tasks and of kinds of marks. */
+export function readPalette(tasks) {
   const names = [
     "floor",
     "outside",
@@ -37,7 +38,7 @@ export function readPalette() {
     "bad",
     "select",
   ];
-  return Object.fromEntries(names.map((name) => [name, themeColor(`--${name}`)]));
+  return { tasks, ...Object.fromEntries(names.map((name) => [name, themeColor(`--${name}`)])) };
 }
 
 export function paintFloor(c, p, room, palette) {
@@ -50,18 +51,19 @@ const RING_BELOW_PX = 24;
 /** Above this number of marks only large ones have labels. */
 const MAX_LABELS = 60;
 
-/** Draws the mission's marks in the color of their kind or role, filled from below by the finished share, with labels. */
+/** Draws the mission's marks in the color of their kind or role, filled from below by the share of work left, with labels. */
 export function paintMarks(c, p, marks, palette) {
   const isSmall = ({ outline: { disc } }) => disc && p.scale * disc.radius_m < RING_BELOW_PX;
   for (const mark of marks) {
-    const { outline, role, share } = mark;
-    if (isSmall(mark) && share !== null) {
+    const { outline, role } = mark;
+    const share = shareLeft(mark);
+    if (isSmall(mark) && mark.work) {
       paintRing(c, p, mark, palette);
       continue;
     }
     const box = outlined(c, p, outline);
     const isOpen = role === "range" || box === null;
-    const [light, full] = [palette[role], palette[`${role}-full`] ?? palette[role]];
+    const [light, full] = [palette[role], fullColor(mark, palette)];
     if (!isOpen) {
       c.fillStyle = light;
       c.fill();
@@ -75,35 +77,46 @@ export function paintMarks(c, p, marks, palette) {
       }
     }
     c.strokeStyle = isOpen ? full : palette["ink-2"];
-    c.lineWidth = share === 1 ? 2 : 1;
+    c.lineWidth = isDone(mark) ? 2 : 1;
     c.setLineDash(role === "zone" || role === "range" ? [4, 4] : []);
     c.stroke();
     c.setLineDash([]);
   }
   const isCrowded = marks.length > MAX_LABELS;
+  const taken = [];
   for (const mark of marks) {
     if (isCrowded && isSmall(mark)) continue;
-    const { outline, share, label } = mark;
-    const isDone = share === 1;
-    const style = { color: isDone ? palette.ink : palette["ink-2"], bold: isDone };
-    const { x, y, align } = labelPlace(p, outline);
-    if (label) words(c, isDone ? `✓ ${label}` : label, x, y - 8, { ...style, align });
+    const style = { color: isDone(mark) ? palette.ink : palette["ink-2"], bold: isDone(mark) };
+    const { x, y, align } = labelPlace(p, mark.outline);
+    // Without room for the amount, only the name is drawn.
+    const box = (label) => labelBox(c, label, x, y - 8, { ...style, align });
+    const label = [labelOf(mark), mark.label].find((each) => !taken.some((other) => overlaps(other, box(each))));
+    if (!label) continue;
+    taken.push(box(label));
+    words(c, label, x, y - 8, { ...style, align });
   }
 }
 
+/** Returns the color of a mark's work that is left. */
+function fullColor({ id, role }, palette) {
+  return kindColor(id, palette.tasks) ?? palette[`${role}-full`] ?? palette[role];
+}
+
 /** Draws a small disc as a ring: an arc for the share that is left, faint if nothing is left. */
-function paintRing(c, p, { id, outline: { disc }, role, share }, palette) {
+function paintRing(c, p, mark, palette) {
+  const { disc } = mark.outline;
+  const share = shareLeft(mark);
   const [x, y, radius] = [p.x(disc.center[0]), p.y(disc.center[1]), Math.max(p.scale * disc.radius_m, 3)];
   const top = -FULL_TURN / 4;
   c.beginPath();
   c.arc(x, y, radius, 0, FULL_TURN);
-  c.strokeStyle = share < 1 ? palette["ink-2"] : palette.line;
+  c.strokeStyle = isDone(mark) ? palette.line : palette["ink-2"];
   c.lineWidth = 1;
   c.stroke();
-  if (share >= 1) return;
+  if (isDone(mark)) return;
   c.beginPath();
-  c.arc(x, y, 0.75 * radius, top, top + (1 - share) * FULL_TURN);
-  c.strokeStyle = kindColor(id) ?? palette[`${role}-full`];
+  c.arc(x, y, 0.75 * radius, top, top + share * FULL_TURN);
+  c.strokeStyle = fullColor(mark, palette);
   c.lineWidth = 0.5 * radius;
   c.stroke();
 }
@@ -431,7 +444,7 @@ export function paintLabel(c, p, room, x, y, gap, { lines, side, mustShow }, tak
     top >= north &&
     left <= most.left &&
     top <= most.top &&
-    taken.every((box) => left >= box.right || left + width <= box.left || top >= box.bottom || top + height <= box.top);
+    !taken.some((box) => overlaps(box, { left, right: left + width, top, bottom: top + height }));
   const order = [side, 0, 1, 2, 3];
   const free = order.find((each) => isFree(boxes[each]));
   if (free === undefined && !mustShow) return side;
@@ -474,6 +487,17 @@ function words(c, line, x, y, { color, bold = false, size = 11, outline = null, 
   }
   c.fillStyle = color;
   c.fillText(line, x, y);
+}
+
+/** Returns the extent of a line of text. */
+function labelBox(c, line, x, y, { bold, align }) {
+  const width = measure(c, line, 11, bold);
+  const left = align === "left" ? x : x - width / 2;
+  return { left, right: left + width, top: y - 7, bottom: y + 7 };
+}
+
+function overlaps(a, b) {
+  return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
 }
 
 function badge(c, line, x, y, palette) {

@@ -3,7 +3,7 @@
 import { affectsLink, inForce, linkState } from "../model/faults.js";
 import { progress } from "../model/mission.js";
 import { attribute, text } from "../ui/dom.js";
-import { Lens, Projection, distanceToLine, isInside, radioLines, sameRectangle } from "./geometry.js";
+import { Lens, Projection, distanceToLine, isInside, isWithin, radioLines, sameRectangle } from "./geometry.js";
 import * as paint from "./paint.js";
 
 const MARGIN_PX = 10;
@@ -30,7 +30,7 @@ export class Room {
   #canvas;
   #model;
   #choices;
-  #palette = paint.readPalette();
+  #palette;
   #projection;
   #sides = new Map();
   #signs;
@@ -41,13 +41,14 @@ export class Room {
     this.#model = model;
     this.#choices = choices;
     this.#signs = signs(model.names);
+    this.refreshPalette();
     this.lens = new Lens(model.run.scenario.room);
     this.#fit();
   }
 
   /** Reads the theme's colors again. */
   refreshPalette() {
-    this.#palette = paint.readPalette();
+    this.#palette = paint.readPalette(this.#model.run.colors.tasks);
   }
 
   /** Returns the canvas position of a point of the room in CSS pixels. */
@@ -91,6 +92,12 @@ export class Room {
     const near = lying.filter(({ item }) => distance(item) <= NEAR_PX / this.#projection.scale);
     near.sort((a, b) => distance(a.item) - distance(b.item));
     return near[0]?.number ?? null;
+  }
+
+  /** Returns the mark under the pointer that has work, or null. */
+  markUnder(event) {
+    const point = this.pointUnder(event);
+    return this.#model.view?.marks.findLast(({ work, outline }) => work && isWithin(point, outline)) ?? null;
   }
 
   /** Returns the fault in force that created the obstacle, if any. */

@@ -1,5 +1,6 @@
 // The pointer tools in the room: look, draw an obstacle, arm the mission's faults, move a robot.
 
+import { markInWords } from "../model/marks.js";
 import { attribute, byId, text } from "../ui/dom.js";
 import { FaultTools } from "./fault_tools.js";
 import { showPoint } from "./room.js";
@@ -141,6 +142,8 @@ export class Tools {
   #drag(event) {
     const point = this.#room.pointUnder(event);
     showPoint(byId("pointer"), point);
+    const mark = this.#room.markUnder(event);
+    attribute(this.#canvas, "title", mark && markInWords(mark));
     if (this.#pan) {
       this.#panTo(event);
     } else if (this.#start) {

@@ -1,5 +1,6 @@
 //! The constant description of a run for the page.
 
+use analysis::palette;
 use scenario::fault::{ArgumentForm, Device, Fault, FaultArgument, FaultRange, FaultSpec};
 use scenario::mission::registry::Mission;
 use scenario::names::ALL;
@@ -31,6 +32,9 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
         "bulletins": terms.bulletins,
         "faults": mission_faults.map(|spec| fault(spec, &setup.scenario)).collect::<Vec<_>>(),
     });
+    let robots = setup.scenario.robots.iter().map(|robot| &*robot.name);
+    let robot_colors = palette::colors(robots).into_iter().map(palette::css);
+    let colors = json!({"robots": robot_colors.collect::<Vec<_>>(), "tasks": palette::task_hues()});
     let setup_file = json!(setup);
     json!({
         "mode": mode,
@@ -39,6 +43,7 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
         "seed": setup_file["seed"],
         "scenario": setup_file["scenario"],
         "alliance": setup_file["alliance"],
+        "colors": colors,
         "catalog": {"tasks": tasks, "sets": sets},
         "devices": devices(catalog.mission),
         "skills": catalog.mission.skills(&setup.scenario),
@@ -119,9 +124,40 @@ fn names(argument: &FaultArgument, scenario: &Scenario) -> Option<Vec<String>> {
 
 #[cfg(test)]
 mod tests {
+    use proto::view::MarkRole;
     use scenario::testkit::default_setup;
 
     use super::*;
+
+    /// The light theme of the page has the colors of reports.
+    #[test]
+    fn the_page_and_reports_have_one_palette() {
+        let theme = include_str!("../../page/theme.css");
+        let (light, _) = theme.split_once("data-theme").unwrap();
+        for (role, name) in [
+            (MarkRole::Target, "target"),
+            (MarkRole::Zone, "zone"),
+            (MarkRole::Goal, "goal"),
+            (MarkRole::Range, "range"),
+            (MarkRole::Link, "link"),
+        ] {
+            let (empty, full) = palette::of_role(role);
+            for (name, color) in [(name.to_owned(), empty), (format!("{name}-full"), full)] {
+                let line = format!("--{name}: {};", palette::css(color));
+                assert!(light.contains(&line), "{line}");
+            }
+        }
+        let item = format!("--item: {};", palette::css(palette::ITEM));
+        assert!(light.contains(&item), "{item}");
+        let about = about("live", "r", "runs/r", &default_setup(1), Value::Null);
+        let setup = default_setup(1);
+        let names = setup.scenario.robots.iter().map(|robot| &*robot.name);
+        let of_reports: Vec<String> = palette::colors(names)
+            .into_iter()
+            .map(palette::css)
+            .collect();
+        assert_eq!(about["colors"]["robots"], json!(of_reports));
+    }
 
     /// The drill mission is used only through its declarations.
     #[test]

@@ -70,6 +70,26 @@ mod tests {
     }
 
     #[test]
+    fn the_page_shows_the_work_that_is_left() {
+        super::node(&mut Command::new("node"), "marks.test.js");
+    }
+
+    #[test]
+    fn the_page_tells_the_end_of_a_run_from_that_of_its_server() {
+        super::node(&mut Command::new("node"), "state.test.js");
+    }
+
+    #[test]
+    fn the_page_names_cut_links() {
+        super::node(&mut Command::new("node"), "links.test.js");
+    }
+
+    #[test]
+    fn the_page_has_the_skills_and_kinds_of_the_mission() {
+        super::node(&mut Command::new("node"), "skills.test.js");
+    }
+
+    #[test]
     fn a_log_is_played_at_thirty_views_per_second() {
         super::node(&mut Command::new("node"), "player.test.js");
     }

@@ -30,6 +30,7 @@ use crate::telemetry::{
 use crate::tick::{ManifestEntry, Outcome, Report, TaskOffer, TickMessage, ToAgent};
 use crate::view::{
     BehaviorView, ItemView, LevelUnit, Mark, MarkOutline, MarkRole, MessageView, RobotView, View,
+    Work,
 };
 use scenario::Obstacle;
 use scenario::fault::{Fault, Order};
@@ -552,7 +553,12 @@ fn view() -> impl Strategy<Value = View> {
             radius_m,
         });
     let outline = (point(), real());
-    let mark = (any::<String>(), outline, option::of(real())).prop_map(|(id, at, share)| Mark {
+    let work = (real(), any::<String>()).prop_map(|(left, unit)| Work {
+        left,
+        all: 2.0,
+        unit,
+    });
+    let mark = (any::<String>(), outline, option::of(work)).prop_map(|(id, at, work)| Mark {
         label: id.clone(),
         id,
         outline: MarkOutline::Disc {
@@ -560,7 +566,7 @@ fn view() -> impl Strategy<Value = View> {
             radius_m: at.1,
         },
         role: MarkRole::Zone,
-        share,
+        work,
     });
     let obstacle = any::<[i8; 5]>().prop_map(|numbers| {
         let [x_m, y_m, width_m, height_m, penetrability] = numbers.map(f32::from);

@@ -2,7 +2,7 @@
 
 pub use glam::Vec2;
 pub use proto::tick::Outcome;
-pub use proto::view::{ItemView, Mark, MarkOutline, MarkRole, View};
+pub use proto::view::{ItemView, Mark, MarkOutline, MarkRole, View, Work};
 pub use scenario::fault::{Fault, MissionFault};
 pub use scenario::ids::{ItemId, RobotId};
 pub use scenario::time::SimTime;

@@ -2,7 +2,7 @@
 
 use proto::mission::Bytes;
 use proto::readings::Actuation;
-use proto::view::{Mark, MarkOutline, MarkRole};
+use proto::view::{Mark, MarkOutline, MarkRole, Work};
 use scenario::testkit::{DRILL, default_setup, unlike_robots};
 use scenario::{Robot, Start};
 use serde::{Deserialize, Serialize};
@@ -103,7 +103,7 @@ impl TypedMission for Visit {
                     radius_m: REACH_M,
                 },
                 role: MarkRole::Target,
-                share: Some(f32::from(u8::from(*visited))),
+                work: Work::left_or_done(!visited),
                 label: String::new(),
             });
         }
@@ -163,7 +163,7 @@ fn both_places_are_visited_and_the_mission_ends() {
     assert_eq!(figures.robots[0].count("visits"), 2);
     let mut view = View::default();
     world.mission().add_to_view(&world, &mut view);
-    assert_eq!(view.marks[1].share, Some(1.0));
+    assert_eq!(view.marks[1].work, Work::left_or_done(false));
 }
 
 #[test]

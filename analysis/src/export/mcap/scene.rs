@@ -346,9 +346,9 @@ mod tests {
         // The bar is 5 m long.
         let size = entity.cubes[1].size.unwrap();
         assert!((size.x - 5.0).abs() < 1e-6 && (size.y - 0.4).abs() < 1e-6);
-        let half_done = entity.cubes[1].color;
-        assert_eq!(half_done, Some(color(palette::ITEM, 1.0)));
-        let done = entity.cylinders[0].color;
-        assert_eq!(done, Some(color(RGBColor(122, 62, 160), 1.0)));
+        let half_left = entity.cubes[1].color;
+        assert_eq!(half_left, Some(color(palette::ITEM, 1.0)));
+        let left = entity.cylinders[0].color;
+        assert_eq!(left, Some(color(RGBColor(179, 148, 216), 1.0)));
     }
 }

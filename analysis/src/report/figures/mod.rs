@@ -186,7 +186,7 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
         add(
             room.name(),
             format!(
-                "The room at {} s, and the paths of the {} s before.",
+                "The room at {} s, and the paths of the {} s before. A place is the paler, the less of its work is left.",
                 room.at_s(),
                 room::TRAIL_S
             ),

@@ -84,7 +84,7 @@ impl TypedMission for Visit {
         for (place, visited) in self.visited.iter().enumerate() {
             let (id, at) = (format!("place-{place}"), self.section.at(place));
             view.mark(Mark {
-                share: Some(f32::from(*visited)),
+                work: Work::left_or_done(!visited),
                 label: self.section.places[place].name.clone(),
                 ..Mark::disc(id, at, self.section.reach_m, MarkRole::Target)
             });

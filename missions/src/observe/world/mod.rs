@@ -13,7 +13,7 @@ use std::sync::Arc;
 use glam::Vec2;
 use proto::mission::SensorReading as AnyReading;
 use proto::tick::Outcome;
-use proto::view::{Mark, MarkOutline, MarkRole, View};
+use proto::view::{Mark, MarkOutline, MarkRole, View, Work};
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
@@ -180,7 +180,7 @@ impl TypedMission for Observe {
         for number in 0..self.targets.len() {
             let id = format!("t{number}");
             view.mark(Mark {
-                share: Some(if self.watch.is_seen(number) { 1.0 } else { 0.0 }),
+                work: Work::left_or_done(!self.watch.is_seen(number)),
                 ..Mark::disc(id, self.targets.at(number), shown_m, MarkRole::Target)
             });
         }
@@ -205,7 +205,7 @@ impl TypedMission for Observe {
                         to: self.targets.at(number),
                     },
                     role: MarkRole::Link,
-                    share: None,
+                    work: None,
                     label: String::new(),
                 });
             }

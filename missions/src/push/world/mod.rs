@@ -20,7 +20,7 @@ use std::sync::Arc;
 use glam::Vec2;
 use proto::readings::Pose;
 use proto::tick::Outcome;
-use proto::view::{Mark, MarkOutline, MarkRole, View};
+use proto::view::{Mark, MarkOutline, MarkRole, View, Work};
 use scenario::fault::MissionFault;
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
@@ -405,14 +405,14 @@ impl TypedMission for PushWorld {
         let section = &self.section;
         for (index, (bar, start)) in self.bars.iter().zip(&section.bars).enumerate() {
             let ends = BarEnd::BOTH.map(|which| end(&bar.pose, which, section.length_m).x);
-            let way_m = ends[0].min(ends[1]) - start.x_m;
-            let share = (way_m / (start.goal_x_m - start.x_m)).clamp(0.0, 1.0);
+            let all_m = start.goal_x_m - start.x_m;
+            let left_m = start.goal_x_m - ends[0].min(ends[1]);
             let name = section.name_of(index, None);
             view.mark(Mark {
                 id: name.clone(),
                 outline: section.outline(&bar.pose).into(),
                 role: MarkRole::Item,
-                share: Some(share),
+                work: Work::new(left_m.clamp(0.0, all_m), all_m, "m"),
                 // A single bar needs no label.
                 label: if self.bars.len() > 1 {
                     name
@@ -431,7 +431,7 @@ impl TypedMission for PushWorld {
                     to: middle + beyond,
                 },
                 role: MarkRole::Goal,
-                share: None,
+                work: None,
                 label: String::new(),
             });
         }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use arrayvec::ArrayVec;
 use glam::Vec2;
 use proto::tick::Outcome;
-use proto::view::{Mark, MarkRole, View};
+use proto::view::{Mark, MarkRole, View, Work};
 use scenario::time::SimTime;
 use serde::{Serialize, Serializer};
 use world_server::mission::{FigureValue, TeamFigures};
@@ -375,11 +375,10 @@ impl Points {
             if point.phase == Phase::Waiting && point.arrives > now {
                 continue;
             }
-            let done = 1.0 - point.left_s / point.spec.work_s;
             let kind = &section.kinds[point.spec.kind].name;
             let id = format!("{}/p{number}", point.spec.kind);
             view.mark(Mark {
-                share: Some(done as f32),
+                work: Work::new(point.left_s as f32, point.spec.work_s as f32, "s"),
                 label: format!("p{number} {kind}"),
                 ..Mark::disc(id, point.spec.at, SHOWN_M, MarkRole::Zone)
             });

@@ -4,7 +4,7 @@ use crate::waste::data::WasteSection;
 use crate::waste::data::{ITEMS_DELIVERED, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE};
 use proto::mission::items::Zone;
 
-use proto::view::{ItemView, Mark, MarkOutline, MarkRole, View};
+use proto::view::{ItemView, Mark, MarkOutline, MarkRole, View, Work};
 use scenario::time::SimTime;
 
 use super::{Item, Waste};
@@ -106,27 +106,41 @@ impl Waste {
             let waste = robot.readings.mission.items().items.iter();
             robot.sensed.extend(waste.flatten());
         }
-        let colored = self.reports.site_is_colored(now);
+        // A report is work only while it is due, and done while the site shows it.
+        let report = if self.reports.site_is_colored(now) {
+            Work::left_or_done(false)
+        } else if self.reports.is_due(now) {
+            Work::left_or_done(true)
+        } else {
+            None
+        };
         view.mark(Mark {
             id: "report-site".to_owned(),
             outline: outlined(self.floor.report_site()),
             role: MarkRole::Target,
-            share: Some(if colored { 1.0 } else { 0.0 }),
+            work: report,
             label: "report site".to_owned(),
         });
+        let targets = self
+            .floor
+            .zones()
+            .filter(|(_, zone, _)| *zone == Zone::Target);
+        let deposits = targets.count();
         for (index, (place, zone, outline)) in self.floor.zones().enumerate() {
-            let (role, done, all) = match zone {
+            let (role, left, all) = match zone {
+                // The items that are left belong to no one of several deposits.
+                Zone::Target if deposits > 1 => (MarkRole::Goal, 0, 0),
                 Zone::Target => {
                     let delivered = self.floor.counts().delivered as usize;
-                    (MarkRole::Goal, delivered, items.len())
+                    (MarkRole::Goal, items.len() - delivered, items.len())
                 }
                 _ => {
                     let initial = &items[place.items.clone()];
-                    let has_left =
-                        |item: &&Item| item.carrier.is_some() || !outline.contains(item.position);
+                    let is_inside =
+                        |item: &&Item| item.carrier.is_none() && outline.contains(item.position);
                     (
                         MarkRole::Zone,
-                        initial.iter().filter(has_left).count(),
+                        initial.iter().filter(is_inside).count(),
                         initial.len(),
                     )
                 }
@@ -135,7 +149,7 @@ impl Waste {
                 id: format!("zone-{index}"),
                 outline: outlined(outline),
                 role,
-                share: (all > 0).then(|| done as f32 / all as f32),
+                work: Work::new(left as f32, all as f32, "items"),
                 label: place.name.clone(),
             });
         }

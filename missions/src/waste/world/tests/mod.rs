@@ -12,7 +12,7 @@ use crate::waste::data::ItemCounts;
 use glam::Vec2;
 use proto::mission::items::SensedItems;
 use proto::readings::Actuation;
-use proto::view::MarkRole;
+use proto::view::{MarkRole, Work};
 use scenario::Room;
 
 use super::*;
@@ -498,18 +498,21 @@ fn a_report_counts_only_on_the_site_and_colors_it_for_a_while() {
     });
     let mut away = world(robots(&[(3.0, 4.5, 0.0)]));
     assert_eq!(away.step(&[report]), []);
-    let site = |world: &World| (last_report(world), view(world).marks[0].share);
-    assert_eq!(site(&away), (FigureValue::None, Some(0.0)));
+    let site = |world: &World| (last_report(world), view(world).marks[0].work.clone());
+    assert_eq!(site(&away), (FigureValue::None, None));
 
     let mut world = world(robots(&[(0.3, 4.5, 0.0)]));
     world.step(&[None]);
     assert_eq!(summary(&world.step(&[report])), ["reported 0 "]);
     // The color lasts 5 s.
     while world.now().0 < 5050 {
-        assert_eq!(site(&world), (FigureValue::Count(50), Some(1.0)));
+        assert_eq!(
+            site(&world),
+            (FigureValue::Count(50), Work::left_or_done(false))
+        );
         world.step(&[None]);
     }
-    assert_eq!(site(&world), (FigureValue::Count(50), Some(0.0)));
+    assert_eq!(site(&world), (FigureValue::Count(50), None));
 }
 
 #[test]
@@ -552,26 +555,27 @@ fn the_state_covers_everything_that_later_steps_depend_on() {
 #[test]
 fn the_view_contains_zones_with_progress_and_items() {
     let mut world = one_item(&[(3.7, 6.0, 0.0)]);
-    let marks = |world: &World| -> Vec<(String, MarkRole, Option<f32>)> {
+    let marks = |world: &World| -> Vec<(String, MarkRole, Option<Work>)> {
         let marks = view(world).marks.into_iter();
         marks
-            .map(|mark| (mark.label, mark.role, mark.share))
+            .map(|mark| (mark.label, mark.role, mark.work))
             .collect()
     };
-    let mark = |label: &str, role, share| (label.to_owned(), role, share);
-    let site = mark("report site", MarkRole::Target, Some(0.0));
+    let mark = |label: &str, role, work| (label.to_owned(), role, work);
+    let items = |left| Work::new(left, 1.0, "items");
+    let site = mark("report site", MarkRole::Target, None);
     let bottom = mark("spill (bottom)", MarkRole::Zone, None);
     assert_eq!(
         marks(&world),
         [
             site,
-            mark("deposit", MarkRole::Goal, Some(0.0)),
-            mark("spill (top)", MarkRole::Zone, Some(0.0)),
+            mark("deposit", MarkRole::Goal, items(1.0)),
+            mark("spill (top)", MarkRole::Zone, items(1.0)),
             bottom,
         ]
     );
     world.step(&[gripper(Gripper::Pick)]);
-    assert_eq!(marks(&world)[2].2, Some(1.0));
+    assert_eq!(marks(&world)[2].2, items(0.0));
     let items = view(&world).items;
     assert_eq!(
         items.iter().map(|item| item.carrier).collect::<Vec<_>>(),

@@ -1,0 +1,35 @@
+// The work that is left at a mark, as a share and in words. A mark is filled by the share that is left.
+
+/** Returns the share of a mark's work that is left, 0 to 1; 0 without work. */
+export function shareLeft({ work }) {
+  return work ? Math.max(0, Math.min(1, work.left / work.all)) : 0;
+}
+
+/** Tests whether a mark had work and none is left. */
+export function isDone({ work }) {
+  return work !== null && work.left <= 0;
+}
+
+/** Formats an amount with the decimals that `all` needs. */
+function amount(value, all) {
+  return String(all >= 10 ? Math.ceil(value) : Number(value.toFixed(1)));
+}
+
+/** Returns a mark's label with the work that is left: `spill (top) 6/12 left`, `p3 dust 4/9 s left` or `✓ spill (top)`. */
+export function labelOf(mark) {
+  const { label, work } = mark;
+  if (!label || !work) return label;
+  if (isDone(mark)) return `✓ ${label}`;
+  if (!work.unit) return label;
+  const unit = work.unit === "items" ? "" : ` ${work.unit}`;
+  return `${label} ${amount(work.left, work.all)}/${amount(work.all, work.all)}${unit} left`;
+}
+
+/** Returns a mark with its work in words: `spill (top): 6 of 12 items left`. */
+export function markInWords(mark) {
+  const { id, label, work } = mark;
+  const name = label || id;
+  if (!work) return name;
+  if (!work.unit) return `${name}: ${isDone(mark) ? "done" : "to do"}`;
+  return `${name}: ${amount(work.left, work.all)} of ${amount(work.all, work.all)} ${work.unit} left`;
+}
