@@ -42,7 +42,7 @@ pub struct Column<R> {
 pub enum CellKind {
     /// A whole number below 2^32.
     Whole32,
-    /// A whole number.
+    /// A whole number of up to 64 bits.
     Whole64,
     /// A number of single precision.
     Single,
@@ -50,7 +50,7 @@ pub enum CellKind {
     Double,
     /// A flag: 0 or 1.
     Flag,
-    /// A text.
+    /// A text, possibly empty.
     Text,
     /// A hash: 16 hexadecimal digits.
     Hash,
@@ -239,9 +239,9 @@ table! {
     MotivationRow in Motivations {
         /// The time of the tick. The row contains the end of its step.
         t_ms,
-        /// The robot.
+        /// The name of the robot.
         robot: String,
-        /// The behavior set.
+        /// The name of the behavior set.
         behavior_set: String,
         /// The task of the behavior set.
         task: String,
@@ -249,13 +249,13 @@ table! {
         motivation: f64,
         /// The rate of the motivation in this step, motivation/s.
         impatience: f64,
-        /// 1 if the sensors call for the task.
+        /// The factor of eq. 2.1: 1 if the sensors call for the task.
         sensory_feedback: bool,
-        /// 1 if no other set of the robot suppresses this one.
+        /// The factor of eq. 2.3: 0 if another set of the robot is active.
         activity_suppression: bool,
-        /// 1 if no teammate has reset the impatience in this step.
+        /// The factor of eq. 2.5: 0 for a reset in this step.
         impatience_reset: bool,
-        /// 1 if the robot does not give up the task.
+        /// The factor of eq. 2.6: 0 if the robot yields or gives up.
         acquiescence: bool,
         /// The state: hibernating, waiting or active.
         state: String,
@@ -267,11 +267,11 @@ table! {
     AllocationRow in Allocation {
         /// The time of the tick. The row contains the end of its step.
         t_ms,
-        /// The robot.
+        /// The name of the robot.
         robot: String,
         /// The task of the behavior set.
         task: String,
-        /// The behavior set.
+        /// The name of the behavior set.
         behavior_set: String,
         /// The value that the allocator ranks by, in its own unit. It is not always the bid (CBBA bids the gain in its bundle).
         utility: f64,
@@ -296,7 +296,7 @@ table! {
         seq: u64,
         /// The kind of the entry.
         kind: String,
-        /// The task.
+        /// The name of the task.
         task: String,
         /// The place of the task's robot, from 0.
         slot: Option<u16>,
@@ -314,7 +314,7 @@ table! {
         evolution: Option<u64>,
         /// The random number that decides between partitions of equal age.
         stamp: Option<f64>,
-        /// Other contents, as text.
+        /// Other contents of the entry, as text.
         detail: String,
     }
 }
@@ -338,15 +338,15 @@ table! {
         state: String,
         /// The time since which the sender has been in that state.
         since_ms: Option<SimTime>,
-        /// The sender's behavior set.
+        /// The behavior set of the sender.
         behavior_set: String,
-        /// The sender's task.
+        /// The task of that behavior set.
         task: String,
         /// The sender's progress, in the unit of its mission.
         progress: Option<u32>,
         /// The time of sending.
         sent_ms: SimTime,
-        /// The delivery.
+        /// The way in which the broadcast was delivered or lost.
         delivery: String,
     }
 }
@@ -428,7 +428,7 @@ table! {
     PoseRow in Poses {
         /// The time of the tick. The row contains the start of its step.
         t_ms,
-        /// The robot.
+        /// The name of the robot.
         robot: String,
         /// The x coordinate of the center, m.
         x_m: f32,
@@ -436,7 +436,7 @@ table! {
         y_m: f32,
         /// The heading, rad counter-clockwise from the x axis.
         heading_rad: f32,
-        /// The speed, m/s.
+        /// The speed along the heading, m/s.
         speed_m_s: f32,
         /// 1 if the robot carries an item.
         carrying: bool,
@@ -452,7 +452,7 @@ table! {
     TargetRow in Targets {
         /// The time of the tick. The row contains the end of its step.
         t_ms,
-        /// The target.
+        /// The name of the target.
         target: String,
         /// The x coordinate, m.
         x_m: f32,
@@ -470,7 +470,7 @@ table! {
         t_ms,
         /// The number of the tick.
         tick: u64,
-        /// The robot of the section.
+        /// The robot of the section, or the world.
         robot: String,
         /// The section. A file name stands for the rows of that table so far.
         section: String,

@@ -86,11 +86,11 @@ impl FaultKind {
 pub enum FaultGroup {
     /// The process of an agent. Only the launcher that started it can apply the fault.
     Process,
-    /// Messages between robots.
+    /// The delivery of messages between robots.
     Radio,
     /// Sensors, actuators and other properties of a robot.
     Robot,
-    /// The world itself.
+    /// The bodies and obstacles of the world.
     World,
 }
 
@@ -115,7 +115,7 @@ pub struct FaultArgument {
 pub enum ArgumentForm {
     /// A position, or an option named like the key. Texts contain the option.
     Either,
-    /// A position.
+    /// A position after the fault's name.
     Position,
     /// An option with this name. Texts omit the default value.
     Option(&'static str),
@@ -273,6 +273,9 @@ impl FaultRange {
     }
 }
 
+/// A function from the name, the size and the degrees of a mode to its form in files.
+pub type ParseMode = fn(&str, Option<&str>, Option<f32>) -> Result<toml::Value, String>;
+
 /// The text form of a mode of failure: a name, possibly a size, and possibly the option `--deg`.
 #[derive(Clone, Copy, Debug)]
 pub struct ModeForm {
@@ -282,8 +285,8 @@ pub struct ModeForm {
     pub size: &'static str,
     /// The meaning of the option `--deg`, if there is one.
     pub deg: Option<&'static str>,
-    /// A function that parses a mode from its name, size and degrees to its form in files.
-    pub parse: fn(&str, Option<&str>, Option<f32>) -> Result<toml::Value, String>,
+    /// A function that parses a mode.
+    pub parse: ParseMode,
     /// A function that formats a mode from its form in files.
     pub(super) format: fn(toml::Value) -> Option<String>,
 }

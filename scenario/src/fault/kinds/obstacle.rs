@@ -41,7 +41,6 @@ pub(in crate::fault) const KIND: FaultKind = FaultKind {
         ),
     ],
     commands: &[("obstacle 4 3 0.5 1", "0.5 m by 1 m, corner at (4, 3)")],
-    ..FaultKind::OF_ROBOT
 };
 
 impl Target for Obstacle {}
