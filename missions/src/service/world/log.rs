@@ -1,5 +1,7 @@
 //! Output of service beside its points: events, figures of run.json and the view.
 
+use std::collections::BTreeSet;
+
 use proto::mission::SensorReading as Encoded;
 use proto::view::View;
 use scenario::ids::RobotId;
@@ -16,8 +18,10 @@ pub(super) struct Log {
     last_done: Option<SimTime>,
     /// The time from arrival to completion of each point that is done, ms.
     responses_ms: Vec<u64>,
-    /// The total time from arrival to the first work on a point, ms, and the number of these points.
-    waits_ms: (u64, u64),
+    /// The open points on which no robot has worked since their arrival.
+    not_begun: BTreeSet<u16>,
+    /// The time from arrival to the first work on each point, ms.
+    waits_ms: Vec<u64>,
     robots: Vec<Worker>,
 }
 
@@ -35,7 +39,8 @@ impl Log {
             step_s,
             last_done: None,
             responses_ms: Vec::new(),
-            waits_ms: (0, 0),
+            not_begun: BTreeSet::new(),
+            waits_ms: Vec::new(),
             robots: vec![Worker::default(); robots],
         }
     }
@@ -60,19 +65,26 @@ impl Log {
         let event = happened.push_mission_event(kind, robot);
         event.subject = format!("p{point}");
         event.detail = detail;
-        if change == Change::Done {
-            self.responses_ms.push(response.0);
-            self.last_done = Some(now);
+        match change {
+            Change::Arrived => {
+                self.not_begun.insert(point);
+            }
+            Change::Done => {
+                self.responses_ms.push(response.0);
+                self.last_done = Some(now);
+            }
+            Change::Expired => {}
         }
         if let Some(robot) = robot {
             self.robots[robot.index()].done += 1;
         }
     }
 
-    /// Records the time from a point's arrival to the first work on it.
-    pub fn record_wait(&mut self, wait: SimTime) {
-        self.waits_ms.0 += wait.0;
-        self.waits_ms.1 += 1;
+    /// Records the wait of a point since its arrival, if a robot works on it for the first time since then.
+    pub fn record_wait(&mut self, point: u16, wait: SimTime) {
+        if self.not_begun.remove(&point) {
+            self.waits_ms.push(wait.0);
+        }
     }
 
     pub fn work_step(&mut self, robot: RobotId) {
@@ -94,19 +106,18 @@ impl Log {
         let mut responses = self.responses_ms.clone();
         responses.sort_unstable();
         let count = responses.len();
-        let mean = responses.iter().sum::<u64>() as f64 / count as f64;
+        let mean = |times_ms: &[u64]| {
+            let total_ms = times_ms.iter().sum::<u64>() as f64;
+            (!times_ms.is_empty()).then(|| total_ms / times_ms.len() as f64)
+        };
         // The 95th percentile by the nearest-rank method.
         let p95 = count
             .checked_sub(1)
             .map(|_| responses[(count * 95).div_ceil(100) - 1]);
-        let (waited_ms, waits) = self.waits_ms;
         let makespan = self.last_done.filter(|_| is_complete);
         mission.add("makespan_ms", makespan.map(|last| last.0));
-        mission.add(
-            "wait.mean_ms",
-            (waits > 0).then_some(waited_ms as f64 / waits as f64),
-        );
-        mission.add("response.mean_ms", (count > 0).then_some(mean));
+        mission.add("wait.mean_ms", mean(&self.waits_ms));
+        mission.add("response.mean_ms", mean(&responses));
         mission.add("response.p95_ms", p95);
         let wasted_steps: u64 = self.robots.iter().map(|robot| robot.wasted_steps).sum();
         mission.add("wasted_robot_s", wasted_steps as f64 * self.step_s);

@@ -145,10 +145,8 @@ impl Service {
         if is_new {
             happened.push_mission_event("begun", Some(robot)).subject = format!("p{point}");
         }
-        if self.points.is_untouched(point) {
-            let (_, arrived) = self.points.work_and_arrival(point);
-            self.log.record_wait(floor.now().since(arrived));
-        }
+        let (_, arrived) = self.points.work_and_arrival(point);
+        self.log.record_wait(point, floor.now().since(arrived));
         let quarters = self.points.quarters_left(point);
         let skill = skill * floor.apply_skill(robot, &spec.name);
         let work_s = skill * constants.step_s;

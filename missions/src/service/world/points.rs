@@ -204,11 +204,6 @@ impl Points {
         self.open_of_kind[kind]
     }
 
-    pub fn is_untouched(&self, point: u16) -> bool {
-        let point = &self.points[usize::from(point)];
-        point.left_s >= point.spec.work_s
-    }
-
     /// Returns the number of quarters of a point's work that are left, rounded up.
     pub fn quarters_left(&self, point: u16) -> u64 {
         self.points[usize::from(point)].quarters_left()

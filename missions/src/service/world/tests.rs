@@ -210,6 +210,29 @@ fn no_robot_works_beyond_reach() {
     assert_eq!(step(&mut world, [works(0), None]), ["1 begun gold p0"]);
 }
 
+/// Returns the mean wait in `world`, ms.
+fn mean_wait_ms(world: &World) -> FigureValue {
+    let mut figures = TeamFigures::new(2);
+    world.mission().figures(&mut figures);
+    figures.mission.get("wait.mean_ms")
+}
+
+/// The wait of a point ends with the first work on it. Later attempts from the start, and a second robot in the same
+/// step, add no wait.
+#[test]
+fn a_point_waits_once() {
+    let text = kind("garbage", 4.0, "kept = false\nworkers = 2") + &point("garbage", 0.0);
+    let mut world = world(&text);
+    step(&mut world, [None, None]);
+    step(&mut world, [None, None]);
+    step(&mut world, [works(0), works(0)]);
+    assert_eq!(mean_wait_ms(&world), FigureValue::Real(1000.0));
+    let left = step(&mut world, [None, None]);
+    assert_eq!(left, ["1.5 left gold p0", "1.5 left blue p0"]);
+    step(&mut world, [works(0), None]);
+    assert_eq!(mean_wait_ms(&world), FigureValue::Real(1000.0));
+}
+
 /// A second robot at a point for one worker takes no work off, and its time counts as wasted.
 #[test]
 fn surplus_workers_take_no_work_off() {
