@@ -155,12 +155,16 @@ fn losses(history: &History, stints: &[Stint]) -> Vec<Failure> {
     });
     losses
         .map(|(at, robot, loss)| {
+            // A successor can take part in the very next tick.
+            let next = at + history.step;
             let mut present = history.robots[robot].present.iter();
             let mut failure = Failure {
                 at,
                 robot,
                 loss,
-                returned_at: present.find(|span| span.from > at).map(|span| span.from),
+                returned_at: present
+                    .find(|span| span.to > next)
+                    .map(|span| span.from.max(next)),
                 orphan: None,
             };
             let stint = stints

@@ -40,7 +40,7 @@ fn fault(event: &EventRow) -> Option<FaultMark> {
         "lost" => (FaultMarkPhase::Hit, format!("{robot} lost a message")),
         "hit" => (FaultMarkPhase::Hit, format!("{subject} hit")),
         kind @ ("applied" | "failed") => (FaultMarkPhase::Begin, format!("{subject} {kind}")),
-        kind @ ("armed" | "healed" | "cleared") => {
+        kind @ ("armed" | "healed" | "disarmed") => {
             (FaultMarkPhase::End, format!("{subject} {kind}"))
         }
         _ => return None,
@@ -222,7 +222,7 @@ mod tests {
             event(450, "stalled", "green", ""),
             event(500, "back", "green", ""),
             event(550, "failed", "", "push"),
-            event(600, "cleared", "", "push"),
+            event(600, "disarmed", "", "push"),
         ];
         let found: Vec<_> = faults(&events)
             .into_iter()
@@ -239,7 +239,7 @@ mod tests {
             (450, "green stopped", FaultMarkPhase::Begin),
             (500, "green back", FaultMarkPhase::End),
             (550, "push failed", FaultMarkPhase::Begin),
-            (600, "push cleared", FaultMarkPhase::End),
+            (600, "push disarmed", FaultMarkPhase::End),
         ]
         .map(|(at, label, phase)| (at, label.to_owned(), phase));
         assert_eq!(found, expected);

@@ -271,27 +271,48 @@ impl History {
         }
     }
 
-    /// Reconstructs the presence of robots without motivations from the events. Such robots have another kind of
-    /// allocator.
+    /// Reconstructs presence and active sets of robots without motivations from the events. Such robots have another kind
+    /// of allocator.
     fn find_other_allocators(&mut self) {
+        let (step, end) = (self.step, self.end);
         let others = self.robots.iter_mut();
         for robot in others.filter(|robot| !robot.has_motivations) {
             robot.measure = LevelUnit::Utility;
             let mut since = None;
+            let mut active_since = vec![None; robot.sets.len()];
             for event in self.events.iter().filter(|row| row.robot == robot.name) {
+                let at = event.t_ms;
                 match event.kind.as_str() {
-                    "joined" | "back" => since = Some(event.t_ms),
+                    "joined" | "back" => since = Some(at),
                     "gone" | "stalled" => {
                         if let Some(from) = since.take() {
-                            let to = event.t_ms;
+                            let to = match event.kind.as_str() {
+                                "stalled" => at,
+                                _ => end_of_last_counted(&event.detail, step).unwrap_or(from),
+                            };
+                            let to = to.max(from);
                             robot.present.push(Span { from, to });
                         }
                     }
                     _ => {}
                 }
+                let sets = robot.sets.iter_mut().zip(&mut active_since);
+                for (set, active_since) in sets {
+                    let is_own = set.name == event.subject;
+                    match event.kind.as_str() {
+                        "activated" if is_own => *active_since = Some(at),
+                        "hibernated" | "waiting" if is_own => set.end_active(active_since, at),
+                        "joined" => set.end_active(active_since, at),
+                        _ => {}
+                    }
+                }
             }
             if let Some(from) = since {
-                robot.present.push(Span { from, to: self.end });
+                robot.present.push(Span { from, to: end });
+            }
+            for (set, active_since) in robot.sets.iter_mut().zip(&mut active_since) {
+                set.end_active(active_since, end);
+                set.active = set.active.without(&set.active.without(&robot.present));
             }
         }
     }
@@ -357,16 +378,7 @@ impl History {
     /// Adds a row of poses.csv. Rows must come in file order.
     pub fn add_pose(&mut self, row: &PoseRow) -> Result<(), HistoryError> {
         let rank = self.known_rank("poses.csv", &row.robot)?;
-        let tick = self.tick(row.t_ms);
-        let robot = &mut self.robots[rank];
-        // For robots with motivations, motivations.csv contains this.
-        if !robot.has_motivations
-            && !row.behavior_set.is_empty()
-            && let Some(set) = robot.set_named(&row.behavior_set)
-        {
-            set.active.push(tick);
-        }
-        robot.track.push(TrackPoint {
+        self.robots[rank].track.push(TrackPoint {
             position: (row.x_m.into(), row.y_m.into()),
             carrying: row.carrying,
             energy_j: row.energy.map(f64::from),
@@ -424,6 +436,13 @@ impl History {
     fn known_rank(&self, table: &'static str, robot: &str) -> Result<usize, HistoryError> {
         self.rank(robot).ok_or_else(|| unknown(table, robot))
     }
+}
+
+/// Returns the end of the last tick in which a report of a lost robot counted, from the detail of its loss.
+fn end_of_last_counted(detail: &str, step: SimTime) -> Option<SimTime> {
+    let (_, tick) = detail.split_once("last counted in tick ")?;
+    let tick: u64 = tick.split(';').next()?.parse().ok()?;
+    Some(SimTime((tick + 1) * step.0))
 }
 
 fn unknown(table: &'static str, name: &str) -> HistoryError {
@@ -492,6 +511,13 @@ impl SetHistory {
             waiting: Spans::default(),
             resets: Vec::new(),
             impatience_rises: Vec::new(),
+        }
+    }
+
+    /// Ends a time in which the set was active, if there is one.
+    fn end_active(&mut self, since: &mut Option<SimTime>, to: SimTime) {
+        if let Some(from) = since.take() {
+            self.active.push(Span { from, to });
         }
     }
 

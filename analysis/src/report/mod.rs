@@ -26,3 +26,6 @@ mod stream;
 pub mod takeovers;
 #[cfg(test)]
 mod tests;
+
+pub use history::{History, HistoryError};
+pub use metrics::Metrics;
