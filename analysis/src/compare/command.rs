@@ -188,14 +188,10 @@ fn finish(
     let sentences = answer.sentences.iter().chain(&answer.claims);
     stderr_line!("{}", bullets(sentences));
     stderr_line!("{}, {failed} failed", counted(rows.len(), "run"));
-    // After a merge, only the name of the plan is available.
-    let plan = plan.map_or_else(
-        || shell_quoted(Path::new(&format!("{}.toml", header.sweep))),
-        shell_quoted,
-    );
-    stderr_line!(
-        "repeat   alliance compare {plan} --cell N repeats the runs of cell N; cells.csv lists the numbers"
-    );
+    // After a merge, the folder of the plan is not known.
+    if let Some(plan) = plan {
+        stderr_line!("repeat   alliance compare {} --cell 0", shell_quoted(plan));
+    }
     stderr_line!("numbers  {}", folder.join("cells.csv").display());
     stderr_line!("page     {}", folder.join(PAGE).display());
     Ok(failed == 0)

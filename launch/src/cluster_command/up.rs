@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use analysis::sweep::shell_quoted;
 use anyhow::{Context, bail};
 use clap::Args;
 use cluster::key_files::{KeyFiles, STANDARD_INPUT};
@@ -60,6 +61,13 @@ impl Up {
         } else {
             // An absolute path, so that a folder named `-` does not select standard input.
             let folder = std::path::absolute(&cluster.keys).with_context(|| name.to_string())?;
+            if !folder.is_dir() {
+                bail!(
+                    "{name}: keys: {} does not exist; create it with `alliance cluster keys {}`",
+                    cluster.keys.display(),
+                    shell_quoted(&self.cluster)
+                );
+            }
             let files = KeyFiles::Folder(folder.clone());
             let keyring = Keyring::read(&files, WORLD).with_context(|| name.to_string())?;
             if let Some(ends) = keyring.ends_soon() {
