@@ -23,6 +23,7 @@ mod every_allocator;
 mod export;
 mod family;
 mod faults;
+mod figures;
 mod first_moments;
 mod flood;
 mod gateway;

@@ -1,6 +1,7 @@
 //! Code that the tests across processes and the benchmarks share.
 
 pub mod closed_loop;
+pub mod figures;
 pub mod hosts;
 pub mod mishaps;
 pub mod needs;

@@ -1,0 +1,126 @@
+//! Compares every figure of run.json and of the report's tables with the independent calculation of
+//! `alliance_tests::figures`, in random runs with faults.
+
+use alliance_tests::figures;
+use alliance_tests::mishaps::{self, Rates};
+use analysis::random_mission::faults::RandomFaults;
+use analysis::random_mission::{CountRange, LengthRange, RandomMission};
+use in_process::Team;
+use missions::Registry;
+use run_log::{LogLevel, MemoryLog, RunFile, RunLog};
+use scenario::{Scenario, Setup};
+
+/// Returns a random scenario with random faults. The seed selects the mission and the allocator in turn.
+fn random_scenario(seed: u64) -> Scenario {
+    let known = Registry::built_in().vocabulary();
+    let mission = &known.missions[seed as usize % known.missions.len()];
+    let allocators = &known.allocators;
+    let allocator = &allocators[seed as usize / known.missions.len() % allocators.len()];
+    let turn = seed as usize / known.missions.len() / allocators.len();
+    let mut base = match (mission.name(), turn % 3) {
+        ("waste", 1) => known.builtin("foraging").map(|known| known.text),
+        ("service", 1) => known.builtin("l-alliance-abstract").map(|known| known.text),
+        ("service", 2) => known.builtin("janitorial").map(|known| known.text),
+        _ => None,
+    }
+    .map_or_else(
+        || mission.family(2 + turn % 5, 1 + turn % 4).unwrap(),
+        |text| Scenario::parse("random", text, &known).unwrap(),
+    );
+    base.limit_s = 240.0;
+    base.step_ms = 100;
+    let is_drawn = mission.random_section().is_some() && turn.is_multiple_of(3);
+    let drawn = RandomMission {
+        room: is_drawn.then_some(LengthRange {
+            min: 6.0,
+            max: 16.0,
+        }),
+        robots: is_drawn.then_some(CountRange { min: 1, max: 8 }),
+        mission: is_drawn.then(|| mission.name().to_owned()),
+        obstacles: None,
+        faults: Some(RandomFaults {
+            min: 0,
+            max: 12,
+            until_s: 200.0,
+        }),
+    };
+    let mut scenario = drawn.draw(base, seed);
+    scenario.allocator = Some(allocator.name.to_owned());
+    scenario
+}
+
+/// Runs a random scenario to its end, every second one with crashes, stalls and losses outside the scenario.
+fn random_run(seed: u64) -> RunLog {
+    let setup = Setup::resolve(random_scenario(seed), seed, None)
+        .unwrap()
+        .setup;
+    let recorder = if (seed / 4).is_multiple_of(2) {
+        let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
+        team.run().unwrap().1
+    } else {
+        let rates = Rates {
+            loss: 0.1,
+            death: 0.001,
+            stall: 0.002,
+            back: 0.02,
+            order: 0.001,
+        };
+        mishaps::run(&setup, rates, seed).unwrap()
+    };
+    RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap()
+}
+
+#[track_caller]
+fn assert_figures_agree(seeds: impl Iterator<Item = u64>) {
+    let mut wrong = Vec::new();
+    let mut runs = 0;
+    for seed in seeds {
+        let log = random_run(seed);
+        let mut found = figures::run_file(&log).unwrap();
+        found.extend(figures::report(&log).unwrap());
+        runs += 1;
+        let scenario = &log.run.setup.scenario;
+        let (mission, allocators) = (scenario.mission().name(), scenario.allocator_list());
+        let named = |difference| format!("seed {seed}, {mission} by {allocators}: {difference}");
+        wrong.extend(found.into_iter().map(named));
+    }
+    assert!(wrong.is_empty(), "{runs} runs:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_figure_agrees_with_the_tables() {
+    assert_figures_agree(0..40);
+}
+
+/// `cargo test -p alliance-tests --test missions -- --ignored every_figure_of_a_thousand_runs`
+#[test]
+#[ignore = "takes minutes; `every_figure_agrees_with_the_tables` is its short form"]
+fn every_figure_of_a_thousand_runs_agrees_with_the_tables() {
+    assert_figures_agree(0..1000);
+}
+
+/// The comparison must detect errors, otherwise it proves nothing.
+#[test]
+fn a_wrong_figure_is_detected() {
+    type Change = fn(&mut RunFile);
+    let changes: [Change; 6] = [
+        |run| run.result.ticks += 1,
+        |run| run.unscripted ^= true,
+        |run| run.hash = None,
+        |run| run.result.mission.add("more", 1_u32),
+        |run| run.result.robots.values_mut().next().unwrap().lives += 1,
+        |run| {
+            let robot = run.result.robots.values_mut().next_back().unwrap();
+            robot.messages_heard += 1;
+        },
+    ];
+    for seed in 0..4 {
+        let mut log = random_run(seed);
+        let right = log.run.clone();
+        for change in changes {
+            log.run = right.clone();
+            change(&mut log.run);
+            assert_eq!(figures::run_file(&log).unwrap().len(), 1, "seed {seed}");
+        }
+    }
+}
