@@ -3,37 +3,28 @@
 
 use std::sync::Arc;
 
+use alliance_tests::lies::{self, lie};
 use analysis::replay::replay;
-use glam::Vec2;
 use in_process::{AnswerError, AnswerSource, Team, joins_of};
 use missions::Registry;
 use missions::waste::data::WASTE;
 use proptest::collection::vec;
-use proptest::option;
 use proptest::prelude::*;
-use proto::allocation::ble::{Eligibility, EligibleTask};
-use proto::allocation::consensus::{
-    BidChange, BidTable, Deltas, TableEntry, TimeStamp, WinningBid,
-};
-use proto::allocation::grape::{CoalitionMember, CoalitionPartition};
-use proto::allocation::murdoch::{AuctionId, ContractStatus, Negotiation, NegotiationKind};
-use proto::allocation::{AllocationMessage, OpenMessage};
-use proto::mission::items::{
-    Fact, ItemsBulletin, ItemsKnowledge, Locations, LooseItem, Withdrawal,
-};
 use proto::mission::{Payload, SharedKnowledge};
 use proto::team::{
     Broadcast, BroadcastContent, Bulletin, BulletinKind, BulletinSubject, Heartbeat, TaskState,
 };
 use proto::tick::{Outcome, Report, TickMessage};
-use run_log::{EventRow, Input, LogLevel, MemoryLog, RunLog};
+use run_log::{EventRow, Input, LogLevel, MemoryLog, RunLog, RunOutcome};
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
 
+use crate::harness::Lab;
+
 const LIAR: RobotId = RobotId(1);
 
-/// A controller that stands still and sends broadcasts with given contents, two in each tick.
+/// A controller with given lies.
 struct Liar(Vec<Broadcast>);
 
 impl AnswerSource for Liar {
@@ -45,237 +36,9 @@ impl AnswerSource for Liar {
         report: &mut Report,
         broadcasts: &mut Vec<Broadcast>,
     ) -> Result<(), AnswerError> {
-        let first = 2 * message.tick as usize;
-        let lies = self.0.iter().cycle().skip(first % self.0.len()).take(2);
-        let addressed = lies.zip(0..).map(|(lie, index)| Broadcast {
-            sender: robot,
-            incarnation: message.incarnation,
-            tick: message.tick,
-            index,
-            ..lie.clone()
-        });
-        broadcasts.clear();
-        broadcasts.extend(addressed);
-        *report = Report {
-            robot,
-            incarnation: message.incarnation,
-            tick: message.tick,
-            broadcasts: broadcasts.len() as u16,
-            ..Report::default()
-        };
+        (*report, *broadcasts) = lies::answer(&self.0, robot, message);
         Ok(())
     }
-}
-
-/// Returns a small number, as in a real message, or any number.
-fn number() -> impl Strategy<Value = u16> {
-    prop_oneof![3 => 0..4_u16, 1 => any::<u16>()]
-}
-
-fn task() -> impl Strategy<Value = TaskId> {
-    number().prop_map(TaskId)
-}
-
-fn robot() -> impl Strategy<Value = RobotId> {
-    number().prop_map(RobotId)
-}
-
-fn time() -> impl Strategy<Value = SimTime> {
-    prop_oneof![3 => 0..60_000_u64, 1 => any::<u64>()].prop_map(SimTime)
-}
-
-/// Returns any floating-point number, also infinite ones and NaN.
-fn real() -> impl Strategy<Value = f32> {
-    prop_oneof![2 => 0.0..10.0_f32, 1 => any::<u32>().prop_map(f32::from_bits)]
-}
-
-fn point() -> impl Strategy<Value = Vec2> {
-    (real(), real()).prop_map(Vec2::from)
-}
-
-fn fact<T: std::fmt::Debug>(value: impl Strategy<Value = T>) -> impl Strategy<Value = Fact<T>> {
-    (value, robot(), time()).prop_map(|(value, seen_by, seen)| Fact {
-        value,
-        seen_by,
-        seen,
-    })
-}
-
-fn locations() -> impl Strategy<Value = Fact<Locations>> {
-    fact((point(), point()).prop_map(|(min, max)| Locations { min, max }))
-}
-
-fn withdrawal() -> impl Strategy<Value = Withdrawal> {
-    (robot(), time()).prop_map(|(finder, seen)| Withdrawal { finder, seen })
-}
-
-fn shared_knowledge() -> impl Strategy<Value = SharedKnowledge> {
-    let loose = (point(), any::<bool>()).prop_map(|(at, present)| LooseItem { at, present });
-    let items = (
-        option::of(locations()),
-        vec(withdrawal(), 0..4),
-        vec((number(), fact(any::<bool>())), 0..4),
-        vec(fact(loose), 0..4),
-        option::of(fact(Just(()))),
-    );
-    let items =
-        items.prop_map(
-            |(locations, withdrawn, empty, loose, last_report)| ItemsKnowledge {
-                locations,
-                withdrawn,
-                empty,
-                loose,
-                last_report,
-            },
-        );
-    prop_oneof![
-        Just(SharedKnowledge::Nothing),
-        items.prop_map(SharedKnowledge::Items),
-        vec(any::<u8>(), 0..600).prop_map(SharedKnowledge::Open),
-    ]
-}
-
-fn heartbeat() -> impl Strategy<Value = BroadcastContent> {
-    use TaskState::{Executing, Idle, Released, Waiting};
-    let state = prop::sample::select(vec![Executing, Waiting, Idle, Released]);
-    let subject = (option::of(number()), option::of(task()), any::<u32>());
-    let rest = (option::of(point()), any::<bool>(), shared_knowledge());
-    (state, time(), subject, rest).prop_map(|(state, since, subject, rest)| {
-        let (set, task, progress) = subject;
-        let (position, carrying, shared_knowledge) = rest;
-        BroadcastContent::Heartbeat(Heartbeat {
-            state,
-            since,
-            set: set.map(BehaviorId),
-            task,
-            progress,
-            position,
-            carrying,
-            shared_knowledge,
-        })
-    })
-}
-
-fn bulletin() -> impl Strategy<Value = BroadcastContent> {
-    let kind = prop::sample::select(vec![BulletinKind::First, BulletinKind::Second]);
-    let about =
-        (task(), number(), any::<u32>()).prop_map(|(task, set, progress)| BulletinSubject {
-            task,
-            set: BehaviorId(set),
-            progress,
-        });
-    let payload = prop_oneof![
-        locations().prop_map(|value| Payload::Items(ItemsBulletin::PositionUpdate(value))),
-        withdrawal().prop_map(|value| Payload::Items(ItemsBulletin::Withdrawal(value))),
-        vec(any::<u8>(), 0..600).prop_map(Payload::Open),
-    ];
-    (kind, option::of(about), payload).prop_map(|(kind, about, payload)| {
-        BroadcastContent::Bulletin(Bulletin {
-            kind,
-            about,
-            payload,
-        })
-    })
-}
-
-fn allocation() -> impl Strategy<Value = BroadcastContent> {
-    let open = ("[a-z/]{0,8}", vec(any::<u8>(), 0..40))
-        .prop_map(|(schema, bytes)| AllocationMessage::Open(OpenMessage { schema, bytes }));
-    let eligible = (task(), time(), real()).prop_map(|(task, round, utility)| EligibleTask {
-        task,
-        round,
-        utility,
-    });
-    let ble = vec(eligible, 0..100).prop_map(|entries| {
-        AllocationMessage::Ble(Eligibility {
-            entries: entries.into(),
-        })
-    });
-    let kind = prop_oneof![
-        time().prop_map(|closes| NegotiationKind::Announce { closes }),
-        real().prop_map(|utility| NegotiationKind::Bid { utility }),
-        robot().prop_map(|winner| NegotiationKind::Renew { winner }),
-        (any::<u32>(), 0..3_usize).prop_map(|(progress, status)| NegotiationKind::Ack {
-            status: [
-                ContractStatus::Ongoing,
-                ContractStatus::Done,
-                ContractStatus::Abort
-            ][status],
-            progress,
-        }),
-    ];
-    let auction = (robot(), 0..3_u32, any::<u32>());
-    let murdoch = (task(), time(), auction, kind).prop_map(|(task, round, auction, kind)| {
-        let (auctioneer, incarnation, number) = auction;
-        AllocationMessage::Murdoch(Negotiation {
-            task,
-            round,
-            auction: AuctionId {
-                auctioneer,
-                incarnation,
-                number,
-            },
-            word: kind,
-        })
-    });
-    let entry = || {
-        let bid = (robot(), real()).prop_map(|(robot, value)| WinningBid { robot, value });
-        (task(), time(), option::of(bid)).prop_map(|(task, round, claim)| TableEntry {
-            task,
-            round,
-            claim,
-        })
-    };
-    let stamp = (robot(), any::<u32>()).prop_map(|(robot, age_ms)| TimeStamp { robot, age_ms });
-    let table = (number(), number(), vec(entry(), 0..40), vec(stamp, 0..70));
-    let table = table.prop_map(|(block, slot, beliefs, news)| {
-        AllocationMessage::Table(BidTable {
-            block,
-            slot,
-            beliefs,
-            news,
-        })
-    });
-    let change = (entry(), number(), time()).prop_map(|(belief, slot, made)| BidChange {
-        belief,
-        slot,
-        made,
-    });
-    let deltas =
-        vec(change, 0..40).prop_map(|entries| AllocationMessage::Deltas(Deltas { entries }));
-    let member = (robot(), task(), time()).prop_map(|(robot, task, seen)| CoalitionMember {
-        robot,
-        task,
-        seen,
-    });
-    let evolution = prop_oneof![0..50_u64, any::<u64>()];
-    let version = (evolution, prop_oneof![0.0..1.0_f64, any::<f64>()]);
-    let parts = prop_oneof![Just((0_u16, 1_u16)), (number(), number())];
-    let grape = (version, parts, vec(member, 0..5)).prop_map(|(version, parts, members)| {
-        AllocationMessage::Partition(CoalitionPartition {
-            evolution: version.0,
-            stamp: version.1,
-            part: parts.0,
-            parts: parts.1,
-            members,
-        })
-    });
-    prop_oneof![open, ble, murdoch, table, deltas, grape].prop_map(BroadcastContent::Allocation)
-}
-
-/// Returns a broadcast with any content and any times. The liar fills in its own address.
-fn lie() -> impl Strategy<Value = Broadcast> {
-    let content = prop_oneof![heartbeat(), bulletin(), allocation()];
-    let seq = prop_oneof![3 => 0..4000_u64, 1 => any::<u64>()];
-    (seq, time(), content).prop_map(|(seq, sent, body)| Broadcast {
-        sender: LIAR,
-        incarnation: 1,
-        tick: 0,
-        index: 0,
-        seq,
-        sent,
-        body,
-    })
 }
 
 /// Returns a small mission, or the default one, in which the controller of gold lies for the whole run.
@@ -309,14 +72,59 @@ fn run(setup: Setup, lies: Vec<Broadcast>) -> (Outcome, RunLog) {
     let hash = recorder.hash();
     let vocabulary = Registry::built_in().vocabulary();
     let log = RunLog::from_memory(&recorder.into_sink(), &vocabulary).unwrap();
-    for line in log.inputs().unwrap() {
-        let is_usual = matches!(line.input, Input::Join { .. });
-        let is_of_liar = line.input.robot() == Some(&name);
-        assert!(is_usual || is_of_liar, "{line:?}");
-    }
+    assert_only_the_liar_leaves(&log, &name);
     let (_, again) = replay(&log, LogLevel::Full, |_| {}).unwrap();
     assert_eq!(again.run.hash, Some(hash));
     (outcome, log)
+}
+
+#[track_caller]
+fn assert_only_the_liar_leaves(log: &RunLog, liar: &str) {
+    for line in log.inputs().unwrap() {
+        let is_usual = matches!(line.input, Input::Join { .. });
+        let is_of_liar = line.input.robot() == Some(liar);
+        assert!(is_usual || is_of_liar, "{line:?}");
+    }
+}
+
+/// Runs a team of processes in which gold is the program `liar`, and replays each run.
+fn run_processes(seeds: std::ops::Range<u64>) {
+    let lab = Lab::new();
+    for seed in seeds {
+        let scenario = setup(seed as usize, seed as usize / 4, 15.0).scenario;
+        let liar = scenario.robots[LIAR.index()].name.clone();
+        let (file, out) = (format!("{seed}.toml"), format!("run {seed}"));
+        std::fs::write(lab.path(&file), scenario.to_toml().unwrap()).unwrap();
+        let mind = format!("liar={} {seed}", env!("CARGO_BIN_EXE_liar"));
+        let finished = lab.mission(&out, &[&file, "--mind", &mind]);
+        let log = lab.log(&out);
+        let ended = matches!(
+            log.run.outcome,
+            RunOutcome::Ended(Outcome::Complete | Outcome::TimeLimit)
+        );
+        assert!(ended, "seed {seed}: {finished:?}");
+        assert_only_the_liar_leaves(&log, &liar);
+        let events: Vec<EventRow> = log.rows().unwrap();
+        let joins = |row: &EventRow| row.kind == "joined" && row.robot == liar;
+        assert!(
+            events.iter().any(joins),
+            "seed {seed}: the liar did not join"
+        );
+        lab.run(&["replay", &out]).expect(0);
+        std::fs::remove_dir_all(lab.path(&out)).unwrap();
+    }
+}
+
+#[test]
+fn a_lying_process_silences_no_other() {
+    run_processes(0..4);
+}
+
+/// `cargo test -p alliance-tests --test missions -- --ignored two_hundred_lying_processes`
+#[test]
+#[ignore = "takes many minutes; `a_lying_process_silences_no_other` is its short form"]
+fn two_hundred_lying_processes_silence_no_other() {
+    run_processes(0..200);
 }
 
 proptest! {

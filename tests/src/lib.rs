@@ -3,6 +3,7 @@
 pub mod closed_loop;
 pub mod figures;
 pub mod hosts;
+pub mod lies;
 pub mod mishaps;
 pub mod needs;
 pub mod recompute;
