@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // Clippy exempts test functions only, not their helpers.
 
+mod advice;
 mod allocators;
 mod bodies;
 mod by_command;

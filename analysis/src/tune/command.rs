@@ -197,9 +197,14 @@ fn finish(task: &Task, name: &str, folder: &Path, found: &[Tuned]) -> anyhow::Re
 fn scenario(task: &Task, name: &str, results: &[AllocatorResult<'_>]) -> anyhow::Result<String> {
     let mut table = task.plan.scenario(0).map_err(anyhow::Error::msg)?;
     table.remove("faults");
+    // The name of a plan is a file name, with other rules than the name of a scenario.
+    let plain = name.chars().take(26).map(|letter| {
+        let is_valid = letter.is_ascii_alphanumeric() || letter == '_';
+        if is_valid { letter } else { '-' }
+    });
     table.insert(
         "name".to_owned(),
-        toml::Value::String(format!("{name}-tuned")),
+        toml::Value::String(format!("tuned-{}", plain.collect::<String>())),
     );
     let mut text = format!(
         "# {} with parameters found by alliance tune {name}.toml.\n",

@@ -1,0 +1,209 @@
+//! Commands that the program prints as advice, in its output and on its pages: each runs as printed. All paths contain
+//! a blank.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::process::Command;
+
+use crate::harness::{Finished, Lab, wait_until};
+
+/// A scenario of 5 s.
+const SHORT: &str = "limit_s = 5.0\n";
+
+const COMPARISON: &str = "seeds = 2\nscenario = \"short one.toml\"\n\
+     [grid]\nallocator = [\"cbba\", \"nearest\"]\n";
+
+const TUNING: &str = "
+[missions.one]
+scenario = 'short one.toml'
+[faults.none]
+[tune]
+budget = 20
+seeds_per_candidate = 1
+training = { from = 11, to = 40 }
+selection = [51, 52]
+finalists = 1
+test = 2
+[tune.parameters.alliance]
+alliance.defaults.fast_impatience = { from = 20.0, to = 200.0, log = true }
+";
+
+/// A cluster file without keys.
+const CLUSTER: &str = "
+scenario = 'short one.toml'
+listen = 'tls/127.0.0.1:17451'
+keys = 'new keys'
+world = 'h1'
+[[hosts]]
+name = 'h1'
+robots = ['blue', 'green']
+[[hosts]]
+name = 'h2'
+robots = ['gold']
+";
+
+/// The labels of advice at the start of a line.
+const LABELS: [&str; 5] = ["", "next", "repeat", "scenario", "#"];
+
+/// A lab with the commands printed so far.
+struct Advice {
+    lab: Lab,
+    commands: BTreeSet<String>,
+}
+
+impl Advice {
+    /// Runs a command and collects the commands that it prints.
+    fn run(&mut self, arguments: &[&str]) -> Finished {
+        let finished = self.lab.run(arguments);
+        self.collect(&finished.stdout);
+        self.collect(&finished.stderr);
+        finished
+    }
+
+    /// Collects the commands of a file in the lab.
+    fn read(&mut self, file: &str) {
+        let text = fs::read_to_string(self.lab.path(file)).unwrap();
+        self.collect(&text);
+    }
+
+    fn collect(&mut self, text: &str) {
+        let text = text.replace("<code>", "`").replace("</code>", "`");
+        let quoted = text.split('`').skip(1).step_by(2);
+        self.commands
+            .extend(quoted.filter(|part| is_command(part)).map(str::to_owned));
+        for line in text.lines() {
+            let Some((label, command)) = line.split_once("alliance ") else {
+                continue;
+            };
+            let label = label.trim();
+            let command = format!("alliance {command}");
+            if (LABELS.contains(&label) || label.ends_with("with:")) && is_command(&command) {
+                self.commands.insert(command);
+            }
+        }
+    }
+
+    /// Runs each collected command. One that serves a page or waits for others is accepted and ended.
+    fn assert_all_run(&self) {
+        for command in &self.commands {
+            let arguments = words(command);
+            let arguments: Vec<&str> = arguments.iter().skip(1).map(String::as_str).collect();
+            let mut process = self.lab.start(&arguments);
+            let mut serves = false;
+            wait_until(command, || {
+                let stderr = process.stderr();
+                serves = stderr.contains("http://") || stderr.contains("waiting for");
+                serves || !process.is_running()
+            });
+            if !serves {
+                let finished = process.wait();
+                let status = finished.status.code();
+                assert!(
+                    status.is_some_and(|status| status != 2),
+                    "{command}: {finished:?}"
+                );
+            }
+        }
+    }
+}
+
+/// Returns whether a text is a command without placeholders. An error starts with the command and a colon.
+fn is_command(text: &str) -> bool {
+    let mut words = text.split(' ');
+    let is_placeholder = |word: &str| {
+        let word = word.trim_matches(|letter: char| !letter.is_alphabetic());
+        word.len() > 1 && word.chars().all(|letter| letter.is_ascii_uppercase())
+    };
+    words.next() == Some("alliance")
+        && !text.split(' ').take(4).any(|word| word.ends_with(':'))
+        && !words.any(is_placeholder)
+}
+
+/// Splits a command as a shell does.
+fn words(command: &str) -> Vec<String> {
+    let split = format!("printf '%s\\0' {command}");
+    let output = Command::new("sh").args(["-c", &split]).output().unwrap();
+    assert!(output.status.success(), "{command}: {output:?}");
+    let text = String::from_utf8(output.stdout).unwrap();
+    text.split_terminator('\0').map(str::to_owned).collect()
+}
+
+#[test]
+fn every_printed_command_runs_as_printed() {
+    let lab = Lab::new();
+    let files = [
+        ("short one.toml", SHORT),
+        ("my comparison.toml", COMPARISON),
+        ("my tuning.toml", TUNING),
+        ("my cluster.toml", CLUSTER),
+    ];
+    for (name, text) in files {
+        fs::write(lab.path(name), text).unwrap();
+    }
+    let mut advice = Advice {
+        lab,
+        commands: BTreeSet::new(),
+    };
+    for (out, level) in [("out/a run", "full"), ("out/no log", "off")] {
+        let run = [
+            "run",
+            "short one.toml",
+            "--in-process",
+            "--log",
+            level,
+            "--out",
+            out,
+        ];
+        // The mission is not complete after 5 s.
+        advice.run(&run).expect(1);
+        advice.run(&["replay", out]).expect(0);
+        advice.run(&["report", out]).expect(0);
+    }
+    for study in ["sweep", "compare"] {
+        for shard in ["0/2", "1/2"] {
+            let out = format!("out/shards of {study}");
+            let run = [study, "my comparison.toml", "--shard", shard, "--out", &out];
+            advice.run(&run).expect(0);
+        }
+        let out = format!("out/a {study}");
+        advice
+            .run(&[study, "my comparison.toml", "--out", &out])
+            .expect(0);
+    }
+    advice
+        .run(&["compare", "--merge", "out/shards of compare"])
+        .expect(0);
+    advice.read("out/a sweep/summary.html");
+    advice.read("out/a compare/comparison.html");
+    advice
+        .run(&["tune", "my tuning.toml", "--out", "out/a tuning"])
+        .expect(0);
+    advice.run(&["status"]).expect(3);
+    advice.run(&["fault", "kill", "gold"]).expect(3);
+    advice.run(&["cluster", "up", "my cluster.toml"]).expect(2);
+    let held = ["run", "short one.toml", "--paused", "--out", "out/held"];
+    let mut held = advice.lab.start(&held);
+    held.wait_for_stderr("clock resume`");
+    advice.collect(&held.stderr());
+
+    advice.assert_all_run();
+    let expected = [
+        "alliance clock resume",
+        "alliance cluster keys 'my cluster.toml'",
+        "alliance compare --merge 'out/shards of compare'",
+        "alliance compare 'my comparison.toml' --cell 0",
+        "alliance compare 'my comparison.toml' --scenario 0",
+        "alliance report 'out/a run'",
+        "alliance run",
+        "alliance run 'out/a tuning/tuned.toml'",
+        "alliance sweep --merge 'out/shards of sweep'",
+        "alliance watch 'out/a run'",
+        "alliance watch 'out/no log'",
+    ];
+    for command in expected {
+        assert!(
+            advice.commands.contains(command),
+            "{command} is not printed"
+        );
+    }
+}
