@@ -71,7 +71,7 @@ mod tests {
         let lines = LINES.lock().unwrap().clone();
         assert_eq!(
             String::from_utf8(lines).unwrap(),
-            " WARN request ignored count=1 why=no robot '\\x1b]0;owned\\x07\\u202e\\u000d\\u000a WARN robot is lost'\n"
+            " WARN request ignored count=1 why=no robot '\\u001b]0;owned\\u0007\\u202e\\u000d\\u000a WARN robot is lost'\n"
         );
     }
 }

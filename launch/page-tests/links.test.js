@@ -6,12 +6,22 @@ import { test } from "node:test";
 import { faultRows, linkState } from "../page/model/faults.js";
 import { cutsInWords, faultInWords } from "../page/ui/words.js";
 
+const position = { option: null, default: null, is_time: false };
+const KINDS = [
+  {
+    name: "partition",
+    arguments: [
+      { ...position, key: "groups" },
+      { ...position, key: "one_way", option: "one-way" },
+    ],
+  },
+];
 const oneWay = { partition: { groups: [["gold"], ["blue"]], one_way: true } };
 const recent = { count: 20, lost: 3, late: 0 };
 
 test("a cut is confirmed with its direction", () => {
-  assert.equal(faultInWords(oneWay), "blue → gold cut");
-  assert.equal(faultInWords({ partition: { groups: [["gold"], ["blue"]], one_way: false } }), "gold ↔ blue cut");
+  assert.equal(faultInWords(oneWay, KINDS), "blue → gold cut");
+  assert.equal(faultInWords({ partition: { groups: [["gold"], ["blue"]], one_way: false } }, KINDS), "gold ↔ blue cut");
   const three = "partition gold / blue / green --one-way";
   assert.equal(cutsInWords(three), three);
   assert.equal(cutsInWords("partition gold,red / blue"), "partition gold,red / blue");
@@ -19,7 +29,7 @@ test("a cut is confirmed with its direction", () => {
 
 test("a cut has the same words after its end", () => {
   const event = { kind: "healed", subject: "f3", detail: "partition gold / blue --one-way", t_ms: 5 };
-  assert.equal(faultRows({ faults: [] }, [event])[0].words, faultInWords(oneWay));
+  assert.equal(faultRows({ faults: [] }, [event], KINDS)[0].words, faultInWords(oneWay, KINDS));
 });
 
 test("a link that is cut has no share of losses from before the cut", () => {
