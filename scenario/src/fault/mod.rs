@@ -14,6 +14,7 @@
 
 mod campaign;
 mod check;
+mod checker;
 mod device;
 mod form;
 mod kinds;
@@ -32,7 +33,7 @@ use serde::{Deserialize, Serialize};
 use crate::names::ALL;
 
 pub use campaign::{FaultMix, RandomFaults};
-pub use check::OrderError;
+pub use checker::OrderError;
 pub use device::Device;
 pub use kinds::{
     ActuatorFault, ActuatorMode, Delay, Fault, LinkQuality, Loss, MoveRobot, Partition,

@@ -1,7 +1,7 @@
 //! Declarations of faults. Checks, the text form, the command line, the page and the documents follow from them.
 
 use super::Fault;
-use super::check::{Checked, Checker};
+use super::checker::{Checked, Checker};
 use crate::Room;
 
 /// The declaration of a fault: its name, its effect and its arguments.
@@ -261,7 +261,7 @@ impl FaultRange {
             Self::Whole(from, to) => (from.into(), to.into()),
             Self::Within(from, to) => (from, to),
             Self::Above(to) => (0.0, to),
-            Self::Time => (0.0, super::check::LONGEST_S),
+            Self::Time => (0.0, super::checker::LONGEST_S),
             _ => return None,
         })
     }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Target;
 use crate::fault::Fault;
-use crate::fault::check::{Checked, Checker, share, within};
+use crate::fault::checker::{Checked, Checker, share, within};
 use crate::fault::modes::{alone, format, in_file, number, unknown};
 use crate::fault::spec::{FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec, ModeForm};
 

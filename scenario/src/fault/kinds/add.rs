@@ -1,7 +1,7 @@
 //! The fault `add`.
 
 use crate::fault::Fault;
-use crate::fault::check::{Checked, Checker, wrong};
+use crate::fault::checker::{Checked, Checker, wrong};
 use crate::fault::spec::{FaultKind, FaultSpec};
 use crate::name_remedy;
 

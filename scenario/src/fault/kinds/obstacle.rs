@@ -3,7 +3,7 @@
 use super::Target;
 use crate::Obstacle;
 use crate::fault::Fault;
-use crate::fault::check::{Checked, Checker, FARTHEST_M, wrong};
+use crate::fault::checker::{Checked, Checker, FARTHEST_M, wrong};
 use crate::fault::spec::{FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec};
 
 const ANYWHERE: FaultRange = FaultRange::Within(-FARTHEST_M, FARTHEST_M);

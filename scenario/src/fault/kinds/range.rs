@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Target;
-use crate::fault::check::FARTHEST_M;
+use crate::fault::checker::FARTHEST_M;
 use crate::fault::spec::{FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec};
 
 pub(in crate::fault) const KIND: FaultKind = FaultKind {

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Target;
-use crate::fault::check::{Checked, Checker, FARTHEST_M, share, within, wrong};
+use crate::fault::checker::{Checked, Checker, FARTHEST_M, share, within, wrong};
 use crate::fault::modes::{alone, format, in_file, number, unknown};
 use crate::fault::spec::{FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec, ModeForm};
 use crate::fault::{Device, Fault};

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Target;
 use crate::fault::Fault;
-use crate::fault::check::{Checked, Checker, wrong};
+use crate::fault::checker::{Checked, Checker, wrong};
 use crate::fault::spec::{FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec};
 use crate::{Robot, name_remedy};
 
