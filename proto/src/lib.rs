@@ -4,7 +4,7 @@
 //!   back. They contain [`readings`] and [`telemetry`]. [`join`]: the handshake before the first tick.
 //! - [`mission`]: sensor readings and actions of one mission. [`team`]: messages between robots. [`allocation`]:
 //!   messages of their allocators.
-//! - [`link`], [`links`]: the effect of faults on messages. [`control`]: commands to a run.
+//! - [`link`]: the effect of faults on messages. [`control`]: commands to a run.
 //! - [`process`], [`membership`]: orders for the agents' processes, and the robots of a host. [`view`], [`event`]: data for observers.
 //! - [`keys`], [`codec`]: key expressions and encoding. [`secret`], [`identity`]: authentication of messages.
 //!   [`ignored`]: counts of ignored messages.

@@ -269,6 +269,19 @@ impl Drop for Process {
 }
 
 impl Finished {
+    /// Returns stderr after the progress of a replay, which a slow machine prints.
+    pub fn answer(&self) -> &str {
+        let mut answer = self.stderr.as_str();
+        while let Some((line, rest)) = answer.split_once('\n')
+            && (line.starts_with("replaying the run")
+                || line.contains(": running it again")
+                || line.ends_with(" left"))
+        {
+            answer = rest;
+        }
+        answer
+    }
+
     /// Parses the output of `alliance run --json`.
     pub fn json(&self) -> serde_json::Value {
         serde_json::from_str(&self.stdout).unwrap()

@@ -170,7 +170,7 @@ fn one_process_and_many_write_the_same_allocation_messages() {
         );
         let replayed = lab.run(&["replay", allocator]).expect(0);
         assert!(
-            replayed.stderr.starts_with("identical"),
+            replayed.answer().starts_with("identical"),
             "{allocator}: {}",
             replayed.stderr
         );

@@ -33,7 +33,11 @@ fn mission(lab: &Lab, name: &str, scenario: &str, arguments: &[&str], status: i3
     assert!(!log.run.unscripted, "{name} is unscripted");
     assert_items_accounted_for(&log);
     let replay = lab.run(&["replay", name]).expect(0);
-    assert!(replay.stderr.starts_with("identical"), "{}", replay.stderr);
+    assert!(
+        replay.answer().starts_with("identical"),
+        "{}",
+        replay.stderr
+    );
     log
 }
 

@@ -187,5 +187,9 @@ fn faults_that_are_cleared_together_are_replayed_together() {
     );
     assert_eq!(events(&log, "healed", None).len(), 3);
     let replay = lab.run(&["replay", "run"]).expect(0);
-    assert!(replay.stderr.starts_with("identical"), "{}", replay.stderr);
+    assert!(
+        replay.answer().starts_with("identical"),
+        "{}",
+        replay.stderr
+    );
 }

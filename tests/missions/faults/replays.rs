@@ -32,7 +32,7 @@ fn a_manually_disturbed_run_is_repeated_byte_for_byte() {
         let log = lab.log("run");
         assert_items_accounted_for(&log);
         let finished = lab.run(&["replay", "run", "--out", "again"]).expect(0);
-        assert!(finished.stderr.starts_with("identical"));
+        assert!(finished.answer().starts_with("identical"));
         lab.run(&["diff", "run", "again"]).expect(0);
         lab.assert_same_bytes("run", "again");
     }
@@ -192,6 +192,6 @@ fn a_difference_is_reported_with_tick_robot_and_field() {
     run["scenario"]["body"]["speed_m_s"] = 0.4.into();
     std::fs::write(&path, run.to_string()).unwrap();
     let finished = lab.run(&["replay", "a"]).expect(1);
-    assert!(finished.stderr.starts_with("differs first in tick"));
+    assert!(finished.answer().starts_with("differs first in tick"));
     lab.run(&["replay", "nowhere"]).expect(2);
 }

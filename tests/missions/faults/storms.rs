@@ -58,7 +58,7 @@ fn every_fuzzed_run_is_repeated_byte_for_byte() {
         assert_items_accounted_for(&lab.log("run"));
         let again = lab.run(&["replay", "run", "--out", "again"]).expect(0);
         assert!(
-            again.stderr.starts_with("identical"),
+            again.answer().starts_with("identical"),
             "seed {seed}: {}",
             again.stderr
         );

@@ -47,7 +47,7 @@ impl World {
     /// Creates the world at the start of a run of the given mission.
     ///
     /// # Panics
-    /// If [`start_poses`] rejects the scenario; validation calls that function first.
+    /// If [`start_poses`](super::start_poses) rejects the scenario; validation calls that function first.
     #[must_use]
     pub fn new(setup: &Setup, kind: MissionWorld) -> Self {
         let area = (kind.start_area)(&setup.scenario);
