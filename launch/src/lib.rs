@@ -149,7 +149,3 @@ pub fn main(registry: Registry) -> ExitCode {
         Command::Shell(command) => command.run(),
     }
 }
-
-#[cfg(test)]
-#[path = "commands_tests.rs"]
-mod commands_tests;

@@ -48,7 +48,7 @@ pub enum CellKind {
     Single,
     /// A number of double precision.
     Double,
-    /// A flag: 0 or 1.
+    /// A truth value, written as 0 or 1.
     Flag,
     /// A text, possibly empty.
     Text,

@@ -126,7 +126,7 @@ pub enum LinkEffect {
     Hold,
     /// A delay, jitter or overtaking.
     Delay,
-    /// A second copy.
+    /// A second copy of the message.
     Copy,
 }
 

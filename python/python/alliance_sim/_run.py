@@ -103,10 +103,10 @@ def asked(
     if faults is not None and not isinstance(faults, Mapping):
         faults = {"timeline": list(faults)}
     return {
-        "words": words,
+        "arguments": words,
         "document": document,
         "faults": None if faults is None else json.dumps(plain(faults, "faults")),
-        "minds": _named(minds or {}),
+        "controllers": _named(minds or {}),
         "twice": twice,
     }
 

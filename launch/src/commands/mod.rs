@@ -1,6 +1,9 @@
 //! The table of commands: heading, examples and exit statuses. The arguments are clap types beside the code of each command.
 //! Help, manual pages and completion scripts are generated from both.
 
+#[cfg(test)]
+mod tests;
+
 use std::borrow::Cow;
 use std::fmt::Write;
 
