@@ -38,7 +38,7 @@ def main(mind: type[Allocator] | type[Agent]) -> NoReturn:
         os.execve(sys.executable, sys.orig_argv, {**os.environ, "PYTHONHASHSEED": "0"})
     words = [word for word in sys.argv[1:] if word != "--twice"]
     try:
-        status = _engine.live(["agent", *words], name_of(mind), mind, len(words) < len(sys.argv) - 1)
+        status = _engine.run_agent(["agent", *words], name_of(mind), mind, len(words) < len(sys.argv) - 1)
     except ScenarioError as error:
         print(f"{os.path.basename(sys.argv[0])}: {error}", file=sys.stderr)
         status = 2

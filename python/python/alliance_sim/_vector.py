@@ -51,7 +51,7 @@ class VecEnv:
         """`minds`: robots with other controllers, as in `run`. All robots without an entry are agents of the environment."""
         minds = {"*": ENVIRONMENT} | dict(minds or {})
         request = asked(scenario, minds, 0, faults, robots, size, limit)
-        self._worlds = _engine.Worlds(request, level, period_s, envs, threads)
+        self._worlds = _engine.EnvironmentBatch(request, level, period_s, envs, threads)
         self.level = level
         self.auto_reset = auto_reset
         self.agents: list[str] = self._worlds.agents
