@@ -108,12 +108,15 @@ def read(path: Path, frame: str) -> Any:
     library = importlib.import_module(frame)
     if frame == "polars":
         schema = dict.fromkeys(texts, library.String)
-        frame = library.read_csv(io.StringIO(text), infer_schema_length=None, schema_overrides=schema)
-        return frame.with_columns(library.col(texts).fill_null("")) if texts else frame
+        table = library.read_csv(io.StringIO(text), infer_schema_length=None, schema_overrides=schema)
+        # A column without any value contains numbers, as in the Parquet export.
+        empty = [name for name in header if name not in texts and table[name].null_count() == table.height]
+        return table.with_columns(library.col(texts).fill_null(""), library.col(empty).cast(library.Float64))
     # A robot or a state may have the name "none".
     missing = {name: [""] for name in header if name not in texts}
     types = dict.fromkeys(texts, str)
-    return library.read_csv(io.StringIO(text), dtype=types, keep_default_na=False, na_values=missing, low_memory=False)
+    table = library.read_csv(io.StringIO(text), dtype=types, keep_default_na=False, na_values=missing, low_memory=False)
+    return table.astype({name: float for name in missing if table[name].isna().all()})
 
 
 def column(name: str, values: Any) -> np.ndarray:

@@ -249,12 +249,12 @@ def test_a_slow_copy_is_reported_once(lab):
     mind = lab.mind("heavy", f"import time\n{MAIN}{net}{heavy}main(Heavy)\n")
     lab.scenario("heavy")
     lab.mission("--limit=5", mind)
-    warnings = [line for line in lab.log("gold").splitlines() if "a copy of its mind takes" in line]
+    warnings = [line for line in lab.log("gold").splitlines() if "a copy of its controller takes" in line]
     assert len(warnings) == 1 and warnings[0].endswith("longer than a step of 50 ms: list constant attributes in `frozen`")
     frozen = lab.mind("heavy", f"import time\n{MAIN}{net}{heavy.replace('    def reset', shared + '    def reset')}main(Heavy)\n")
     (lab.folder / "run").rename(lab.folder / "first")
     lab.mission("--limit=5", frozen)
-    assert "a copy of its mind" not in lab.log("gold")
+    assert "a copy of its controller" not in lab.log("gold")
 
 
 class Chance(Agent):

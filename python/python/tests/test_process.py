@@ -164,7 +164,7 @@ def test_another_protocol_version_of_the_world_is_reported(lab, monkeypatch):
     for key, value in settings.items():
         config.insert_json5(key, json.dumps(value))
     bus = agent.Bus.__new__(agent.Bus)
-    bus.know(run, "gold")
+    bus.derive_keys(run, "gold")
 
     def refuse(query):
         request = bus.open(str(query.key_expr), "JoinRequest", query.payload.to_bytes())
