@@ -76,7 +76,7 @@ fn name_of(setup: &Setup) -> String {
 
 #[test]
 fn every_motivation_row_of_every_scenario_preset_and_step_order_agrees() {
-    for setup in all_setups(400.0, 1) {
+    for setup in all_setups(150.0, 1) {
         let name = name_of(&setup);
         let team = InProcess::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
         let (_, recorder) = team.run().unwrap();

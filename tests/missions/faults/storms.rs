@@ -47,10 +47,10 @@ const SIGNALS: [Signal; 4] = [
     Signal::SIGCONT,
 ];
 
-/// Runs `ALLIANCE_REPLAYS` or 20 missions by real processes.
+/// Runs `ALLIANCE_REPLAYS` or 10 missions by real processes.
 #[test]
 fn every_fuzzed_run_is_repeated_byte_for_byte() {
-    let runs = std::env::var("ALLIANCE_REPLAYS").map_or(20, |runs| runs.parse().unwrap());
+    let runs = std::env::var("ALLIANCE_REPLAYS").map_or(10, |runs| runs.parse().unwrap());
     let mut all = (0, 0);
     for seed in 0..runs {
         let lab = Lab::new();
