@@ -1,0 +1,460 @@
+//! The figures of each mission.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use missions::observe::data::ObserveSection;
+use missions::push::data::PushSection;
+use missions::service::data::{ServiceSection, points};
+use missions::waste::data::WasteSection;
+use run_log::{PoseRow, TargetRow};
+use scenario::mission::FigureValue;
+
+use super::{Calculated, Named, OfMission, ROUNDING, Tables};
+
+/// The tolerance for a distance that decides whether a target is in range, m.
+const EDGE_M: f32 = 1e-4;
+
+pub fn waste(tables: &Tables<'_>) -> OfMission {
+    let section = WasteSection::of(&tables.setup.scenario);
+    let period_ms = (1000.0 * section.report_period_s).round() as u64;
+    let (mut before_ms, mut late_ms) = (0, Vec::new());
+    for report in tables.of_kind("reported") {
+        late_ms.push(report.t_ms.0.saturating_sub(before_ms + period_ms));
+        before_ms = report.t_ms.0;
+    }
+    let count = |kind: &str| tables.of_kind(kind).count() as u64;
+    let carried = count("picked") - count("dropped") - count("delivered");
+    let added = tables.of_kind("hit").filter_map(|row| {
+        let words: Vec<&str> = row.detail.split(' ').collect();
+        let items = words.iter().position(|word| *word == "--items");
+        (words[0] == "waste").then(|| items.map_or(1, |at| words[at + 1].parse().unwrap_or(0)))
+    });
+    let all = section
+        .spills
+        .iter()
+        .map(|spill| u64::from(spill.items))
+        .sum::<u64>()
+        + added.sum::<u64>();
+    let in_spills = tables.last("items_in_spills");
+    let on_floor = tables.last("items_on_floor");
+    let delivered = if section.respawn {
+        count("respawned")
+    } else {
+        all - in_spills - on_floor - carried
+    };
+    let mean =
+        |ms: &[u64]| (!ms.is_empty()).then(|| ms.iter().sum::<u64>() as f64 / ms.len() as f64);
+    let mut mission: Named = vec![
+        ("items.in_spills", in_spills.into()),
+        ("items.carried", carried.into()),
+        ("items.on_floor", on_floor.into()),
+        ("items.delivered", delivered.into()),
+        ("reports_made", count("reported").into()),
+        ("report_lateness_mean_ms", mean(&late_ms).into()),
+        (
+            "report_lateness_max_ms",
+            late_ms.iter().max().copied().into(),
+        ),
+    ];
+    if section.respawn {
+        let hours = (tables.ticks * tables.step_ms) as f64 / 3_600_000.0;
+        mission.push(("items_per_hour", Calculated::near(delivered as f64 / hours)));
+    }
+    let robots = tables.robots.iter().map(|robot| -> Named {
+        vec![
+            ("items_delivered", tables.count("delivered", robot).into()),
+            ("reports_made", tables.count("reported", robot).into()),
+        ]
+    });
+    (mission, robots.collect())
+}
+
+/// A point of a service mission.
+struct Point {
+    kind: usize,
+    /// The exact time of the arrival, which can lie between two ticks, ms.
+    arrival_ms: u64,
+    period_ms: u64,
+    has_arrived: bool,
+    open: bool,
+    /// True if a robot has worked on it since its arrival.
+    begun: bool,
+}
+
+/// The number of steps of a kind of work, as bounds.
+#[derive(Clone, Copy, Default)]
+struct Steps {
+    least: u64,
+    most: u64,
+}
+
+impl Steps {
+    fn add(&mut self, is_certain: bool) {
+        self.least += u64::from(is_certain);
+        self.most += 1;
+    }
+
+    fn times(self, step_s: f64) -> Calculated {
+        Calculated::Between(
+            self.least as f64 * step_s - ROUNDING,
+            self.most as f64 * step_s + ROUNDING,
+        )
+    }
+}
+
+fn number_of(point: &str) -> usize {
+    point
+        .trim_start_matches('p')
+        .parse()
+        .expect("the name of a point")
+}
+
+/// Follows the workers of all points through the events. A robot works on a point from `begun` up to `left`, or until
+/// the point is done or expired.
+pub fn service(tables: &Tables<'_>) -> OfMission {
+    let scenario = &tables.setup.scenario;
+    let section = ServiceSection::of(scenario);
+    let until_ms = section
+        .duration_s
+        .map_or(u64::MAX, |end_s| (1000.0 * end_s).round() as u64);
+    let period_ms = |kind: usize| {
+        let period_s = section.kinds[kind].period_s.unwrap_or_default();
+        (1000.0 * period_s).round() as u64
+    };
+    let new = |kind: usize, arrival_ms: u64| Point {
+        kind,
+        arrival_ms,
+        period_ms: period_ms(kind),
+        has_arrived: false,
+        open: false,
+        begun: false,
+    };
+    let mut all: Vec<Point> = points(scenario, tables.setup.seed)
+        .iter()
+        .map(|point| new(point.kind, point.arrives.0))
+        .collect();
+    let team = tables.robots.len();
+    let mut worked: Vec<Option<usize>> = vec![None; team];
+    let (mut work, mut surplus) = (vec![Steps::default(); team], vec![Steps::default(); team]);
+    let (mut waits_ms, mut responses_ms) = (Vec::new(), Vec::new());
+    let (mut expired, mut last_done_ms) = (0_u64, None);
+    let mut left_over = tables.events.as_slice();
+    for tick in 0..tables.ticks {
+        let now_ms = tick * tables.step_ms;
+        let count = left_over
+            .iter()
+            .take_while(|row| row.t_ms.0 <= now_ms)
+            .count();
+        let (events, rest) = left_over.split_at(count);
+        left_over = rest;
+        let mut done_by: BTreeMap<usize, usize> = BTreeMap::new();
+        let mut begun: Vec<Option<usize>> = vec![None; team];
+        let mut left = vec![false; team];
+        for row in events {
+            let rank = tables.rank(&row.robot);
+            match (row.kind.as_str(), rank) {
+                ("hit", _) if row.detail.starts_with("point ") => {
+                    let name = row.detail.split(' ').next_back().unwrap_or_default();
+                    all.push(new(section.kind_named(name).unwrap_or(0), now_ms));
+                }
+                ("arrived", _) => {
+                    let point = &mut all[number_of(&row.subject)];
+                    point.arrival_ms += u64::from(point.has_arrived) * point.period_ms;
+                    (point.has_arrived, point.open, point.begun) = (true, true, false);
+                }
+                ("expired", _) => {
+                    all[number_of(&row.subject)].open = false;
+                    expired += 1;
+                }
+                ("begun", Some(rank)) => begun[rank] = Some(number_of(&row.subject)),
+                ("left", Some(rank)) => left[rank] = true,
+                ("done", Some(rank)) => {
+                    let point = number_of(&row.subject);
+                    done_by.insert(point, rank);
+                    all[point].open = false;
+                    responses_ms.push(now_ms - all[point].arrival_ms);
+                    last_done_ms = Some(now_ms);
+                }
+                _ => {}
+            }
+        }
+        // The workers of each point in order of rank, each with whether the log proves the work.
+        let mut workers: BTreeMap<usize, Vec<(usize, bool)>> = BTreeMap::new();
+        for rank in 0..team {
+            let goes_on = worked[rank].filter(|_| !left[rank]).and_then(|point| {
+                // A robot of a lower rank acts before the point is done, if it works in that step at all.
+                match done_by.get(&point) {
+                    None => all[point].open.then_some((point, true)),
+                    Some(by) if *by == rank => Some((point, true)),
+                    Some(by) => (rank < *by).then_some((point, false)),
+                }
+            });
+            let works = begun[rank].map(|point| (point, true)).or(goes_on);
+            worked[rank] = works.map(|(point, _)| point);
+            if let Some((point, is_certain)) = works {
+                workers.entry(point).or_default().push((rank, is_certain));
+            }
+        }
+        for (number, workers) in workers {
+            let point = &mut all[number];
+            if !std::mem::replace(&mut point.begun, true) {
+                waits_ms.push(now_ms - point.arrival_ms);
+            }
+            let kind = &section.kinds[point.kind];
+            let are_certain = workers.iter().all(|(_, is_certain)| *is_certain);
+            for (place, (rank, is_certain)) in workers.into_iter().enumerate() {
+                let is_surplus = !kind.kept && place >= kind.workers as usize;
+                if are_certain || kind.kept {
+                    let steps = if is_surplus { &mut surplus } else { &mut work };
+                    steps[rank].add(is_certain);
+                } else {
+                    work[rank].add(false);
+                    surplus[rank].add(false);
+                }
+            }
+        }
+    }
+    if section.kinds.iter().any(|kind| kind.kept) {
+        // Work at a point with enough workers has no events if the work of the others is kept.
+        for (steps, counted) in surplus.iter_mut().zip(&tables.counted) {
+            steps.most += counted.len() as u64;
+        }
+    }
+    let pending = all
+        .iter()
+        .filter(|point| !point.has_arrived && point.arrival_ms < until_ms);
+    let open = pending.count() + all.iter().filter(|point| point.open).count();
+    responses_ms.sort_unstable();
+    let mean =
+        |ms: &[u64]| (!ms.is_empty()).then(|| ms.iter().sum::<u64>() as f64 / ms.len() as f64);
+    let p95 = |ms: &[u64]| (!ms.is_empty()).then(|| ms[(ms.len() * 95).div_ceil(100) - 1]);
+    let step_s = tables.step_s();
+    let wasted = surplus.iter().fold(Steps::default(), |sum, steps| Steps {
+        least: sum.least + steps.least,
+        most: sum.most + steps.most,
+    });
+    let mission: Named = vec![
+        ("done", (responses_ms.len() as u64).into()),
+        ("expired", expired.into()),
+        ("open", (open as u64).into()),
+        (
+            "makespan_ms",
+            last_done_ms.filter(|_| tables.is_complete()).into(),
+        ),
+        ("wait.mean_ms", mean(&waits_ms).into()),
+        ("response.mean_ms", mean(&responses_ms).into()),
+        ("response.p95_ms", p95(&responses_ms).into()),
+        ("wasted_robot_s", wasted.times(step_s)),
+    ];
+    let robots = tables
+        .robots
+        .iter()
+        .enumerate()
+        .map(|(rank, robot)| -> Named {
+            vec![
+                ("done", tables.count("done", robot).into()),
+                ("work_s", work[rank].times(step_s)),
+                ("surplus_s", surplus[rank].times(step_s)),
+                ("way_m", way(tables, rank)),
+            ]
+        });
+    (mission, robots.collect())
+}
+
+/// Returns the way of a robot, m. A row of poses.csv has the speed of the previous step, so that the last step before
+/// the end or before an absence is not in the table.
+fn way(tables: &Tables<'_>, rank: usize) -> Calculated {
+    let robot = &tables.setup.scenario.robots[rank];
+    let own = tables.poses.iter().filter(|row| row.robot == robot.name);
+    let own: Vec<&PoseRow> = own.collect();
+    let way_m: f64 = own
+        .iter()
+        .map(|row| f64::from(row.speed_m_s) * tables.step_s())
+        .sum();
+    let gaps = own
+        .windows(2)
+        .filter(|pair| pair[1].t_ms.0 - pair[0].t_ms.0 > tables.step_ms)
+        .count();
+    let fastest_m_s = f64::from(tables.setup.scenario.body_of(robot).speed_m_s);
+    let slack_m = 1e-6 * way_m.max(1.0);
+    let missing_m = (gaps + 1) as f64 * fastest_m_s * tables.step_s();
+    Calculated::Between(way_m - slack_m, way_m + missing_m + slack_m)
+}
+
+pub fn push(tables: &Tables<'_>) -> OfMission {
+    /// The rounding of a logged advance, m.
+    const DIGIT_M: f64 = 0.0005 + 1e-9;
+    let section = PushSection::of(&tables.setup.scenario);
+    let least_m = f64::from(section.stroke_m / 4.0);
+    let bars = section.bars.len() as u64;
+    let arrived = tables.of_kind("arrived").count() as u64;
+    let last_ms = tables.of_kind("arrived").last().map(|row| row.t_ms.0);
+    let (mut totals, mut robots) = ([Steps::default(); 2], Vec::new());
+    for robot in &tables.robots {
+        let (mut strokes, mut changes) = ([Steps::default(); 2], Steps::default());
+        let (mut pushed_m, mut pushes, mut before, mut is_sure) = (0.0, 0.0, None, true);
+        for row in tables.of_kind("pushed").filter(|row| row.robot == *robot) {
+            let moved_m: f64 = row
+                .detail
+                .trim_end_matches(" m")
+                .parse()
+                .expect("an advance");
+            pushed_m += moved_m;
+            pushes += 1.0;
+            // An advance at the limit can be a stroke or none.
+            let is_clear = (moved_m - least_m).abs() > DIGIT_M;
+            if is_clear && moved_m < least_m {
+                continue;
+            }
+            is_sure &= is_clear;
+            strokes[usize::from(row.subject.ends_with("right"))].add(is_clear);
+            if before.is_some_and(|before| before != row.subject.as_str()) {
+                changes.add(is_sure);
+            }
+            before = Some(row.subject.as_str());
+        }
+        if !is_sure {
+            changes.least = 0;
+            changes.most = strokes.iter().map(|strokes| strokes.most).sum();
+        }
+        let whole = |steps: Steps| match steps.least == steps.most {
+            true => Calculated::from(steps.most),
+            false => steps.times(1.0),
+        };
+        let all = [strokes[0], strokes[1], changes];
+        for (total, part) in totals.iter_mut().zip([
+            Steps {
+                least: strokes[0].least + strokes[1].least,
+                most: strokes[0].most + strokes[1].most,
+            },
+            changes,
+        ]) {
+            total.least += part.least;
+            total.most += part.most;
+        }
+        let named = ["strokes_left", "strokes_right", "changes_of_end"]
+            .into_iter()
+            .zip(all.map(whole));
+        let mut figures: Named = named.collect();
+        let slack_m = pushes * DIGIT_M + 1e-9;
+        figures.push((
+            "pushed_m",
+            Calculated::Between(pushed_m - slack_m, pushed_m + slack_m),
+        ));
+        robots.push(figures);
+    }
+    let mission: Named = vec![
+        ("arrived", arrived.into()),
+        (
+            "makespan_ms",
+            last_ms.filter(|_| tables.is_complete()).into(),
+        ),
+        ("strokes", totals[0].times(1.0)),
+        ("changes_of_end", totals[1].times(1.0)),
+        ("bars_arrived", arrived.into()),
+        ("bars_left", (bars - arrived).into()),
+    ];
+    (mission, robots)
+}
+
+/// Counts the observed targets of each tick. A robot sees the targets in its range at the end of the step, if it looks.
+pub fn observe(tables: &Tables<'_>, targets: &[TargetRow]) -> OfMission {
+    let range_m = ObserveSection::from_scenario(&tables.setup.scenario).range_m;
+    let mut at: BTreeMap<(u64, &str), (f32, f32)> = BTreeMap::new();
+    for row in &tables.poses {
+        at.insert((row.t_ms.0, row.robot.as_str()), (row.x_m, row.y_m));
+    }
+    // A fault that moves a robot takes effect between the end of a step and the next poses.
+    let moved: BTreeSet<(u64, &str)> = tables
+        .of_kind("applied")
+        .filter(|row| row.detail.starts_with("move-robot "))
+        .map(|row| (row.t_ms.0, row.robot.as_str()))
+        .collect();
+    let (mut seen, mut unseen, mut longest) = (BTreeMap::new(), BTreeMap::new(), 0);
+    let mut blind = Steps::default();
+    let mut robot_steps = 0;
+    for step in targets.chunk_by(|a, b| a.t_ms == b.t_ms) {
+        let now_ms = step[0].t_ms.0;
+        let next_ms = now_ms + tables.step_ms;
+        for row in step {
+            let run: &mut u64 = unseen.entry(row.target.as_str()).or_default();
+            *run = if row.observers == 0 { *run + 1 } else { 0 };
+            longest = longest.max(*run);
+            *seen.entry(row.target.as_str()).or_insert(0_u64) += u64::from(row.observers > 0);
+        }
+        for robot in &tables.robots {
+            if !at.contains_key(&(now_ms, robot)) {
+                continue;
+            }
+            robot_steps += 1;
+            let place = at
+                .get(&(next_ms, *robot))
+                .filter(|_| !moved.contains(&(next_ms, *robot)));
+            let Some((x_m, y_m)) = place else {
+                blind.add(false);
+                continue;
+            };
+            let near = |row: &&TargetRow, margin_m: f32| {
+                (row.x_m - x_m).hypot(row.y_m - y_m) <= range_m + margin_m
+            };
+            let possible: Vec<&TargetRow> = step.iter().filter(|row| near(row, EDGE_M)).collect();
+            let others = |row: &TargetRow| {
+                let others = tables.robots.iter().filter(|other| *other != robot);
+                let places = others
+                    .filter_map(|other| at.get(&(next_ms, *other)).or(at.get(&(now_ms, *other))));
+                let fast_m = 10.0 * tables.step_s() as f32;
+                places
+                    .filter(|(x_m, y_m)| (row.x_m - x_m).hypot(row.y_m - y_m) <= range_m + fast_m)
+                    .count() as u32
+            };
+            // It looks if a target has more observers than others can be; it does not if a target in range has none.
+            let must_see = possible
+                .iter()
+                .any(|row| near(row, -EDGE_M) && row.observers > others(row));
+            let cannot = possible.iter().all(|row| row.observers == 0)
+                || possible
+                    .iter()
+                    .any(|row| near(row, -EDGE_M) && row.observers == 0);
+            if !must_see {
+                blind.add(cannot);
+            }
+        }
+    }
+    let steps = tables.ticks;
+    let observed: u64 = seen.values().sum();
+    let count = seen.len() as f64;
+    let entropy: f64 = seen
+        .values()
+        .filter(|times| **times > 0)
+        .map(|times| *times as f64 / observed as f64)
+        .map(|part| -part * part.ln())
+        .sum();
+    let h = (observed > 0 && count > 1.0).then(|| entropy / count.ln());
+    let share = |part: u64| part as f64 / robot_steps as f64;
+    let a = observed as f64 / (steps as f64 * count);
+    let mission: Named = vec![
+        (
+            "a",
+            if count > 0.0 {
+                Calculated::near(a)
+            } else {
+                FigureValue::None.into()
+            },
+        ),
+        ("h", h.map_or(FigureValue::None.into(), Calculated::near)),
+        (
+            "unseen.max_ms",
+            (count > 0.0).then_some(longest * tables.step_ms).into(),
+        ),
+        (
+            "blind_share",
+            match robot_steps {
+                0 => FigureValue::None.into(),
+                _ => {
+                    Calculated::Between(share(blind.least) - ROUNDING, share(blind.most) + ROUNDING)
+                }
+            },
+        ),
+    ];
+    (mission, vec![Named::new(); tables.robots.len()])
+}

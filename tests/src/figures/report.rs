@@ -1,0 +1,394 @@
+//! The figures of a report.
+
+use analysis::report::{History, HistoryError, Metrics};
+use run_log::{AllocationRow, EventRow, MotivationRow, ReadError, RunLog};
+
+use super::{Differences, Tables, same};
+
+/// Compares the tables of a report with the tables of a full log.
+///
+/// # Errors
+/// Returns an error if the log cannot be read.
+pub fn report(log: &RunLog) -> Result<Differences, HistoryError> {
+    let history = History::read(log)?;
+    let metrics = Metrics::compute(&history, &log.run);
+    let tables = Tables::read(log)?;
+    let work = Work::read(&tables, log)?;
+    let mut found = Differences::new();
+    let ms = |ticks: usize| ticks as u64 * tables.step_ms;
+    let makespan_ms = tables.is_complete().then(|| ms(tables.ticks as usize));
+    let stated_ms = metrics.makespan.map(|time| time.0);
+    same(&mut found, "makespan", &stated_ms, &makespan_ms);
+    for (rank, robot) in tables.robots.iter().enumerate() {
+        let stated = &metrics.robots[rank];
+        let present = &tables.counted[rank];
+        let is_idle = |tick: &&u64| work.sets_of(rank).all(|set| !set.active[**tick as usize]);
+        let idle = present.iter().filter(is_idle).count();
+        let named = |name: &str| format!("report: {name} of {robot}");
+        same(
+            &mut found,
+            named("present"),
+            &stated.present.0,
+            &ms(present.len()),
+        );
+        same(&mut found, named("idle"), &stated.idle.0, &ms(idle));
+        let activations = tables.count("activated", robot);
+        same(
+            &mut found,
+            named("activations"),
+            &stated.activations.into(),
+            &activations,
+        );
+    }
+    let stints = work.stints(&tables);
+    for (task, stated) in tables.setup.catalog.tasks.iter().zip(&metrics.tasks) {
+        let ticks = 0..tables.ticks as usize;
+        let sets: Vec<&SetWork> = work
+            .sets
+            .iter()
+            .filter(|set| set.task == task.name)
+            .collect();
+        let applicable = |tick: &usize| sets.iter().any(|set| set.applicable[*tick]);
+        let active = |tick: &usize| sets.iter().filter(|set| set.active[*tick]).count();
+        let mut productive = vec![false; tables.ticks as usize];
+        for stint in stints.iter().filter(|stint| stint.task == task.name) {
+            productive[stint.from..stint.idle_since(stint.to)].fill(true);
+        }
+        let named = |name: &str| format!("report: {name} of {}", task.name);
+        let count = |fits: &dyn Fn(&usize) -> bool| ms(ticks.clone().filter(fits).count());
+        let applicable_ms = count(&applicable);
+        same(
+            &mut found,
+            named("applicable"),
+            &stated.applicable.total().0,
+            &applicable_ms,
+        );
+        let unattended_ms = count(&|tick| applicable(tick) && active(tick) == 0);
+        same(
+            &mut found,
+            named("unattended"),
+            &stated.unattended.total().0,
+            &unattended_ms,
+        );
+        let orphan_ms = count(&|tick| applicable(tick) && !productive[*tick]);
+        same(
+            &mut found,
+            named("orphan"),
+            &stated.orphan.total().0,
+            &orphan_ms,
+        );
+        let twice_ms = (task.max_robots == 1).then(|| count(&|tick| active(tick) > 1));
+        let stated_ms = stated.duplicate.as_ref().map(|spans| spans.total().0);
+        same(&mut found, named("duplicate"), &stated_ms, &twice_ms);
+    }
+    let losses: Vec<_> = tables
+        .events
+        .iter()
+        .filter(|row| row.kind == "gone" || row.kind == "stalled")
+        .filter_map(|row| {
+            let rank = tables.rank(&row.robot)?;
+            let tick = row.t_ms.0 / tables.step_ms;
+            let back = tables.counted[rank].range(tick + 1..).next();
+            Some((row.t_ms.0, rank, back.map(|tick| tick * tables.step_ms)))
+        })
+        .collect();
+    let stated: Vec<_> = metrics
+        .failures
+        .iter()
+        .map(|loss| (loss.at.0, loss.robot, loss.returned_at.map(|back| back.0)))
+        .collect();
+    same(
+        &mut found,
+        "report: losses (at, robot, back)",
+        &stated,
+        &losses,
+    );
+    let stated: Vec<_> = metrics
+        .takeovers
+        .iter()
+        .map(|takeover| {
+            let task = tables.setup.catalog.tasks[takeover.task.index()]
+                .name
+                .as_str();
+            (
+                takeover.at.0,
+                task,
+                takeover.from,
+                takeover.robot,
+                takeover.idle_since.0,
+            )
+        })
+        .collect();
+    let takeovers = takeovers(&tables, &stints);
+    same(
+        &mut found,
+        "report: takeovers (at, task, from, to, idle since)",
+        &stated,
+        &takeovers,
+    );
+    for recurring in &metrics.recurring {
+        let period_ms = recurring.period.map(|period| period.0);
+        let mut before_ms = 0;
+        let calculated: Vec<_> = tables
+            .of_kind(recurring.event)
+            .map(|row| {
+                let interval_ms = row.t_ms.0 - before_ms;
+                before_ms = row.t_ms.0;
+                let late_ms =
+                    period_ms.map_or(0, |period_ms| interval_ms.saturating_sub(period_ms));
+                (row.t_ms.0, tables.rank(&row.robot), interval_ms, late_ms)
+            })
+            .collect();
+        let stated: Vec<_> = recurring
+            .moments
+            .iter()
+            .map(|moment| (moment.at.0, moment.by, moment.interval.0, moment.late.0))
+            .collect();
+        same(
+            &mut found,
+            format!("report: each '{}'", recurring.event),
+            &stated,
+            &calculated,
+        );
+    }
+    Ok(found)
+}
+
+/// The state of all behavior sets in each tick.
+struct Work<'a> {
+    sets: Vec<SetWork<'a>>,
+}
+
+struct SetWork<'a> {
+    robot: usize,
+    name: &'a str,
+    task: &'a str,
+    applicable: Vec<bool>,
+    active: Vec<bool>,
+}
+
+/// An unbroken time in which a robot works on a task, in ticks.
+struct Stint<'a> {
+    robot: usize,
+    task: &'a str,
+    from: usize,
+    to: usize,
+    effects: Vec<usize>,
+    end: StintEnd,
+    is_continuous: bool,
+}
+
+#[derive(PartialEq)]
+enum StintEnd {
+    Left(String),
+    /// The end of the run.
+    Ongoing,
+    /// The loss of the robot.
+    Absent,
+}
+
+impl Stint<'_> {
+    fn idle_since(&self, tick: usize) -> usize {
+        if self.is_continuous {
+            return tick.min(self.to);
+        }
+        let before = self.effects.iter().filter(|effect| **effect <= tick).max();
+        before.copied().unwrap_or(self.from)
+    }
+}
+
+impl<'a> Work<'a> {
+    fn read(tables: &Tables<'a>, log: &RunLog) -> Result<Self, ReadError> {
+        let catalog = &tables.setup.catalog;
+        let ticks = tables.ticks as usize;
+        let mut sets = Vec::new();
+        for (rank, robot) in tables.setup.scenario.robots.iter().enumerate() {
+            for id in catalog.behaviors_of(robot) {
+                let set = &catalog.sets[id.index()];
+                sets.push(SetWork {
+                    robot: rank,
+                    name: &set.name,
+                    task: &catalog.tasks[set.task.index()].name,
+                    applicable: vec![false; ticks],
+                    active: vec![false; ticks],
+                });
+            }
+        }
+        let mut work = Self { sets };
+        let tick = |ms: u64| (ms / tables.step_ms) as usize;
+        for row in log.each_row::<MotivationRow>() {
+            let row = row?;
+            if row.sensory_feedback {
+                work.set(tables, &row.robot, &row.behavior_set).applicable[tick(row.t_ms.0)] = true;
+            }
+        }
+        for row in log.each_row::<AllocationRow>() {
+            let row = row?;
+            work.set(tables, &row.robot, &row.behavior_set).applicable[tick(row.t_ms.0)] = true;
+        }
+        work.follow_events(tables);
+        Ok(work)
+    }
+
+    fn set(&mut self, tables: &Tables<'_>, robot: &str, name: &str) -> &mut SetWork<'a> {
+        let rank = tables.rank(robot);
+        let mut sets = self.sets.iter_mut();
+        let found = sets.find(|set| Some(set.robot) == rank && set.name == name);
+        found.expect("a behavior set of the robot")
+    }
+
+    /// Marks the ticks in which each set is active: from `activated` to the next change, while the robot takes part.
+    fn follow_events(&mut self, tables: &Tables<'_>) {
+        let mut rest = tables.events.as_slice();
+        let mut is_active = vec![false; self.sets.len()];
+        for tick in 0..tables.ticks {
+            let now_ms = tick * tables.step_ms;
+            let count = rest.iter().take_while(|row| row.t_ms.0 <= now_ms).count();
+            let (events, later) = rest.split_at(count);
+            rest = later;
+            for row in events {
+                let rank = tables.rank(&row.robot);
+                for (set, is_active) in self.sets.iter().zip(&mut is_active) {
+                    if Some(set.robot) != rank {
+                        continue;
+                    }
+                    match row.kind.as_str() {
+                        "joined" => *is_active = false,
+                        "activated" if set.name == row.subject => *is_active = true,
+                        "hibernated" | "waiting" if set.name == row.subject => *is_active = false,
+                        _ => {}
+                    }
+                }
+            }
+            for (set, is_active) in self.sets.iter_mut().zip(&is_active) {
+                let counts = tables.counted[set.robot].contains(&tick);
+                set.active[tick as usize] = *is_active && counts;
+            }
+        }
+    }
+
+    fn sets_of(&self, rank: usize) -> impl Iterator<Item = &SetWork<'a>> {
+        self.sets.iter().filter(move |set| set.robot == rank)
+    }
+
+    /// Returns all stints in order of start and rank.
+    fn stints(&self, tables: &Tables<'_>) -> Vec<Stint<'a>> {
+        let mut stints = Vec::new();
+        for set in &self.sets {
+            let mut from = 0;
+            for run in set.active.chunk_by(|a, b| a == b) {
+                if run[0] {
+                    stints.push(stint(tables, set, from, from + run.len()));
+                }
+                from += run.len();
+            }
+        }
+        stints.sort_by_key(|stint| (stint.from, stint.robot));
+        stints
+    }
+}
+
+fn stint<'a>(tables: &Tables<'_>, set: &SetWork<'a>, from: usize, to: usize) -> Stint<'a> {
+    let terms = tables.setup.catalog.mission.vocabulary();
+    let name = tables.robots[set.robot];
+    let tick = |row: &EventRow| (row.t_ms.0 / tables.step_ms) as usize;
+    let own = || tables.events.iter().filter(|row| row.robot == name);
+    let effects = own().filter_map(|row| {
+        let kind = row.kind.as_str();
+        let changes_column = terms
+            .columns
+            .iter()
+            .any(|column| column.event == Some(kind));
+        let at = match kind {
+            "progress" if row.detail == set.task => tick(row),
+            _ if terms.effects.contains(&kind) => tick(row),
+            _ if changes_column => tick(row) + 1,
+            _ => return None,
+        };
+        (from < at && at <= to).then_some(at)
+    });
+    let change = own().find(|row| {
+        tick(row) == to
+            && row.subject == set.name
+            && ["hibernated", "waiting"].contains(&row.kind.as_str())
+    });
+    Stint {
+        robot: set.robot,
+        task: set.task,
+        from,
+        to,
+        effects: effects.collect(),
+        end: match change {
+            Some(row) => StintEnd::Left(row.reason.clone()),
+            None if to as u64 >= tables.ticks => StintEnd::Ongoing,
+            None => StintEnd::Absent,
+        },
+        is_continuous: terms.continuous,
+    }
+}
+
+/// Returns time, task, previous robot, next robot and the time of the last progress of each takeover.
+fn takeovers<'t>(
+    tables: &Tables<'t>,
+    stints: &[Stint<'t>],
+) -> Vec<(u64, &'t str, usize, usize, u64)> {
+    let gives_in = |stint: &Stint<'_>| {
+        stint.end == StintEnd::Left("arbitration".to_owned())
+            && stints.iter().any(|other| {
+                other.robot != stint.robot
+                    && other.task == stint.task
+                    && (other.from..other.to).contains(&stint.from)
+            })
+    };
+    let is_bid = |stint: &Stint<'_>| stint.end != StintEnd::Absent && stint.to - stint.from <= 1;
+    let kept = || {
+        stints
+            .iter()
+            .filter(|stint| !is_bid(stint) && !gives_in(stint))
+    };
+    let mut found = Vec::new();
+    for next in kept() {
+        let task = tables
+            .setup
+            .catalog
+            .tasks
+            .iter()
+            .find(|task| task.name == next.task);
+        let is_exclusive = task.is_some_and(|task| task.max_robots == 1);
+        let returns = !tables.counted[next.robot].contains(&(next.from as u64).saturating_sub(1));
+        let on_task = || kept().filter(|stint| stint.task == next.task);
+        let is_second = on_task().any(|stint| stint.from == next.from && stint.robot < next.robot);
+        if !is_exclusive || returns || is_second {
+            continue;
+        }
+        let earlier = on_task().filter(|stint| stint.from < next.from);
+        let Some(before) = earlier.max_by_key(|stint| (stint.to.min(next.from), stint.from)) else {
+            continue;
+        };
+        if before.robot == next.robot {
+            continue;
+        }
+        let progress = before.idle_since(next.from) as u64 * tables.step_ms;
+        let since_ms = match &before.end {
+            _ if before.to > next.from => progress,
+            StintEnd::Left(reason) if reason == "not-applicable" => continue,
+            StintEnd::Left(_) => progress,
+            StintEnd::Ongoing | StintEnd::Absent => {
+                let end_ms = before.to as u64 * tables.step_ms;
+                let mut own = tables
+                    .events
+                    .iter()
+                    .filter(|row| row.robot == tables.robots[before.robot]);
+                let loss = own.find(|row| {
+                    let is_loss = row.kind == "gone" || row.kind == "stalled";
+                    is_loss && (row.t_ms.0..=row.t_ms.0 + tables.step_ms).contains(&end_ms)
+                });
+                let Some(loss) = loss else { continue };
+                loss.t_ms.0
+            }
+        };
+        let at_ms = next.from as u64 * tables.step_ms;
+        found.push((at_ms, next.task, before.robot, next.robot, since_ms));
+    }
+    found
+}
