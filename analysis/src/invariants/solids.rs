@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::Vec2;
-use scenario::Scenario;
+use scenario::{Obstacle, Scenario};
 use world_server::world::ComponentId;
 
 use super::{Rectangle, RobotState, WorldState};
@@ -61,8 +61,7 @@ impl Solids {
                 covered.insert(key, before_m.map_or(way_m, |before_m| way_m.max(before_m)));
             }
         }
-        // A penetrability of up to 0.1 is solid, as for other components.
-        if scenario.body.robot_penetrability <= 0.1 {
+        if scenario.body.robot_penetrability <= Obstacle::SOLID {
             for (place, &(rank, body)) in bodies.iter().enumerate() {
                 for &(other, teammate) in &bodies[..place] {
                     let way_m = body.pose.position.distance(teammate.pose.position);

@@ -204,12 +204,6 @@ impl Simulation {
         &self.messages[robot.index()]
     }
 
-    /// Checks whether a stall or a loss outside the scenario has happened.
-    #[must_use]
-    pub fn is_unscripted(&self) -> bool {
-        self.unscripted
-    }
-
     /// Returns a robot's last reported motivations, in the order of the catalog.
     #[must_use]
     pub fn motivations(&self, robot: RobotId) -> &[Motivation] {

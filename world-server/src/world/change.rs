@@ -9,8 +9,7 @@ use scenario::ids::RobotId;
 
 use super::motion::wrap_angle;
 use super::neighbor_cache::NeighborCache;
-use super::space::ROUNDING_M;
-use super::space::nearest_place;
+use super::space::{ROUNDING_M, nearest_place};
 use super::{Floor, ObstacleId};
 
 /// The reason why a change of the world is impossible.

@@ -51,7 +51,7 @@ impl Penetrability {
     /// Checks whether nothing can enter the component.
     #[must_use]
     pub fn is_solid(self) -> bool {
-        self.0 <= 0.1
+        self.0 <= scenario::Obstacle::SOLID
     }
 
     /// Checks whether the component changes the speed of bodies on it.

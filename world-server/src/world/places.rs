@@ -3,8 +3,7 @@
 use glam::Vec2;
 use scenario::{Body, Scenario};
 
-use super::space::ROUNDING_M;
-use super::space::Space;
+use super::space::{ROUNDING_M, Space};
 
 /// The number of places that [`Places::any`] tries.
 const TRIES: usize = 10_000;

@@ -16,6 +16,7 @@ use world_server::world::Penetrability;
 
 use super::recording::{Channel, Message, Recording};
 use super::well_known::{WORLD, at, color, stamp, turned, vector};
+use crate::figures::canvas::INK;
 use crate::figures::palette;
 
 const FLOOR: RGBColor = RGBColor(246, 246, 244);
@@ -23,7 +24,6 @@ const BORDER: RGBColor = RGBColor(60, 60, 60);
 const SOLID: RGBColor = RGBColor(130, 130, 130);
 const SLOW: RGBColor = RGBColor(150, 110, 60);
 const FAST: RGBColor = RGBColor(90, 170, 220);
-const INK: RGBColor = RGBColor(34, 34, 34);
 
 /// Height of walls and robots, m.
 const HEIGHT: f64 = 0.3;

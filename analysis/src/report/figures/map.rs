@@ -28,9 +28,6 @@ const TITLE_PX: f64 = 18.0;
 const LADEN_PX: f64 = 2.5;
 const EMPTY_PX: f64 = 0.9;
 
-/// The maximum penetrability of a solid component (thesis §3.2.2.1).
-const SOLID: f32 = 0.1;
-
 /// The maximum number of robots with full-size maps. More robots have small maps without axes.
 const LARGE_MAPS: usize = 12;
 
@@ -349,11 +346,7 @@ pub(super) fn draw_scene(
         let (x, y) = (f64::from(obstacle.x_m), f64::from(obstacle.y_m));
         let x = x..x + f64::from(obstacle.width_m);
         let y = y..y + f64::from(obstacle.height_m);
-        let opacity = if obstacle.penetrability <= SOLID {
-            1.0
-        } else {
-            0.3
-        };
+        let opacity = if obstacle.is_solid() { 1.0 } else { 0.3 };
         rectangle(x, y, FAINT, opacity)?;
     }
     let border = vec![
