@@ -1,8 +1,8 @@
 //! A complete run in one process: the same world, agents, radio and recorder as with separate processes, and the same bytes as
 //! the result. Process faults apply to the agents.
 //!
-//! `Team` steps world and agents and has a recorder. `AnswerSource` supplies the answers of external controllers. `Command` drives a
-//! body instead of its agent. `Traffic` counts broadcasts.
+//! [`Team`] steps world and agents and has a recorder. [`AnswerSource`] supplies the answers of external controllers.
+//! [`BodyCommand`] drives a body instead of its agent. [`BroadcastCounts`] counts broadcasts.
 
 mod broadcast_store;
 mod external_command;

@@ -161,7 +161,7 @@ impl KeyExpressions {
         format!("{}/control", self.prefix)
     }
 
-    /// Returns the key that seals a `crate::process::ProcessOrder` and its answer. It differs from `Keys::process`,
+    /// Returns the key that seals a `crate::process::ProcessOrder` and its answer. It differs from [`Self::process`],
     /// so neither can be mistaken for news.
     #[must_use]
     pub fn process_order(&self, host: &str) -> String {

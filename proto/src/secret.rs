@@ -1,4 +1,4 @@
-//! Authentication of messages: every message is sealed. The run's secret is the `token` of its `crate::rendezvous`.
+//! Authentication of messages: every message is sealed. The run's secret is the `token` of its `cluster::rendezvous::Rendezvous`.
 //! Each robot and host has its own secret, [`derived`] from the token, for its messages to and from the world.
 //!
 //! A seal is a keyed hash (SipHash-2-4) over the key expression and the message. It proves that a holder of the secret

@@ -263,7 +263,7 @@ async fn join(
     let payload = secret
         .seal(&keys.join(robot), &request)
         .map_err(|error| AgentError::Answer(error.to_string()))?;
-    // Not in the request, so that external controllers need not know of builds.
+    // The build is an attachment of the request, so that external controllers can leave it out.
     let build = secret
         .seal(&keys.join(robot), &program_build::get())
         .map_err(|error| AgentError::Answer(error.to_string()))?;

@@ -38,7 +38,7 @@ pub(super) struct Stage {
     pub session: Session,
     pub keys: KeyExpressions,
     token: String,
-    /// The folder for the output of the controllers, which nobody else can prepare.
+    /// The folder for the output of the controllers. Other users cannot create it in advance.
     pub logs: TempDir,
     pub received: Arc<ReceivedMessages>,
     _token: LivelinessToken,

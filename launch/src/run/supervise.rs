@@ -391,7 +391,7 @@ impl RunProcesses {
 
     /// Ends all processes. The page ends last, because it still sends the result to open browsers.
     async fn end_all(&mut self) {
-        // A world that ended abnormally has not told the agents the end of the run.
+        // A world that ended abnormally sent the agents no end of the run.
         let patience = match self.world.ending() {
             None | Some(Ending::Exit(0 | 1)) => GRACE,
             Some(_) => Duration::ZERO,

@@ -67,7 +67,7 @@ pub struct TimeStamp {
 /// The largest number of entries of [`Deltas`]. With all of them a message takes less than 1,200 bytes.
 pub const DELTAS_MAX: usize = 36;
 
-/// Single changes of winning bids. ACBBA sends them instead of `Table`s.
+/// Single changes of winning bids. ACBBA sends them instead of [`BidTable`]s.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Deltas {
     /// The changes, at most [`DELTAS_MAX`].

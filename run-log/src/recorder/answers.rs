@@ -71,7 +71,7 @@ impl Deliveries {
 #[derive(Clone, Copy, Debug)]
 struct Hashes {
     readings: u64,
-    /// `None` in ticks without messages.
+    /// The hash of the messages; `None` in ticks without messages.
     messages: Option<u64>,
     motivations: u64,
     commands: u64,
@@ -200,7 +200,7 @@ fn have_same_motivations(a: &Report, b: &Report) -> bool {
             .all(|(a, b)| motivation_bits(a) == motivation_bits(b))
 }
 
-/// All values of a motivation in a form that compares by bits.
+/// The bits of all values of a motivation, for an exact comparison.
 pub(super) type MotivationBits = (BehaviorId, [u64; 2], [bool; 4], BehaviorState);
 
 #[inline(always)]

@@ -33,7 +33,7 @@ pub struct BackgroundRecorder<S> {
     /// Ticks that have not been handed over, and the number of ticks in a batch.
     waiting: Vec<OwnedRecord>,
     batch: usize,
-    /// `None` after a failure or after `finish`.
+    /// The recorder or its thread; `None` after a failure or after `finish`.
     work: Option<Work<S>>,
 }
 

@@ -64,7 +64,7 @@ use crate::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Untyped
 /// );
 /// ```
 pub trait MissionData: Debug + Send + Sync + 'static {
-    /// Reads the mission's section into its own type, with `section`. Missing top-level keys
+    /// Reads the mission's section into its own type, with `read_section`. Missing top-level keys
     /// have the defaults that [`parameters`](MissionData::parameters) declare.
     ///
     /// # Errors

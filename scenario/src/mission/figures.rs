@@ -126,7 +126,7 @@ impl MissionFigures {
         self.0.push((name.to_owned(), value.into()));
     }
 
-    /// Returns the figure with this name, or `Value::None` if there is none.
+    /// Returns the figure with this name, or [`FigureValue::None`] if there is none.
     #[must_use]
     pub fn get(&self, name: &str) -> FigureValue {
         let mut figures = self.0.iter();

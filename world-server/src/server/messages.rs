@@ -61,8 +61,9 @@ impl Server {
         self.advance();
     }
 
-    /// Handles a broadcast on this key in a team with external controllers. Their broadcasts are recorded, and checked when their
-    /// report arrives. All broadcasts are stored for the check of receptions.
+    /// Handles a broadcast on this key. Messages of allocators are recorded for a full log. Broadcasts of external
+    /// controllers are recorded, and checked when their report arrives. All broadcasts are stored for the check of
+    /// receptions.
     pub fn record_broadcast(&mut self, key: &str, broadcast: Result<Broadcast, OpenError>) {
         let name = self.keys.parse_robot(key).unwrap_or_default();
         let sender = self.robot_named(name);

@@ -17,7 +17,7 @@ pub struct WasteSection {
     pub further_deposits: Vec<Spot>,
     pub report_site: ReportSite,
     pub report_period_s: f64,
-    /// True if the robots know the border, and with it all places, beforehand.
+    /// True if the briefing contains the border, and with it all places.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub border_known: bool,
     /// True if delivered items return to a spill (foraging). The run then ends only by time.
@@ -113,7 +113,7 @@ impl Default for WasteSection {
     }
 }
 
-/// An initial spill. Robots know the fractions beforehand, but not the place.
+/// An initial spill. The briefing contains the fractions, but not the place.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Spill {
