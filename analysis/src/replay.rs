@@ -28,14 +28,14 @@ pub struct ReplayCommand {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Run this external controller again, and compare its answers; repeatable
-    #[arg(long = "mind", value_name = "NAME=COMMAND")]
+    #[arg(long = "controller", value_name = "NAME=COMMAND")]
     controllers: Vec<String>,
     /// Print the result as JSON on stdout
     #[arg(long)]
     json: bool,
 }
 
-/// A function that runs external controllers beside their logged answers. Its strings are the values of `--mind`.
+/// A function that runs external controllers beside their logged answers. Its strings are the values of `--controller`.
 pub type RunControllers =
     fn(&RunLog, &[String], LoggedAnswers) -> anyhow::Result<Box<dyn AnswerSource>>;
 
@@ -87,7 +87,7 @@ impl ReplayCommand {
             }
             Some(kept) => Some(Box::new(kept)),
             None if !self.controllers.is_empty() => {
-                bail!("--mind: this run has no external controllers; leave the option out")
+                bail!("--controller: this run has no external controllers; leave the option out")
             }
             None => None,
         };

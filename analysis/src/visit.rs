@@ -82,7 +82,7 @@ pub fn run_file() -> RunFile {
         faults: Vec::new(),
         build: String::new(),
         agent_builds: std::collections::BTreeMap::new(),
-        minds: std::collections::BTreeMap::new(),
+        controllers: std::collections::BTreeMap::new(),
         result: run_log::Figures::default(),
         setup,
     }

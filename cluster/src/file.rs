@@ -89,7 +89,7 @@ impl Cluster {
         let listen = listen(&file, &contents)?;
         check_place(&file, &listen, &contents.hosts[world], world)?;
         check_robots(&file, &contents.hosts, &scenario)?;
-        check_minds(&file, &contents.hosts, world, &scenario)?;
+        check_controllers(&file, &contents.hosts, world, &scenario)?;
         let cluster = Self {
             scenario: source,
             seed: contents.seed,
@@ -258,7 +258,7 @@ fn check_robots(
 }
 
 /// Checks that external controllers are on the world's host, because they connect by its local sockets.
-fn check_minds(
+fn check_controllers(
     file: &TomlFile<'_>,
     hosts: &[HostEntry],
     world: usize,
@@ -267,7 +267,7 @@ fn check_minds(
     for (index, host) in hosts.iter().enumerate().filter(|(at, _)| *at != world) {
         for (place, name) in host.robots.iter().enumerate() {
             let robot = scenario.robots.iter().find(|robot| robot.name == *name);
-            if let Some(controller) = robot.and_then(|robot| robot.mind.as_ref()) {
+            if let Some(controller) = robot.and_then(|robot| robot.controller.as_ref()) {
                 let mut at = of_host(index, "robots").to_vec();
                 at.push(PathStep::Index(place));
                 let what = format!(
@@ -444,7 +444,7 @@ at = ["10.0.0.2"]
         let with_controller = |robot: usize| {
             let scenario = |name: &str| {
                 let mut scenario = read_scenario(name, &known)?;
-                scenario.robots[robot].mind = Some("own".to_owned());
+                scenario.robots[robot].controller = Some("own".to_owned());
                 Ok(scenario)
             };
             Cluster::parse("c.toml", GOOD, Path::new("lab"), scenario)

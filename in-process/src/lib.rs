@@ -45,7 +45,7 @@ pub enum StartError {
     /// An external controller without a source of its answers.
     #[error(
         "the controller '{controller}' of {robot} is an external program and needs a run with processes; use \
-         `alliance run SCENARIO --mind {controller}=COMMAND`"
+         `alliance run SCENARIO --controller {controller}=COMMAND`"
     )]
     ExternalController { robot: String, controller: String },
 }

@@ -67,7 +67,7 @@ impl Run {
     ) -> Result<Self, StartError> {
         let mut is_external = vec![false; setup.scenario.robots.len()];
         for (robot, is_external) in setup.scenario.robots.iter().zip(&mut is_external) {
-            let controller = robot.mind.as_deref();
+            let controller = robot.controller.as_deref();
             if let Some(controller) =
                 controller.filter(|controller| !registry.agents().has_controller(controller))
             {

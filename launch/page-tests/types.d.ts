@@ -82,7 +82,7 @@ export type Delay = {
 };
 
 /** The delivery of a broadcast at one receiver. */
-export type Delivery = "Heard" | "Lost" | "Delayed" | "Duplicate" | "Dropped" | "Cut" | "Pending";
+export type Delivery = "Received" | "Lost" | "Delayed" | "Duplicate" | "Dropped" | "Cut" | "Pending";
 
 /** The name of a sensing device: one of [`Device::COMMON`] or one of the mission's own. */
 export type Device = string;
@@ -374,7 +374,7 @@ export type Reception = {
   delivery: Delivery;
   incarnation: number;
   /** The logged contents; `None` if the broadcast did not arrive. */
-  said: BroadcastSummary | null;
+  content: BroadcastSummary | null;
   sender: RobotId;
   sent: SimTime;
 };

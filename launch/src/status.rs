@@ -92,7 +92,14 @@ fn text(status: &Status) -> String {
 }
 
 fn robots(robots: &[RobotStatus]) -> Table {
-    let mut table = table::new(["robot", "process", "life", "state", "task", "carries"]);
+    let mut table = table::new([
+        "robot",
+        "process",
+        "incarnation",
+        "state",
+        "task",
+        "carries",
+    ]);
     let number = |number: Option<u32>| number.map_or_else(|| "–".to_owned(), |n| n.to_string());
     for robot in robots {
         table.add_row([

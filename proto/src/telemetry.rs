@@ -123,7 +123,7 @@ pub struct StateChange {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Delivery {
     /// Received in the step after it was sent.
-    Heard,
+    Received,
     /// Listed by the world but not arrived: a real loss on the network.
     Lost,
     /// Received late, because a fault of the link delayed it, held it back or let it be overtaken.
@@ -143,7 +143,7 @@ impl Delivery {
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
-            Self::Heard => "heard",
+            Self::Received => "received",
             Self::Lost => "lost",
             Self::Delayed => "delayed",
             Self::Duplicate => "duplicate",
@@ -164,7 +164,7 @@ pub struct Reception {
     pub sent: SimTime,
     pub delivery: Delivery,
     /// The logged contents; `None` if the broadcast did not arrive.
-    pub said: Option<BroadcastSummary>,
+    pub content: Option<BroadcastSummary>,
 }
 
 /// The logged part of a broadcast's contents.

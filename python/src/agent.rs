@@ -128,7 +128,7 @@ struct StepResult {
     progressed: Option<TaskId>,
 }
 
-/// The fields of `alliance_sim.Deed`.
+/// The fields of `alliance_sim.Action`.
 #[derive(FromPyObject)]
 struct ActionFields {
     speed: f32,
@@ -235,17 +235,17 @@ impl PythonController {
         let Some((controller, action)) = self.object.step(py, draws, arguments, received)? else {
             return Ok(StepResult::default());
         };
-        let class = py.import(intern!(py, "alliance_sim._minds"))?;
-        if !action.is_instance(&class.getattr(intern!(py, "Deed"))?)? {
+        let class = py.import(intern!(py, "alliance_sim._controllers"))?;
+        if !action.is_instance(&class.getattr(intern!(py, "Action"))?)? {
             let class_name = action.get_type().name()?;
             return Err(PyTypeError::new_err(format!(
-                "step returned {class_name}; it must return a Deed"
+                "step returned {class_name}; it must return a Action"
             )));
         }
         let result = self.step_result(&action.extract()?, input)?;
         controller.call_method1(
-            intern!(py, "_speak"),
-            (action.getattr(intern!(py, "say"))?,),
+            intern!(py, "_send_all"),
+            (action.getattr(intern!(py, "send"))?,),
         )?;
         *lock(&self.outbox) = self.object.take_messages(&controller)?;
         Ok(result)
@@ -260,7 +260,7 @@ impl PythonController {
         for (name, value) in [("speed", action.speed), ("turn", action.turn)] {
             if !value.is_finite() {
                 return wrong(format!(
-                    "Deed: {name} is {value}, which is not a finite number"
+                    "Action: {name} is {value}, which is not a finite number"
                 ));
             }
         }
@@ -271,7 +271,7 @@ impl PythonController {
                 let Some(set) = sets.find(|set| set.name == *name) else {
                     let names: Vec<&str> = self.object.sets.iter().map(|set| &*set.name).collect();
                     return wrong(format!(
-                        "Deed: doing '{name}' is not one of the robot's sets; the sets are {}",
+                        "Action: doing '{name}' is not one of the robot's sets; the sets are {}",
                         names.join(", ")
                     ));
                 };
@@ -279,7 +279,7 @@ impl PythonController {
             }
         };
         if action.progress && doing.is_none() {
-            return wrong("Deed: progress needs a set; state `doing`".to_owned());
+            return wrong("Action: progress needs a set; state `doing`".to_owned());
         }
         Ok(StepResult {
             actuation: Actuation {
@@ -304,13 +304,13 @@ impl PythonController {
             "drop" => Gripper::Drop,
             other => {
                 return Err(PyValueError::new_err(format!(
-                    "Deed: gripper is '{other}'; use 'keep', 'pick' or 'drop'"
+                    "Action: gripper is '{other}'; use 'keep', 'pick' or 'drop'"
                 )));
             }
         };
         let open = |bytes: Result<Bytes<_>, _>| match bytes {
             Ok(bytes) => Ok(Action::Open(bytes)),
-            Err(error) => Err(PyValueError::new_err(format!("Deed: {error}"))),
+            Err(error) => Err(PyValueError::new_err(format!("Action: {error}"))),
         };
         match self.object.common.setup.catalog.mission.name() {
             "waste" => Ok(ItemsAction {

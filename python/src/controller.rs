@@ -15,8 +15,8 @@ use robot_agent::allocator::{OwnBehavior, RandomDraws};
 use scenario::Setup;
 use scenario::ids::RobotId;
 
-use crate::errors::MindError;
-use crate::values::{Heard, SetDefinition, Stream};
+use crate::errors::ControllerError;
+use crate::values::{Message, SetDefinition, Stream};
 
 /// The reaction to an error of a controller.
 #[derive(Clone)]
@@ -206,10 +206,10 @@ impl ControllerObject {
         let value = error.value(py);
         let line = value
             .setattr("__traceback__", error.traceback(py))
-            .and_then(|()| py.import("alliance_sim._minds"))
+            .and_then(|()| py.import("alliance_sim._controllers"))
             .and_then(|module| module.call_method1("line_of", (name, tick, value)))
             .and_then(|text| text.extract::<String>());
-        let failed = MindError::new_err(line.unwrap_or_else(|_| error.to_string()));
+        let failed = ControllerError::new_err(line.unwrap_or_else(|_| error.to_string()));
         failed.set_cause(py, Some(error));
         self.common.failure.note(py, failed);
         None
@@ -230,12 +230,12 @@ impl ControllerObject {
         self.stream.get().begin(draws);
         let received = received
             .iter()
-            .filter_map(|message| Heard::from_broadcast(message, self.common.name))
+            .filter_map(|message| Message::from_broadcast(message, self.common.name))
             .map(|message| Bound::new(py, message));
         let received = PyList::new(py, received.collect::<PyResult<Vec<_>>>()?)?;
         let given = given(received)?;
         let done = if self.common.twice {
-            let module = py.import(intern!(py, "alliance_sim._minds"))?;
+            let module = py.import(intern!(py, "alliance_sim._controllers"))?;
             module.call_method1(intern!(py, "step_twice"), (&controller, given))?
         } else {
             controller.call_method1(intern!(py, "step"), given)?
@@ -245,7 +245,7 @@ impl ControllerObject {
 
     /// Removes and returns the messages that the object has sent to teammates.
     pub fn take_messages(&self, controller: &Bound<'_, PyAny>) -> PyResult<Vec<AllocationMessage>> {
-        let sent = controller.getattr(intern!(controller.py(), "_said"))?;
+        let sent = controller.getattr(intern!(controller.py(), "_outbox"))?;
         let sent = sent.cast::<PyList>()?;
         let messages = sent.iter().map(|message| {
             let bytes = message.cast::<PyBytes>()?.as_bytes().to_vec();

@@ -68,7 +68,7 @@ impl AllocatorKind for ControllerClass {
 
     fn prepare(&self, setup: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
         let failure = |reason: String| ConfigError {
-            subject: format!("mind '{}'", self.name),
+            subject: format!("controller '{}'", self.name),
             why: reason,
         };
         let text = serde_json::to_string(setup).map_err(|error| failure(error.to_string()))?;

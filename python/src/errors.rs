@@ -20,7 +20,7 @@ create_exception!(
 );
 create_exception!(
     alliance_sim,
-    MindError,
+    ControllerError,
     AllianceError,
     "A controller written in Python failed. The message states the robot, the tick and the position. The cause is the original exception."
 );

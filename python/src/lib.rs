@@ -34,13 +34,13 @@ mod _engine {
     #[pymodule_export]
     use crate::env::EnvironmentBatch;
     #[pymodule_export]
-    use crate::errors::{AllianceError, MindError, ScenarioError};
+    use crate::errors::{AllianceError, ControllerError, ScenarioError};
     #[pymodule_export]
     use crate::process::run_agent;
     #[pymodule_export]
     use crate::run::run;
     #[pymodule_export]
-    use crate::values::{Heard, Set, Stream};
+    use crate::values::{Message, Set, Stream};
 
     #[pymodule_init]
     fn prepare(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -18,7 +18,7 @@ pub fn to_python<'py>(
     setup: &Setup,
 ) -> PyResult<Bound<'py, PyAny>> {
     let text = to_json(readings, setup).to_string();
-    let module = py.import(intern!(py, "alliance_sim._minds"))?;
+    let module = py.import(intern!(py, "alliance_sim._controllers"))?;
     module.call_method1(intern!(py, "readings"), (text,))
 }
 

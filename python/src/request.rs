@@ -63,7 +63,7 @@ impl RunRequest {
             if let Some(class) = class {
                 if built_in.iter().any(|spec| spec.name == name) {
                     return Err(scenario_error(format!(
-                        "minds: '{name}' is one of the simulator's allocators; give the class another name"
+                        "controllers: '{name}' is one of the simulator's allocators; give the class another name"
                     )));
                 }
                 let class = Python::attach(|py| class.clone_ref(py));
@@ -116,7 +116,7 @@ impl RunRequest {
             let Some(robot) = robots.find(|other| other.name == *robot) else {
                 let names: Vec<_> = scenario.robots.iter().map(|robot| &*robot.name).collect();
                 let names = names.join(", ");
-                let text = format!("minds: there is no robot '{robot}'; there are {names}");
+                let text = format!("controllers: there is no robot '{robot}'; there are {names}");
                 return Err(scenario_error(text));
             };
             assign(robot, name, is_class);
@@ -129,9 +129,9 @@ impl RunRequest {
         {
             if let Some((name, is_class)) = default {
                 assign(robot, name, is_class);
-            } else if let Some(controller) = &robot.mind {
+            } else if let Some(controller) = &robot.controller {
                 return Err(scenario_error(format!(
-                    "minds: the scenario gives the controller '{controller}' to {robot}; give its class: minds={{'{robot}': …}}",
+                    "controllers: the scenario gives the controller '{controller}' to {robot}; give its class: controllers={{'{robot}': …}}",
                     robot = robot.name
                 )));
             }
@@ -144,9 +144,9 @@ impl RunRequest {
 fn assign(robot: &mut Robot, name: &str, is_class: bool) {
     let name = Some(name.to_owned());
     if is_class {
-        robot.mind = name;
+        robot.controller = name;
     } else {
-        (robot.allocator, robot.mind) = (name, None);
+        (robot.allocator, robot.controller) = (name, None);
     }
 }
 

@@ -145,9 +145,9 @@ impl Set {
 
 /// A received heartbeat of a teammate, or a message of its allocator.
 #[pyclass(frozen, module = "alliance_sim")]
-pub struct Heard(Arc<Broadcast>);
+pub struct Message(Arc<Broadcast>);
 
-impl Heard {
+impl Message {
     /// Returns the message if it is a heartbeat or has the schema of the allocator. Other messages return `None`.
     pub fn from_broadcast(broadcast: &Arc<Broadcast>, allocator: &str) -> Option<Self> {
         let is_relevant = match &broadcast.body {
@@ -170,7 +170,7 @@ impl Heard {
 }
 
 #[pymethods]
-impl Heard {
+impl Message {
     #[getter]
     fn sender(&self) -> u16 {
         self.0.sender.0
@@ -189,7 +189,7 @@ impl Heard {
     #[getter]
     fn state(&self) -> &'static str {
         self.heartbeat()
-            .map_or("said", |heartbeat| heartbeat.state.as_str())
+            .map_or("message", |heartbeat| heartbeat.state.as_str())
     }
 
     #[getter]
@@ -226,7 +226,7 @@ impl Heard {
     }
 
     #[getter]
-    fn lore<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+    fn shared_knowledge<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let Some(heartbeat) = self.heartbeat() else {
             return Ok(None);
         };
@@ -235,7 +235,7 @@ impl Heard {
     }
 
     #[getter]
-    fn said<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+    fn content<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         match &self.0.body {
             BroadcastContent::Allocation(AllocationMessage::Open(message)) => {
                 PyBytes::new(py, &message.bytes)
@@ -246,7 +246,7 @@ impl Heard {
 
     fn __repr__(&self) -> String {
         format!(
-            "<Heard {} from {} at {} s>",
+            "<Message {} from {} at {} s>",
             self.state(),
             self.0.sender.0,
             self.sent()

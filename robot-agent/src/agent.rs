@@ -61,7 +61,7 @@ impl TeamConfig {
         for robot in &scenario.robots {
             // A controller that is not in the registry belongs to another program and is not started here.
             let controller = robot
-                .mind
+                .controller
                 .as_deref()
                 .filter(|name| registry.has_controller(name));
             let allocator_name = scenario.stated_allocator(robot);

@@ -110,7 +110,7 @@ pub async fn run_agent(
     let publishers = declare_publishers(&session, &keys, robot, &setup)
         .await
         .map_err(bus_error)?;
-    setup.scenario.robots[welcome.robot.index()].mind = controller.map(ToOwned::to_owned);
+    setup.scenario.robots[welcome.robot.index()].controller = controller.map(ToOwned::to_owned);
     let team = TeamConfig::new(&setup, registry)?;
     let spec = &setup.scenario.robots[welcome.robot.index()];
     panics::set_process_name(format!(

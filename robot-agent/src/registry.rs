@@ -109,7 +109,7 @@ impl AgentRegistry {
     }
 
     /// Adds a controller that a scenario can give to a robot in place of an [external
-    /// program](scenario::Robot::mind), and replaces one of the same name. A scenario cannot select
+    /// program](scenario::Robot::controller), and replaces one of the same name. A scenario cannot select
     /// it as an allocator.
     #[must_use]
     pub fn with_controller(mut self, kind: Arc<dyn AllocatorKind>) -> Self {

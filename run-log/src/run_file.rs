@@ -31,7 +31,7 @@ pub struct RunFile<S = Setup> {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<FaultStatus>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub minds: BTreeMap<String, ControllerFile>,
+    pub controllers: BTreeMap<String, ControllerFile>,
     pub result: Figures,
     /// The keys `seed`, `scenario` (as resolved) and `alliance`: all values in force.
     #[serde(flatten)]
@@ -60,7 +60,7 @@ impl RunFile {
             outcome,
             unscripted,
             faults,
-            minds,
+            controllers,
             result,
             setup,
         } = serde_json::from_slice::<RunFile<SetupFile>>(text)
@@ -75,7 +75,7 @@ impl RunFile {
             outcome,
             unscripted,
             faults,
-            minds,
+            controllers,
             result,
             setup,
         };
@@ -125,7 +125,7 @@ pub struct Figures {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RobotFigures {
     /// The number of incarnations of its agent.
-    pub lives: u32,
+    pub incarnations: u32,
     /// The number of ticks in which a report of the robot counted.
     pub ticks_counted: u64,
     /// The number of times that a behavior set became active.
@@ -137,7 +137,7 @@ pub struct RobotFigures {
     /// Their total payload, bytes, encoded and sealed, without the overhead of zenoh and TCP.
     pub bytes_sent: u64,
     /// The number of received teammates' broadcasts.
-    pub messages_heard: u64,
+    pub messages_received: u64,
     /// The number of teammates' broadcasts that were lost, dropped or cut.
     pub messages_lost: u64,
     /// The number of received broadcasts that a fault delayed; absent for 0.

@@ -48,7 +48,7 @@ impl Scenario {
     /// Returns the external controller of a robot, or else its allocator.
     #[must_use]
     pub fn decider_of<'s>(&'s self, robot: &'s Robot) -> &'s str {
-        let controller = robot.mind.as_deref();
+        let controller = robot.controller.as_deref();
         controller.unwrap_or_else(|| self.stated_allocator(robot))
     }
 
@@ -62,7 +62,7 @@ impl Scenario {
     /// Returns the distinct names of the external controllers.
     #[must_use]
     pub fn external_controllers(&self) -> BTreeSet<&str> {
-        let controllers = self.robots.iter().map(|robot| robot.mind.as_deref());
+        let controllers = self.robots.iter().map(|robot| robot.controller.as_deref());
         controllers.flatten().collect()
     }
 
@@ -103,10 +103,10 @@ impl Scenario {
                 let at = KeyPath::new(["robots"]).index(index).key("allocator");
                 find(name, known, &at)?;
             }
-            if let Some(controller) = &robot.mind
+            if let Some(controller) = &robot.controller
                 && known.iter().any(|spec| spec.name == controller)
             {
-                let at = KeyPath::new(["robots"]).index(index).key("mind");
+                let at = KeyPath::new(["robots"]).index(index).key("controller");
                 let what = format!("'{controller}' is an allocator, not a program");
                 let remedy =
                     format!("state allocator = \"{controller}\", or give the program another name");

@@ -367,7 +367,7 @@ pub struct Robot {
     /// from the user who starts the run. A scenario contains no commands, so that a downloaded scenario cannot run
     /// programs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mind: Option<String>,
+    pub controller: Option<String>,
 }
 
 impl Robot {

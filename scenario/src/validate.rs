@@ -127,8 +127,8 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
             }
         }
         let at = robots.index(index);
-        if let Some(controller) = &robot.mind {
-            check_name(at.key("mind"), controller)?;
+        if let Some(controller) = &robot.controller {
+            check_name(at.key("controller"), controller)?;
         }
         if let Some(speed_m_s) = robot.speed_m_s {
             SPEED.check(at.key("speed_m_s"), speed_m_s)?;

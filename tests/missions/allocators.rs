@@ -140,7 +140,9 @@ fn first_come_takes_over_after_tau() {
     let received: Vec<u64> = log
         .each_row::<MessageRow>()
         .map(|row| row.unwrap())
-        .filter(|row| row.sender == "gold" && row.delivery == "heard" && row.state == "executing")
+        .filter(|row| {
+            row.sender == "gold" && row.delivery == "received" && row.state == "executing"
+        })
         .map(|row| row.t_ms.0)
         .collect();
     let silent_since = received.iter().max().unwrap();

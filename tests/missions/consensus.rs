@@ -110,7 +110,7 @@ fn the_task_of_a_killed_robot_is_taken_over_after_tau() {
             let received = messages.filter(|row| {
                 // ACBBA and GRAPE accept any message as a sign of life.
                 let counts = !allocator.starts_with('c') || row.kind == "allocation";
-                row.sender == "gold" && counts && row.delivery == "heard"
+                row.sender == "gold" && counts && row.delivery == "received"
             });
             let last_message = received.map(|row| row.sent_ms).max().unwrap();
             let free = last_message + TAU;

@@ -13,8 +13,8 @@ use rand_chacha::rand_core::SeedableRng;
 
 #[path = "../../fuzz/files.rs"]
 mod files;
-#[path = "../../fuzz/heard.rs"]
-mod heard;
+#[path = "../../fuzz/received.rs"]
+mod received;
 #[path = "../../fuzz/requests.rs"]
 mod requests;
 #[path = "../../fuzz/round_trip.rs"]
@@ -155,7 +155,7 @@ fn every_corpus_file_is_of_its_type() {
 #[test]
 fn every_mission_has_messages_in_the_corpus() {
     let decode = corpus("decode");
-    let heard = corpus("heard");
+    let received = corpus("received");
     for mission in Registry::built_in().vocabulary().missions.iter() {
         let has = |files: &[(String, Vec<u8>)], start: String| {
             assert!(
@@ -170,7 +170,7 @@ fn every_mission_has_messages_in_the_corpus() {
         for kind in ["tick", "broadcast", "report"] {
             has(&decode, format!("{kind}-{name}_"));
         }
-        has(&heard, format!("{name}-"));
+        has(&received, format!("{name}-"));
     }
 }
 
@@ -225,7 +225,7 @@ fn damaged_sweep_files_are_refused_or_valid() {
 #[test]
 fn every_kind_of_allocation_message_is_in_the_corpus() {
     let mut kinds = std::collections::BTreeSet::new();
-    for (_, bytes) in corpus("heard") {
+    for (_, bytes) in corpus("received") {
         let broadcast: Broadcast = decode(&bytes).unwrap();
         if let BroadcastContent::Allocation(message) = broadcast.body {
             // This match must name every kind to compile.
@@ -248,10 +248,10 @@ fn every_kind_of_allocation_message_is_in_the_corpus() {
 
 #[test]
 fn a_robot_of_any_allocator_continues_after_any_broadcast() {
-    for (name, bytes) in corpus("heard") {
-        assert!(heard::is_heard(&bytes), "{name}");
+    for (name, bytes) in corpus("received") {
+        assert!(received::accepts(&bytes), "{name}");
     }
-    damage("heard", &[flip, insert, repeat, lengthen], |bytes| {
-        let _ = heard::is_heard(bytes);
+    damage("received", &[flip, insert, repeat, lengthen], |bytes| {
+        let _ = received::accepts(bytes);
     });
 }

@@ -219,7 +219,7 @@ fn both_calculations_agree_on_any_messages() {
             received
                 .sort_by_key(|broadcast| (broadcast.sender, broadcast.incarnation, broadcast.seq));
             for broadcast in &received {
-                let delivery = ["heard", "delayed"][rng.random_range(0..2)];
+                let delivery = ["received", "delayed"][rng.random_range(0..2)];
                 messages.push(rows.message(now, broadcast, delivery));
                 // Messages without delivery must change nothing.
                 let delivery = ["dropped", "cut", "lost", "pending", "duplicate"];

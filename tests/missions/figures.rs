@@ -108,10 +108,10 @@ fn a_wrong_figure_is_detected() {
         |run| run.unscripted ^= true,
         |run| run.hash = None,
         |run| run.result.mission.add("more", 1_u32),
-        |run| run.result.robots.values_mut().next().unwrap().lives += 1,
+        |run| run.result.robots.values_mut().next().unwrap().incarnations += 1,
         |run| {
             let robot = run.result.robots.values_mut().next_back().unwrap();
-            robot.messages_heard += 1;
+            robot.messages_received += 1;
         },
     ];
     for seed in 0..4 {

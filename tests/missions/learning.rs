@@ -157,7 +157,7 @@ fn activated(log: &RunLog, robot: &str) -> Option<u64> {
 fn received(log: &RunLog) -> (u64, u64) {
     let rows = log.each_row::<MessageRow>().map(|row| row.unwrap());
     let received = rows.filter(|row| {
-        row.receiver == "blue" && row.state == "executing" && row.delivery == "heard"
+        row.receiver == "blue" && row.state == "executing" && row.delivery == "received"
     });
     let times: Vec<u64> = received.map(|row| row.t_ms.0).collect();
     (times[0], times[times.len() - 1])

@@ -54,7 +54,7 @@ fn setup(mission: usize, allocator: usize, limit_s: f64) -> Setup {
     let names: Vec<&str> = known.allocators.iter().map(|known| known.name).collect();
     scenario.allocator = Some(names[allocator % names.len()].to_owned());
     scenario.limit_s = limit_s;
-    scenario.robots[LIAR.index()].mind = Some("liar".to_owned());
+    scenario.robots[LIAR.index()].controller = Some("liar".to_owned());
     Setup::resolve(scenario, 1, None).unwrap().setup
 }
 
@@ -95,8 +95,8 @@ fn run_processes(seeds: std::ops::Range<u64>) {
         let liar = scenario.robots[LIAR.index()].name.clone();
         let (file, out) = (format!("{seed}.toml"), format!("run {seed}"));
         std::fs::write(lab.path(&file), scenario.to_toml().unwrap()).unwrap();
-        let mind = format!("liar={} {seed}", env!("CARGO_BIN_EXE_liar"));
-        let finished = lab.mission(&out, &[&file, "--mind", &mind]);
+        let controller = format!("liar={} {seed}", env!("CARGO_BIN_EXE_liar"));
+        let finished = lab.mission(&out, &[&file, "--controller", &controller]);
         let log = lab.log(&out);
         let ended = matches!(
             log.run.outcome,
@@ -187,7 +187,7 @@ fn a_sender_of_unknown_numbers_is_dismissed_and_the_others_complete() {
             .collect();
         lies.push(broadcast(100, body));
         let mut scenario: Scenario = missions::waste::data::default_scenario();
-        scenario.robots[LIAR.index()].mind = Some("liar".to_owned());
+        scenario.robots[LIAR.index()].controller = Some("liar".to_owned());
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
         let (outcome, log) = run(setup, lies);
         assert_eq!(outcome, Outcome::Complete);

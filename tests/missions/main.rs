@@ -42,7 +42,7 @@ mod negotiation;
 mod observe;
 mod on_time;
 mod other_version;
-mod own_minds;
+mod own_controllers;
 mod page;
 mod parity;
 mod parker;

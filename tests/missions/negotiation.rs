@@ -75,7 +75,7 @@ fn doubled_ms(log: &RunLog, from_ms: u64) -> u64 {
 /// Returns the time of the last received message of a robot and kind, in ms.
 fn last_received(log: &RunLog, robot: &str, kind: &str) -> u64 {
     let rows = log.each_row::<MessageRow>().map(|row| row.unwrap());
-    rows.filter(|row| row.sender == robot && row.kind == kind && row.delivery == "heard")
+    rows.filter(|row| row.sender == robot && row.kind == kind && row.delivery == "received")
         .map(|row| row.t_ms.0)
         .max()
         .unwrap()

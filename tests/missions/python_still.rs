@@ -219,7 +219,7 @@ fn run_by_program(lab: &Lab, python: &Path, controller: &str) {
     );
     std::fs::write(lab.path("mine.toml"), text).unwrap();
     let command = format!(
-        "--mind={controller}={} {} --mind {controller}",
+        "--controller={controller}={} {} --controller {controller}",
         python.display(),
         script().display()
     );
@@ -261,7 +261,7 @@ fn listener_in_plain_python_has_the_same_hash_under_link_faults() {
             .into_iter()
             .filter(|row| row.receiver == "gold");
         let deliveries: BTreeSet<String> = rows.map(|row| row.delivery).collect();
-        for delivery in ["cut", "delayed", "dropped", "duplicate", "heard"] {
+        for delivery in ["cut", "delayed", "dropped", "duplicate", "received"] {
             assert!(
                 deliveries.contains(delivery),
                 "{delivery} applies to no message"
@@ -362,13 +362,13 @@ fn corpus() -> BTreeMap<&'static str, Vec<std::path::PathBuf>> {
         ("join_reply-", "JoinReply"),
     ];
     let mut found: BTreeMap<_, Vec<_>> = BTreeMap::new();
-    for part in ["decode", "heard"] {
+    for part in ["decode", "received"] {
         for entry in std::fs::read_dir(folder.join(part)).unwrap() {
             let path = entry.unwrap().path();
             let name = path.file_name().unwrap().to_str().unwrap();
             let mut types = types.iter();
             let of = match part {
-                "heard" => Some("Broadcast"),
+                "received" => Some("Broadcast"),
                 _ => types
                     .find(|(start, _)| name.starts_with(start))
                     .map(|(_, of)| *of),

@@ -195,7 +195,7 @@ fn takeovers_occur_at_the_time_of_the_closed_form() {
         let messages: Vec<MessageRow> = log.rows().unwrap();
         let last = messages.iter().rfind(|row| {
             (row.receiver.as_str(), row.sender.as_str()) == (successor, victim)
-                && row.delivery == "heard"
+                && row.delivery == "received"
         });
         let last = last.unwrap();
         assert_eq!(

@@ -67,7 +67,7 @@ fn the_team_continues_without_a_stopped_agent_which_later_returns_and_works() {
         "rows to the end of the run"
     );
     assert_eq!(
-        result["result"]["robots"]["gold"]["lives"], 1,
+        result["result"]["robots"]["gold"]["incarnations"], 1,
         "the incarnation must be the same"
     );
 }
@@ -107,7 +107,7 @@ fn an_agent_stopped_and_continued_fifty_times_keeps_its_incarnation() {
     let finished = team.wait().expect(0);
     let result: serde_json::Value = serde_json::from_str(&finished.stdout).unwrap();
     assert_eq!(result["result"]["items"]["delivered"], 100);
-    assert_eq!(result["result"]["robots"]["green"]["lives"], 1);
+    assert_eq!(result["result"]["robots"]["green"]["incarnations"], 1);
     let log = lab.log("run");
     assert_eq!(times(&log, "stalled", "green").len(), 50);
     assert_eq!(times(&log, "back", "green").len(), 50);

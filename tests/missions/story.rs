@@ -151,7 +151,7 @@ impl Story {
     #[track_caller]
     pub fn first_received(&self, receiver: &str, sender: &str, task: &str) -> SimTime {
         let mut rows = self.messages.iter();
-        let received = |row: &&MessageRow| row.receiver == receiver && row.delivery == "heard";
+        let received = |row: &&MessageRow| row.receiver == receiver && row.delivery == "received";
         let row = rows.find(|row| received(row) && row.sender == sender && row.task == task);
         row.unwrap().t_ms
     }

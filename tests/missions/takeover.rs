@@ -48,7 +48,9 @@ fn received(log: &RunLog) -> (u64, u64) {
     let rows: Vec<MessageRow> = log.rows().unwrap();
     let times: Vec<u64> = rows
         .iter()
-        .filter(|row| row.receiver == "gold" && row.state == "executing" && row.delivery == "heard")
+        .filter(|row| {
+            row.receiver == "gold" && row.state == "executing" && row.delivery == "received"
+        })
         .map(|row| row.t_ms.0)
         .collect();
     (times[0], times[times.len() - 1])

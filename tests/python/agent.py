@@ -1,8 +1,8 @@
 """A robot's controller in plain Python, without the package alliance-sim: a program that follows docs/WIRE.md. The robot stands still and
 reports that it is idle.
 
-    agent.py [--robot NAME] [--run ID]       control the robot; or start it by `alliance run --mind still='python3 agent.py'`
-             [--mind listener]               turn by the received messages, so that they affect the run's hash
+    agent.py [--robot NAME] [--run ID]       control the robot; or start it by `alliance run --controller still='python3 agent.py'`
+             [--controller listener]               turn by the received messages, so that they affect the run's hash
     agent.py --types                         print all message types between world and agents as JSON
     agent.py --check TYPE FILE…              decode and encode messages
 
@@ -50,7 +50,7 @@ STRUCTS = {
     "AllocationRow": "task u16, behavior u16, utility f64, holder ?u16, state BehaviorState",
     "StateChange": "set u16, from BehaviorState, to BehaviorState, reason Reason",
     "Note": "kind u32, detail str",
-    "Reception": "at u64, sender u16, incarnation u32, sent u64, delivery Delivery, said ?BroadcastSummary",
+    "Reception": "at u64, sender u16, incarnation u32, sent u64, delivery Delivery, content ?BroadcastSummary",
     "BroadcastSummary": "seq u64, kind BroadcastKind, state ?TaskState, since ?u64, set ?u16, task ?u16, progress ?u32",
     "Broadcast": "sender u16, incarnation u32, tick u64, index u16, seq u64, sent u64, body BroadcastContent",
     "Heartbeat": "state TaskState, since u64, set ?u16, task ?u16, progress u32, position ?Vec2, carrying bool, shared_knowledge SharedKnowledge",
@@ -93,7 +93,7 @@ ENUMS = {
     "BehaviorState": "Hibernating, Waiting, Active",
     "Reason": "Threshold, NotApplicable, Suppressed, ResetBy u16, AcquiescedPsi, GaveUpLambda, Arbitration, WaitOver, WaitBound, Chosen,"
     " Reassigned, Claimed, Outbid, Awarded, LeaseEnded, NoProgress, Drawn",
-    "Delivery": "Heard, Lost, Delayed, Duplicate, Dropped, Cut, Pending",
+    "Delivery": "Received, Lost, Delayed, Duplicate, Dropped, Cut, Pending",
     "BroadcastKind": "Heartbeat, FirstBulletin, SecondBulletin, Allocation",
     "TaskState": "Executing, Waiting, Idle, Released",
     "BroadcastContent": "Heartbeat Heartbeat, Bulletin Bulletin, Allocation AllocationMessage",
@@ -345,7 +345,7 @@ class Still:
         self.period = max(round(1000 / values["broadcast_rate_hz"]) for values in sets)
         self.since = self.sent = None
 
-    def step(self, now, readings, heard):
+    def step(self, now, readings, broadcasts):
         """Returns the actuation and the broadcasts."""
         if self.since is None:
             self.since = now
@@ -365,9 +365,9 @@ class Still:
 class Listener(Still):
     """A controller that turns by sender, time and order of the received heartbeats."""
 
-    def step(self, now, readings, heard):
-        actuation, messages = super().step(now, readings, heard)
-        heartbeats = (message for message in heard if message["body"][0] == "Heartbeat")
+    def step(self, now, readings, broadcasts):
+        actuation, messages = super().step(now, readings, broadcasts)
+        heartbeats = (message for message in broadcasts if message["body"][0] == "Heartbeat")
         digest = sum((place + 1) * (message["sender"] + 1) * (message["sent"] // 50 + 1) for place, message in enumerate(heartbeats))
         return actuation | {"turn_rad_s": digest % 128 / 128}, messages
 
@@ -406,15 +406,15 @@ class Links:
                 receptions.append(self.reception(broadcast, broadcast["tick"], delivery, at, broadcast))
                 if wait:
                     self.kept.append((broadcast, wait, due, twice))
-                if delivery == "Heard":
+                if delivery == "Received":
                     received.append(broadcast)
                     self.copy(broadcast, now, twice)
-        heard = sorted(received + late, key=order)
+        broadcasts = sorted(received + late, key=order)
         # An overtaken message waits one more step.
         for place, (broadcast, wait, due, twice) in enumerate(self.kept):
-            if wait == "overtaken" and any(other["sender"] == broadcast["sender"] and order(other) > order(broadcast) for other in heard):
+            if wait == "overtaken" and any(other["sender"] == broadcast["sender"] and order(other) > order(broadcast) for other in broadcasts):
                 self.kept[place] = (broadcast, "due", max(due, now + self.step_ms), twice)
-        return heard, receptions + ripe + copies
+        return broadcasts, receptions + ripe + copies
 
     def ripen(self, now, held):
         """Returns the messages that are due. A message that was due while the robot was absent is lost."""
@@ -436,7 +436,7 @@ class Links:
     def delivery(self, link, broadcast, kind, index, now):
         """Returns the delivery of the `index`-th message of its kind in its tick, with its wait condition, due time and duplicate flag."""
         if link is None:
-            return "Heard", None, now, False
+            return "Received", None, now, False
         stream = 3 << 32 | broadcast["sender"] << 16 | self.rank
         number = [kind for kind, _ in ENUMS["BroadcastKind"]].index(kind)
         drop, jitter, duplicate, reorder, *_ = chacha8(self.seed, stream, broadcast["tick"] << 19 | number << 16 | index)
@@ -454,7 +454,7 @@ class Links:
         elif due > now:
             wait = "due"
         else:
-            return "Heard", None, now, duplicate < link["duplicate"]
+            return "Received", None, now, duplicate < link["duplicate"]
         if len(self.kept) >= self.CAPACITY:
             return "Dropped", None, now, False
         return "Pending", wait, due, duplicate < link["duplicate"]
@@ -465,7 +465,7 @@ class Links:
 
     def reception(self, of, tick, delivery, at, broadcast=None):
         sent = {"sender": of["sender"], "incarnation": of["incarnation"], "sent": tick * self.step_ms}
-        return sent | {"at": at, "delivery": (delivery, None), "said": broadcast and logged_part(broadcast)}
+        return sent | {"at": at, "delivery": (delivery, None), "content": broadcast and logged_part(broadcast)}
 
 
 def order(broadcast):
@@ -480,12 +480,12 @@ def kind_of(broadcast):
 class Agent:
     """One incarnation of a robot: receives, steps, broadcasts and reports. It returns to the previous state if a step did not count."""
 
-    def __init__(self, bus, name, mind, welcome):
+    def __init__(self, bus, name, controller, welcome):
         setup = json.loads(welcome["setup"])
         self.bus, self.rank, self.incarnation = bus, welcome["robot"], welcome["incarnation"]
         self.names = [robot["name"] for robot in setup["scenario"]["robots"]]
         # The state that a step changes, before and after the latest step: controller, messages in flight, and next sequence number.
-        self.before = self.state = (mind(name, setup), Links(self.rank, setup), 0)
+        self.before = self.state = (controller(name, setup), Links(self.rank, setup), 0)
         self.latest = self.pending = None
         self.arrived, self.published = {}, []
         declare = lambda key: bus.session.declare_publisher(key, priority=zenoh.Priority.INTERACTIVE_HIGH)
@@ -555,15 +555,15 @@ class Agent:
 def logged_part(broadcast):
     """Returns the part of a broadcast that is logged."""
     kind, body = broadcast["body"]
-    said = dict.fromkeys(("state", "since", "set", "task", "progress")) | {"seq": broadcast["seq"], "kind": (kind_of(broadcast), None)}
+    content = dict.fromkeys(("state", "since", "set", "task", "progress")) | {"seq": broadcast["seq"], "kind": (kind_of(broadcast), None)}
     if kind == "Heartbeat":
-        said |= {field: body[field] for field in ("state", "since", "set", "task", "progress")}
+        content |= {field: body[field] for field in ("state", "since", "set", "task", "progress")}
     if kind == "Bulletin":
-        said |= body["about"] or {}
-    return said
+        content |= body["about"] or {}
+    return content
 
 
-def live(robot, run, mind):
+def live(robot, run, controller):
     """Runs the agent from joining to the end of the run, and returns the exit status."""
     bus = Bus(find_run(run), robot)
     news = queue.Queue()
@@ -585,7 +585,7 @@ def live(robot, run, mind):
         bus.session.liveliness().declare_subscriber(f"{bus.prefix}/alive/world", watch, history=True),
     ]
     welcome = join(bus, robot)
-    agent = Agent(bus, robot, mind, welcome)
+    agent = Agent(bus, robot, controller, welcome)
     alive = f"{bus.prefix}/alive/{robot}/{agent.incarnation}"
     # The agent takes part while its token exists. The token disappears with the socket.
     token = bus.session.liveliness().declare_token(f"{alive}/{bus.mark(alive):016x}")
@@ -626,7 +626,7 @@ def main(words):
     robot = options.get("--robot") or os.environ["ALLIANCE_ROBOT"]
     run = options.get("--run") or (None if "--robot" in options else os.environ.get("ALLIANCE_RUN"))
     signal.signal(signal.SIGTERM, lambda *_: os._exit(0))
-    return live(robot, run, CONTROLLERS[options.get("--mind", "still")])
+    return live(robot, run, CONTROLLERS[options.get("--controller", "still")])
 
 
 if __name__ == "__main__":

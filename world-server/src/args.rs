@@ -68,7 +68,7 @@ pub struct WorldArgs {
     launched: bool,
     /// Version of an external controller
     #[arg(long, hide = true, value_name = "NAME=VERSION", value_parser = controller_version)]
-    mind_version: Vec<(String, String)>,
+    controller_version: Vec<(String, String)>,
     /// Run as the gateway of a world, which sends the settings on standard input
     #[arg(long, hide = true, exclusive = true)]
     gateway: bool,
@@ -214,7 +214,7 @@ impl WorldArgs {
             network,
             ground_truth_robots: told_truth,
             launched: self.launched,
-            controller_versions: self.mind_version.iter().cloned().collect(),
+            controller_versions: self.controller_version.iter().cloned().collect(),
             ..self.run.options(&setup, id, folder)
         };
         let seed = setup.seed;

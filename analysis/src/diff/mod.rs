@@ -97,7 +97,7 @@ pub fn compare_files(logged: &RunLog, again: &RunLog) -> Result<Comparison, Read
 }
 
 /// The keys of run.json that a replay does not reproduce: the programs that took part.
-const NOT_REPRODUCED: [&str; 3] = ["build", "agent_builds", "minds"];
+const NOT_REPRODUCED: [&str; 3] = ["build", "agent_builds", "controllers"];
 
 /// Compares two runs tick by tick and table by table, as far as their logs allow.
 ///

@@ -54,8 +54,8 @@ pub fn results_table(design: &Design, rows: &[Row]) -> Table {
         ),
         column("bytes_sent", whole(|figures| Some(figures.bytes_sent))),
         column(
-            "messages_heard",
-            whole(|figures| Some(figures.messages_heard)),
+            "messages_received",
+            whole(|figures| Some(figures.messages_received)),
         ),
         column(
             "messages_lost",
@@ -234,7 +234,7 @@ pub(crate) mod tests {
             activations: 8,
             messages_sent: 100,
             bytes_sent: 2000,
-            messages_heard: 190,
+            messages_received: 190,
             messages_lost: 10,
             faults: [("kill", 1, 7), ("mute", 0, 0)]
                 .map(|(kind, hit, hits)| {
@@ -297,7 +297,7 @@ pub(crate) mod tests {
         let csv = String::from_utf8(table.csv().unwrap()).unwrap();
         let expected = "\
             run,body.speed_m_s,waste.spills.0.name,seed,outcome,hash,sim_time_ms,items_delivered,items_total,reports_made,\
-            report_lateness_mean_ms,report_lateness_max_ms,activations,messages_sent,bytes_sent,messages_heard,messages_lost,\
+            report_lateness_mean_ms,report_lateness_max_ms,activations,messages_sent,bytes_sent,messages_received,messages_lost,\
             faults_armed,faults_hit,fault_hits,reason\n\
             0,0.5,top,1,complete,00ff,4000,24,24,2,1.5,3,8,100,2000,190,10,2,1,7,\n\
             1,1,top,1,time-limit,00ff,9000,3,24,0,,,8,100,2000,190,10,2,1,7,\n\

@@ -54,7 +54,7 @@ pub struct Figures {
     /// The total payload of these broadcasts.
     pub bytes_sent: u64,
     /// The number of received messages, over all receivers.
-    pub messages_heard: u64,
+    pub messages_received: u64,
     /// The number of lost messages, over all receivers.
     pub messages_lost: u64,
     /// Armed faults by kind.
@@ -174,7 +174,7 @@ impl Figures {
             activations: robots().map(|robot| u64::from(robot.activations)).sum(),
             messages_sent: robots().map(|robot| robot.messages_sent).sum(),
             bytes_sent: robots().map(|robot| robot.bytes_sent).sum(),
-            messages_heard: robots().map(|robot| robot.messages_heard).sum(),
+            messages_received: robots().map(|robot| robot.messages_received).sum(),
             messages_lost: robots().map(|robot| robot.messages_lost).sum(),
             faults: by_kind(&run.faults),
             measures: None,

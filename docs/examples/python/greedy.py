@@ -7,8 +7,8 @@ class Greedy(Allocator):
     def reset(self):
         self.claims = {}  # task -> {rank of a teammate: (start, time of the last message)}
 
-    def step(self, now, heard, sets):
-        for message in heard:
+    def step(self, now, messages, sets):
+        for message in messages:
             for claims in self.claims.values():
                 claims.pop(message.sender, None)  # the latest message of a robot replaces the earlier ones
             if message.state == "executing":

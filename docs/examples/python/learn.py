@@ -61,7 +61,7 @@ def learn(seed=1):
 
 def try_out(policy, faults, seeds=range(1, 21)):
     """Returns the mean numbers of completed and of open points per episode, for seeds outside the training."""
-    env = parallel_env(SCENARIO, faults=faults, limit=LIMIT_S, minds={"*": policy} if isinstance(policy, str) else None)
+    env = parallel_env(SCENARIO, faults=faults, limit=LIMIT_S, controllers={"*": policy} if isinstance(policy, str) else None)
     done, waiting = [], []
     for seed in seeds:
         rng = np.random.default_rng(seed)

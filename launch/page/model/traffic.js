@@ -53,8 +53,8 @@ export class Traffic {
   add({ receptions, left_out }) {
     this.leftOut += left_out;
     // Receptions with content go first: a message without content is then found by its sender and time.
-    const sorted = receptions.filter(({ reception }) => reception.said);
-    sorted.push(...receptions.filter(({ reception }) => !reception.said));
+    const sorted = receptions.filter(({ reception }) => reception.content);
+    sorted.push(...receptions.filter(({ reception }) => !reception.content));
     for (const { receiver, reception } of sorted) {
       this.#addReception(receiver, reception);
       this.#addToLink(receiver, reception);
@@ -63,7 +63,7 @@ export class Traffic {
   }
 
   #addReception(receiver, reception) {
-    const { sender, incarnation, sent, delivery, said: content } = reception;
+    const { sender, incarnation, sent, delivery, content } = reception;
     const prefix = `${sender}.${incarnation}.${sent}.`;
     const key = prefix + (content ? content.seq : "");
     let broadcast = this.#byKey.get(key) ?? (content ? null : this.#unreceived(prefix, receiver));

@@ -11,7 +11,7 @@ const MAX_NAMED = 6;
 /** Kinds of bulletins; the mission has the names. */
 const BULLETINS = ["FirstBulletin", "SecondBulletin"];
 
-const isGood = (delivery) => delivery === "Heard" || delivery === "Delayed";
+const isGood = (delivery) => delivery === "Received" || delivery === "Delayed";
 
 export class Messages {
   #model;
@@ -53,7 +53,7 @@ export class Messages {
     const [kind, robot, delivery] = ["message-kind", "message-robot", "message-delivery"].map((id) => byId(id).value);
     if (kind && content?.kind !== kind && !(kind === "Heartbeat" && !content)) return false;
     if (robot && Number(robot) !== sender && !receptions.has(Number(robot))) return false;
-    return !delivery || [...receptions.values()].some((each) => each !== "Heard" && each !== "Pending");
+    return !delivery || [...receptions.values()].some((each) => each !== "Received" && each !== "Pending");
   }
 
   #row({ sender, sent, content }) {
@@ -79,13 +79,13 @@ export class Messages {
 
   #fill(row, { receptions, duplicates }) {
     const bad = [...receptions.values()].some((delivery) => !isGood(delivery) && delivery !== "Pending");
-    row.dataset.delivery = bad ? "lost" : [...receptions.values()].every((delivery) => delivery === "Heard") ? "heard" : "late";
+    row.dataset.delivery = bad ? "lost" : [...receptions.values()].every((delivery) => delivery === "Received") ? "received" : "late";
     const all = [...receptions].sort(([a], [b]) => a - b);
     const isLarge = this.#model.names.length - 1 > MAX_NAMED;
     // In a large team successful receptions are only counted.
-    const named = isLarge ? all.filter(([, delivery]) => delivery !== "Heard").slice(0, MAX_NAMED) : all;
+    const named = isLarge ? all.filter(([, delivery]) => delivery !== "Received").slice(0, MAX_NAMED) : all;
     const items = named.map(([receiver, delivery]) => ({ key: receiver, receiver, delivery, isDuplicate: duplicates.has(receiver) }));
-    if (isLarge) items.unshift({ key: "heard", count: all.filter(([, delivery]) => delivery === "Heard").length });
+    if (isLarge) items.unshift({ key: "received", count: all.filter(([, delivery]) => delivery === "Received").length });
     keyed(
       row.lastChild,
       items,

@@ -84,7 +84,7 @@ export class Robots {
           ["carries", "carries"],
           ["speed", "speed"],
           ["process", "pid"],
-          ["incarnation", "life"],
+          ["incarnation", "incarnation"],
           ["energy", "energy"],
         ].map(([label, field]) => el("div", {}, el("dt", {}, label), fact(field))),
       ),
@@ -154,7 +154,7 @@ export class Robots {
     setField("carries", robot.carrying === null ? "nothing" : `item-${robot.carrying}`);
     setField("speed", `${robot.speed_m_s.toFixed(2)} m/s`);
     setField("pid", robot.pid ?? "–");
-    setField("life", robot.incarnation ?? "–");
+    setField("incarnation", robot.incarnation ?? "–");
     const hasEnergy = robot.energy_j !== null;
     card.querySelector("[data-field=energy]").parentElement.hidden = !hasEnergy;
     if (hasEnergy) setField("energy", `${(robot.energy_j / 1000).toFixed(1)} kJ`);

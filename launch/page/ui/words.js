@@ -126,7 +126,7 @@ export function eventInWords(event, names) {
 
 /** Delivery of a message at a receiver: a sign that needs no color, and a word. */
 export const DELIVERIES = {
-  Heard: { sign: "✓", word: "received" },
+  Received: { sign: "✓", word: "received" },
   Delayed: { sign: "◷", word: "received late" },
   Pending: { sign: "…", word: "in flight" },
   Lost: { sign: "✗", word: "lost" },

@@ -172,8 +172,8 @@ mod tests {
                 sender: RobotId(1),
                 incarnation: 1,
                 sent: SimTime(50 * tick),
-                delivery: Delivery::Heard,
-                said: None,
+                delivery: Delivery::Received,
+                content: None,
             },
         };
         View {

@@ -1,4 +1,4 @@
-//! `alliance replay --mind`: starts external controllers again with the inputs of the logged run, tick by tick, and compares their
+//! `alliance replay --controller`: starts external controllers again with the inputs of the logged run, tick by tick, and compares their
 //! answers with the log.
 //!
 //! The run is replayed in this process from the answers in the log. Thus the controllers receive the same inputs, including stalls,
@@ -31,7 +31,7 @@ use crate::run::controllers::ControllerCommand;
 use crate::runtime;
 use stage::{Stage, State};
 
-/// Creates a source of answers that compares the logged ones with those of the controllers in `words`, the values of `--mind`.
+/// Creates a source of answers that compares the logged ones with those of the controllers in `words`, the values of `--controller`.
 ///
 /// # Errors
 /// If a value is invalid, no robot has that controller, or the bus fails.
@@ -45,11 +45,11 @@ pub fn compare(
     let mut commands = BTreeMap::new();
     for word in words {
         let command = ControllerCommand::parse(word)
-            .map_err(|why| anyhow::anyhow!("--mind {word}: {why}"))?;
+            .map_err(|why| anyhow::anyhow!("--controller {word}: {why}"))?;
         if !controllers.contains(command.name.as_str()) {
             let names: Vec<&str> = controllers.iter().copied().collect();
             bail!(
-                "--mind {}: no robot of this run has that controller; there are {}",
+                "--controller {}: no robot of this run has that controller; there are {}",
                 command.name,
                 names.join(", ")
             );
@@ -89,7 +89,7 @@ impl Comparison {
     /// Returns the command of a robot's controller if it is compared.
     fn command(&self, robot: RobotId) -> Option<&String> {
         let robot = self.setup.scenario.robots.get(robot.index())?;
-        self.commands.get(robot.mind.as_ref()?)
+        self.commands.get(robot.controller.as_ref()?)
     }
 
     /// Starts an incarnation and waits until it has joined.
@@ -197,7 +197,7 @@ impl Comparison {
             tick: Some(tick.tick),
             t_ms: Some(tick.now),
             robot: self.name(robot).to_owned(),
-            section: "mind".to_owned(),
+            section: "controller".to_owned(),
             field: Some(field),
             a,
             b,

@@ -30,7 +30,7 @@ pub struct RunCommand {
     #[command(flatten)]
     run: RunArgs,
     /// Shell command of the external controller NAME; repeatable
-    #[arg(long = "mind", value_name = "NAME[@VERSION]=COMMAND", value_parser = ControllerCommand::parse, help_heading = "Execution")]
+    #[arg(long = "controller", value_name = "NAME[@VERSION]=COMMAND", value_parser = ControllerCommand::parse, help_heading = "Execution")]
     controllers: Vec<ControllerCommand>,
     /// Run everything in this process: the same log, but no page and no pace
     #[arg(long, help_heading = "Execution", conflicts_with_all = ["open", "port", "paused", "speed", "stall_after"])]
@@ -238,7 +238,10 @@ impl RunCommand {
         }
         for controller in &self.controllers {
             if let Some(version) = &controller.version {
-                push("mind-version", format!("{}={version}", controller.name));
+                push(
+                    "controller-version",
+                    format!("{}={version}", controller.name),
+                );
             }
         }
         let over = self.over.iter().flat_map(|over| &over.arguments);

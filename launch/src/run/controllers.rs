@@ -9,7 +9,7 @@ use robot_agent::args::{ROBOT, RUN};
 use scenario::names::is_name;
 use scenario::{Scenario, name_remedy};
 
-/// A value of `--mind`: `NAME[@VERSION]=COMMAND`.
+/// A value of `--controller`: `NAME[@VERSION]=COMMAND`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ControllerCommand {
     pub name: String,
@@ -19,7 +19,7 @@ pub struct ControllerCommand {
 }
 
 impl ControllerCommand {
-    /// Parses a value of `--mind`.
+    /// Parses a value of `--controller`.
     pub fn parse(text: &str) -> Result<Self, String> {
         let (name, command) = text
             .split_once('=')
@@ -57,30 +57,30 @@ pub fn commands(
     for (index, command) in stated.iter().enumerate() {
         let name = command.name.as_str();
         if stated[..index].iter().any(|other| other.name == name) {
-            bail!("--mind {name}: it is given twice; a controller has one command");
+            bail!("--controller {name}: it is given twice; a controller has one command");
         }
         if names.is_empty() {
             bail!(
-                "--mind {name}: no robot of '{}' has an external controller; set mind = \"{name}\" for one in [[robots]]",
+                "--controller {name}: no robot of '{}' has an external controller; set controller = \"{name}\" for one in [[robots]]",
                 scenario.name
             );
         }
         if !names.contains(name) {
             let remedy = name_remedy(name, names.iter().copied());
             bail!(
-                "--mind {name}: no robot of '{}' has that controller; {remedy}",
+                "--controller {name}: no robot of '{}' has that controller; {remedy}",
                 scenario.name
             );
         }
     }
     let mut commands = BTreeMap::new();
     for robot in &scenario.robots {
-        let Some(controller) = &robot.mind else {
+        let Some(controller) = &robot.controller else {
             continue;
         };
         let Some(stated) = stated.iter().find(|stated| stated.name == *controller) else {
             bail!(
-                "the controller '{controller}' of {} is an external program; give its command: --mind {controller}=COMMAND",
+                "the controller '{controller}' of {} is an external program; give its command: --controller {controller}=COMMAND",
                 robot.name
             );
         };
@@ -135,10 +135,13 @@ mod tests {
         let refusal = |scenario: &Scenario, texts: &[&str]| {
             commands(scenario, &stated(texts)).unwrap_err().to_string()
         };
-        assert!(refusal(&scenario, &["greedy=x"]).contains("has an external controller; set mind"));
-        scenario.robots[1].mind = Some("greedy".to_owned());
+        assert!(
+            refusal(&scenario, &["greedy=x"])
+                .contains("has an external controller; set controller")
+        );
+        scenario.robots[1].controller = Some("greedy".to_owned());
         let name = scenario.robots[1].name.clone();
-        assert!(refusal(&scenario, &[]).contains("--mind greedy=COMMAND"));
+        assert!(refusal(&scenario, &[]).contains("--controller greedy=COMMAND"));
         assert!(refusal(&scenario, &["gredy=x"]).contains("did you mean 'greedy'?"));
         assert!(refusal(&scenario, &["greedy=x", "greedy=y"]).contains("twice"));
         let found = commands(&scenario, &stated(&["greedy=x"])).unwrap();

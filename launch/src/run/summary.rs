@@ -147,17 +147,20 @@ fn robots(plan: &RunPlan, run: &RunFile) -> Table {
         .flatten()
         .map(|(name, _)| name)
         .collect();
-    let heads = ["robot", "lives", "activations"].map(ToOwned::to_owned);
+    let heads = ["robot", "incarnations", "activations"].map(ToOwned::to_owned);
     let heads = heads.into_iter();
     let heads = heads.chain(
         mission_names
             .iter()
             .map(|name| display_name(name).replace(' ', "\n")),
     );
-    let heads = heads.chain(["messages\nsent", "heard", "lost"].map(ToOwned::to_owned));
+    let heads = heads.chain(["messages\nsent", "received", "lost"].map(ToOwned::to_owned));
     let mut table = table::new(heads);
     for (name, figures) in robots {
-        let counts = [figures.lives.to_string(), figures.activations.to_string()];
+        let counts = [
+            figures.incarnations.to_string(),
+            figures.activations.to_string(),
+        ];
         let values = mission_names
             .iter()
             .map(|name| match figures.mission.get(name) {
@@ -167,7 +170,7 @@ fn robots(plan: &RunPlan, run: &RunFile) -> Table {
             });
         let messages = [
             figures.messages_sent,
-            figures.messages_heard,
+            figures.messages_received,
             figures.messages_lost,
         ];
         let messages = messages.map(|count| count.to_string());

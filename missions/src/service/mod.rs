@@ -14,7 +14,7 @@ use crate::MissionParts;
 
 pub const MISSION: MissionParts = MissionParts {
     world: MissionWorld::typed::<world::Service>(data::SERVICE),
-    controller: controller::MIND,
+    controller: controller::CONTROLLER,
 };
 
 #[cfg(test)]

@@ -421,7 +421,7 @@ fn reception() -> impl Strategy<Value = Reception> {
             },
         );
     let delivery = prop::sample::select(vec![
-        Delivery::Heard,
+        Delivery::Received,
         Delivery::Lost,
         Delivery::Delayed,
         Delivery::Duplicate,
@@ -444,7 +444,7 @@ fn reception() -> impl Strategy<Value = Reception> {
                 incarnation,
                 sent,
                 delivery,
-                said: summary,
+                content: summary,
             },
         )
 }

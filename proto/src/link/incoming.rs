@@ -199,7 +199,7 @@ impl IncomingLinks {
                         incarnation: entry.incarnation,
                         sent: self.sent(entry.tick),
                         delivery: Delivery::Lost,
-                        said: None,
+                        content: None,
                     });
                     continue;
                 };
@@ -210,7 +210,7 @@ impl IncomingLinks {
                 };
                 *count += 1;
                 let (delivery, at) = match passage {
-                    Passage::Received => (Delivery::Heard, now),
+                    Passage::Received => (Delivery::Received, now),
                     Passage::Lost(delivery) => (delivery, now),
                     Passage::Kept(Until::Due(due)) => (Delivery::Pending, due),
                     Passage::Kept(_) => (Delivery::Pending, now),
@@ -303,7 +303,7 @@ impl IncomingLinks {
             incarnation: broadcast.incarnation,
             sent: self.sent(broadcast.tick),
             delivery,
-            said: Some(summary(broadcast)),
+            content: Some(summary(broadcast)),
         }
     }
 

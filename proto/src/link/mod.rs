@@ -98,7 +98,7 @@ impl LinkState {
             Delivery::Pending if self.hold => LinkEffect::Hold,
             Delivery::Pending => LinkEffect::Delay,
             Delivery::Duplicate => LinkEffect::Copy,
-            Delivery::Heard | Delivery::Lost | Delivery::Delayed => return None,
+            Delivery::Received | Delivery::Lost | Delivery::Delayed => return None,
         };
         self.has(effect).then_some(effect)
     }

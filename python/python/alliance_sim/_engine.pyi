@@ -9,7 +9,7 @@ class AllianceError(Exception):
 class ScenarioError(AllianceError):
     """A mistake in the request. The message states the position, the problem and the remedy."""
 
-class MindError(AllianceError):
+class ControllerError(AllianceError):
     """A controller written in Python failed. The message states the robot, the tick and the position. The cause is the original exception."""
 
 @final
@@ -44,7 +44,7 @@ class Set:
     values: dict[str, Any]
 
 @final
-class Heard:
+class Message:
     """A heartbeat of a teammate, or a message of a teammate of the same class."""
 
     #: Rank and incarnation of the sender.
@@ -52,7 +52,7 @@ class Heard:
     incarnation: int
     #: Send time, s.
     sent: float
-    #: `executing`, `waiting`, `idle` or `released`; `said` for a controller's own message, of which only `said` is set below.
+    #: `executing`, `waiting`, `idle` or `released`; `message` for a controller's own message, of which only `content` is set below.
     state: str
     #: Ids of the task and the set; `None` when idle.
     task: int | None
@@ -66,9 +66,9 @@ class Heard:
     #: The sender carries an item.
     carrying: bool
     #: Shared knowledge of the sender about the mission, as JSON values; bytes for missions with their own types.
-    lore: Any
+    shared_knowledge: Any
     #: Content of the controller's own message.
-    said: bytes
+    content: bytes
 
 @final
 class Stream:
@@ -97,7 +97,7 @@ class EnvironmentBatch:
     def feature_names(self, agent: int) -> list[str]: ...
 
 def run(asked: dict[str, Any], folder: PathLike[str] | None, level: str) -> str: ...
-def run_agent(words: list[str], name: str, mind: type, twice: bool) -> int: ...
+def run_agent(words: list[str], name: str, controller: type, twice: bool) -> int: ...
 
 class math:
     @staticmethod

@@ -11,7 +11,7 @@ from gymnasium import spaces
 from gymnasium.utils import EzPickle
 from pettingzoo import ParallelEnv as Parallel
 
-from ._run import Mind, Scenario
+from ._run import Controller, Scenario
 from ._vector import Reward, VecEnv
 
 
@@ -33,7 +33,7 @@ class ParallelEnv(Parallel, EzPickle):
         *,
         level: str = "decide",
         period_s: float = 1.0,
-        minds: Mapping[str, Mind] | None = None,
+        controllers: Mapping[str, Controller] | None = None,
         faults: Mapping[str, Any] | list[Mapping[str, Any]] | None = None,
         revive: bool = True,
         reward: Reward | None = None,
@@ -49,7 +49,7 @@ class ParallelEnv(Parallel, EzPickle):
         run = {
             "level": level,
             "period_s": period_s,
-            "minds": minds,
+            "controllers": controllers,
             "faults": faults,
             "robots": robots,
             "size": size,

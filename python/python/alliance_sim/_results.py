@@ -84,7 +84,7 @@ def _is_installed(library: str) -> bool:
 TEXTS = frozenset(
     "robot receiver sender target holder behavior_set task state kind subject reason detail delivery fate section hash content "
     "allocator mission faults preset outcome metric first second hypothesis claim part "
-    "name description scenario mind policy region known".split()
+    "name description scenario controller policy region known".split()
 )
 
 

@@ -12,12 +12,12 @@ from typing import Any
 
 from . import _engine
 from ._engine import ScenarioError
-from ._minds import Agent, Allocator
+from ._controllers import Agent, Allocator
 from ._plain import plain
 from ._results import Results, load
 
 #: Controller of a robot: a class, or the name of a built-in allocator.
-Mind = type[Allocator] | type[Agent] | str
+Controller = type[Allocator] | type[Agent] | str
 #: Name of a built-in scenario, TOML file, or a scenario's keys and values.
 Scenario = str | os.PathLike[str] | Mapping[str, Any] | None
 
@@ -56,7 +56,7 @@ class Run:
 
 def run(
     scenario: Scenario = None,
-    minds: Mapping[str, Mind] | None = None,
+    controllers: Mapping[str, Controller] | None = None,
     seed: int = 1,
     log: str | os.PathLike[str] | None = None,
     faults: Mapping[str, Any] | list[Mapping[str, Any]] | None = None,
@@ -70,22 +70,22 @@ def run(
     """Runs a mission to its end in this process. The result is identical to that of a run in processes.
 
     `scenario`: name of a built-in one, TOML file, or dict; default: the default mission.
-    `minds`: by robot, or `"*"` for all others: an `Allocator` or `Agent` class, or the name of a built-in allocator.
+    `controllers`: by robot, or `"*"` for all others: an `Allocator` or `Agent` class, or the name of a built-in allocator.
     `log`: new run folder, for `load` and for `alliance report`, `view` and `export`; `level` selects the amount of data.
     `faults`: replaces the scenario's faults; a list of orders, or `{"timeline": […], "random": {…}}`.
     `twice`: repeats each step of these classes on a copy. The run fails if a step depends on more than its inputs.
     `robots`, `size`: for missions of variable size. `limit`: time limit, simulated seconds.
 
-    Raises `ScenarioError` for a wrong argument and `MindError` if a controller fails, both with one line.
+    Raises `ScenarioError` for a wrong argument and `ControllerError` if a controller fails, both with one line.
     """
     folder = None if log is None else Path(log)
-    file = json.loads(_engine.run(asked(scenario, minds, seed, faults, robots, size, limit, twice), folder, level))
+    file = json.loads(_engine.run(asked(scenario, controllers, seed, faults, robots, size, limit, twice), folder, level))
     return Run(file["hash"], file["outcome"], file["result"], file, folder)
 
 
 def asked(
     scenario: Scenario,
-    minds: Mapping[str, Mind] | None,
+    controllers: Mapping[str, Controller] | None,
     seed: int,
     faults: Mapping[str, Any] | list[Mapping[str, Any]] | None,
     robots: int | None,
@@ -106,30 +106,30 @@ def asked(
         "arguments": words,
         "document": document,
         "faults": None if faults is None else json.dumps(plain(faults, "faults")),
-        "controllers": _named(minds or {}),
+        "controllers": _named(controllers or {}),
         "twice": twice,
     }
 
 
-def _named(minds: Mapping[str, Mind]) -> list[tuple[str, str, type | None]]:
+def _named(controllers: Mapping[str, Controller]) -> list[tuple[str, str, type | None]]:
     """Returns the controllers with their names in the run."""
     named: list[tuple[str, str, type | None]] = []
     classes: dict[str, type] = {}
-    for robot, mind in minds.items():
-        if isinstance(mind, str):
-            named.append((robot, mind, None))
-        elif isinstance(mind, type) and issubclass(mind, (Allocator, Agent)):
-            name = name_of(mind)
-            if classes.setdefault(name, mind) is not mind:
-                raise ScenarioError(f"minds: two classes have the name '{name}'; rename one of them")
-            named.append((robot, name, mind))
+    for robot, controller in controllers.items():
+        if isinstance(controller, str):
+            named.append((robot, controller, None))
+        elif isinstance(controller, type) and issubclass(controller, (Allocator, Agent)):
+            name = name_of(controller)
+            if classes.setdefault(name, controller) is not controller:
+                raise ScenarioError(f"controllers: two classes have the name '{name}'; rename one of them")
+            named.append((robot, name, controller))
         else:
             raise ScenarioError(
-                f"minds: {mind!r} of '{robot}' is neither a class derived from Allocator or Agent nor the name of an allocator"
+                f"controllers: {controller!r} of '{robot}' is neither a class derived from Allocator or Agent nor the name of an allocator"
             )
     return named
 
 
-def name_of(mind: type) -> str:
+def name_of(controller: type) -> str:
     """Returns the name of a controller in scenario and log: `MyGreedy` becomes `my-greedy`."""
-    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", mind.__name__).lower()
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", controller.__name__).lower()

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from . import _engine
-from ._run import Mind, Scenario, asked
+from ._run import Controller, Scenario, asked
 
 #: Text columns of an event.
 TEXTS = ("kind", "robot", "subject", "reason", "detail")
@@ -40,7 +40,7 @@ class VecEnv:
         *,
         level: str = "decide",
         period_s: float = 1.0,
-        minds: Mapping[str, Mind] | None = None,
+        controllers: Mapping[str, Controller] | None = None,
         faults: Mapping[str, Any] | list[Mapping[str, Any]] | None = None,
         threads: int = 1,
         robots: int | None = None,
@@ -48,9 +48,9 @@ class VecEnv:
         limit: float | None = None,
         auto_reset: bool = True,
     ) -> None:
-        """`minds`: robots with other controllers, as in `run`. All robots without an entry are agents of the environment."""
-        minds = {"*": ENVIRONMENT} | dict(minds or {})
-        request = asked(scenario, minds, 0, faults, robots, size, limit)
+        """`controllers`: robots with other controllers, as in `run`. All robots without an entry are agents of the environment."""
+        controllers = {"*": ENVIRONMENT} | dict(controllers or {})
+        request = asked(scenario, controllers, 0, faults, robots, size, limit)
         self._worlds = _engine.EnvironmentBatch(request, level, period_s, envs, threads)
         self.level = level
         self.auto_reset = auto_reset

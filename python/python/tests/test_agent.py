@@ -11,43 +11,43 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from alliance_sim import Agent, Allocator, Deed, MindError, load, run
+from alliance_sim import Action, Agent, Allocator, ControllerError, load, run
 from conftest import EXAMPLES, program
 from greedy import Greedy
 from watcher import Watcher
 
 TWINS = json.loads(Path(__file__).with_name("still.json").read_text())
-MAIN = "from alliance_sim import Agent, Deed, main\n"
+MAIN = "from alliance_sim import Action, Agent, main\n"
 
 
 class Still(Agent):
-    def step(self, now, readings, heard):
-        return Deed()
+    def step(self, now, readings, messages):
+        return Action()
 
 
 class Listener(Agent):
     """Turns by sender, time and order of the received messages."""
 
-    def step(self, now, readings, heard):
-        heartbeats = enumerate(message for message in heard if message.state != "said")
+    def step(self, now, readings, messages):
+        heartbeats = enumerate(message for message in messages if message.state != "message")
         digest = sum((place + 1) * (message.sender + 1) * (round(message.sent * 20) + 1) for place, message in heartbeats)
-        return Deed(turn=digest % 128 / 128)
+        return Action(turn=digest % 128 / 128)
 
 
-def twin_run(tmp_path, mind=Still, seed=1, **options):
+def twin_run(tmp_path, controller=Still, seed=1, **options):
     """Runs a controller with the faults of its Rust twin."""
-    twin = TWINS[mind.__name__.lower()]
+    twin = TWINS[controller.__name__.lower()]
     scenario = tmp_path / "mine.toml"
     scenario.write_text(twin["scenario"])
-    return run(scenario, {"gold": mind}, seed, faults=twin["faults"], limit=twin["limit_s"], **options)
+    return run(scenario, {"gold": controller}, seed, faults=twin["faults"], limit=twin["limit_s"], **options)
 
 
-@pytest.mark.parametrize("mind", [Still, Listener])
+@pytest.mark.parametrize("controller", [Still, Listener])
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_an_agent_has_the_hash_of_its_rust_twin(tmp_path, mind, seed):
-    expected = TWINS[mind.__name__.lower()]["hashes"][str(seed)]
-    assert twin_run(tmp_path, mind, seed).hash == expected
-    assert twin_run(tmp_path, mind, seed, twice=True).hash == expected
+def test_an_agent_has_the_hash_of_its_rust_twin(tmp_path, controller, seed):
+    expected = TWINS[controller.__name__.lower()]["hashes"][str(seed)]
+    assert twin_run(tmp_path, controller, seed).hash == expected
+    assert twin_run(tmp_path, controller, seed, twice=True).hash == expected
 
 
 class Lab:
@@ -57,9 +57,9 @@ class Lab:
         self.folder = folder
         self.environment = {**os.environ, "XDG_RUNTIME_DIR": str(folder)}
 
-    def mind(self, name, code):
+    def controller(self, name, code):
         (self.folder / f"{name}.py").write_text(code)
-        return f"--mind={name}={sys.executable} {name}.py"
+        return f"--controller={name}={sys.executable} {name}.py"
 
     def start(self, *words):
         return subprocess.Popen(
@@ -75,8 +75,8 @@ class Lab:
     def mission(self, *words, status=(1,)):
         return self.alliance("run", "mine.toml", "--no-page", "--out=run", *words, status=status)
 
-    def scenario(self, mind, more=""):
-        text = f"name = 'mine'\n[[robots]]\nname = 'blue'\n[[robots]]\nname = 'gold'\nmind = '{mind}'\n[[robots]]\nname = 'green'\n{more}"
+    def scenario(self, controller, more=""):
+        text = f"name = 'mine'\n[[robots]]\nname = 'blue'\n[[robots]]\nname = 'gold'\ncontroller = '{controller}'\n[[robots]]\nname = 'green'\n{more}"
         (self.folder / "mine.toml").write_text(text)
         return self.folder / "mine.toml"
 
@@ -94,36 +94,36 @@ def lab(tmp_path):
 
 
 def test_a_process_has_the_same_hash_and_replays_without_python(lab):
-    mind = lab.mind("still", f"{MAIN}class Still(Agent):\n    def step(self, now, readings, heard):\n        return Deed()\nmain(Still)\n")
+    controller = lab.controller("still", f"{MAIN}class Still(Agent):\n    def step(self, now, readings, messages):\n        return Action()\nmain(Still)\n")
     (lab.folder / "mine.toml").write_text(TWINS["still"]["scenario"])
     faults = "".join(f"[[faults.timeline]]\n{line}\n" for line in ("fault.kill = 'gold'\nat_s = 10.0\nfor_s = 5.0", "fault.mute = 'blue'\nat_s = 20.0\nfor_s = 5.0"))
     with (lab.folder / "mine.toml").open("a") as file:
         file.write(faults)
-    lab.mission("--limit=40", mind)
+    lab.mission("--limit=40", controller)
     assert load(lab.folder / "run", "numpy").run["hash"] == TWINS["still"]["hashes"]["1"]
     assert lab.kinds("gold") == ["joined", "gone", "joined"]
     assert "identical" in lab.alliance("replay", "run")
-    assert "identical" in lab.alliance("replay", "run", mind)
+    assert "identical" in lab.alliance("replay", "run", controller)
 
 
 def test_replay_detects_a_changed_allocator(lab):
     scenario = lab.scenario("greedy")
     text = (EXAMPLES / "greedy.py").read_text()
-    mind = lab.mind("greedy", text)
-    lab.mission("--limit=100", "--mind=greedy@7=" + mind.split("=", 2)[2])
+    controller = lab.controller("greedy", text)
+    lab.mission("--limit=100", "--controller=greedy@7=" + controller.split("=", 2)[2])
     results = load(lab.folder / "run", "numpy").run
-    assert results["minds"] == {"greedy": {"version": "7"}}
+    assert results["controllers"] == {"greedy": {"version": "7"}}
     assert results["hash"] == run(scenario, {"gold": Greedy}, limit=100).hash
     assert "identical" in lab.alliance("replay", "run")
-    assert "identical" in lab.alliance("replay", "run", mind)
-    changed = lab.mind("greedy", text.replace("option.cost", "-option.cost"))
+    assert "identical" in lab.alliance("replay", "run", controller)
+    changed = lab.controller("greedy", text.replace("option.cost", "-option.cost"))
     output = lab.alliance("replay", "run", changed, status=(1,))
-    assert output.startswith("differs first in tick ") and ": gold mind, " in output
+    assert output.startswith("differs first in tick ") and ": gold controller, " in output
 
 
 def test_a_log_of_a_run_in_one_process_replays_without_python(lab):
     done = run(lab.scenario("greedy"), {"gold": Greedy, "green": Still}, limit=60, log=lab.folder / "run")
-    assert set(done.file["minds"]) == {"greedy", "still"}
+    assert set(done.file["controllers"]) == {"greedy", "still"}
     output = lab.alliance("replay", "run")
     assert output == f"identical: 1200 ticks, hash {done.hash}\n"
 
@@ -132,12 +132,12 @@ def test_discarded_steps_have_no_effect(lab):
     # The controller stores steps and senders, so any effect of a discarded step is visible in all later steps.
     code = MAIN + (
         "class Counter(Agent):\n    def reset(self):\n        self.steps, self.words = 0, []\n"
-        "    def step(self, now, readings, heard):\n        self.steps += 1\n        self.words += [message.sender for message in heard]\n"
-        "        return Deed(turn=self.steps % 97 / 97, speed=sum(self.words) % 7 / 70, say=[bytes([self.steps % 251])])\nmain(Counter)\n"
+        "    def step(self, now, readings, messages):\n        self.steps += 1\n        self.words += [message.sender for message in messages]\n"
+        "        return Action(turn=self.steps % 97 / 97, speed=sum(self.words) % 7 / 70, send=[bytes([self.steps % 251])])\nmain(Counter)\n"
     )
-    mind = lab.mind("counter", code)
+    controller = lab.controller("counter", code)
     lab.scenario("counter")
-    launcher = lab.start("run", "mine.toml", "--no-page", "--out=run", "--limit=100", "--speed=8x", "--stall-after=0.3", mind)
+    launcher = lab.start("run", "mine.toml", "--no-page", "--out=run", "--limit=100", "--speed=8x", "--stall-after=0.3", controller)
     gold = None
     for stop in range(6):
         time.sleep(0.7)
@@ -151,7 +151,7 @@ def test_discarded_steps_have_no_effect(lab):
     assert lab.kinds("gold").count("back") >= 3, "gold was paused too rarely"
     assert load(lab.folder / "run", "numpy").run["unscripted"], "stalls without a fault are unscripted"
     assert "identical" in lab.alliance("replay", "run")
-    assert "identical" in lab.alliance("replay", "run", mind)
+    assert "identical" in lab.alliance("replay", "run", controller)
     assert not Path(f"/proc/{gold}").exists(), "the process of gold still runs"
 
 
@@ -159,9 +159,9 @@ def test_readings_match_the_log(tmp_path):
     by_robot = {}
 
     class Looker(Agent):
-        def step(self, now, readings, heard):
+        def step(self, now, readings, messages):
             by_robot.setdefault(self.name, []).append(readings)
-            return Deed(speed=0.2, turn=0.3, doing="search")
+            return Action(speed=0.2, turn=0.3, doing="search")
 
     done = run("cmommt", {"*": Looker}, limit=20, log=tmp_path / "run")
     seen = by_robot["gold"]
@@ -179,27 +179,27 @@ def test_readings_match_the_log(tmp_path):
 
 
 def test_an_agent_observes_targets():
-    def share(mind):
-        return sum(run("cmommt", mind and {"*": mind}, seed=seed).result["a"] for seed in (1, 2, 3)) / 3
+    def share(controller):
+        return sum(run("cmommt", controller and {"*": controller}, seed=seed).result["a"] for seed in (1, 2, 3)) / 3
 
     class Blind(Agent):
-        def step(self, now, readings, heard):
-            return Deed(watch=False)
+        def step(self, now, readings, messages):
+            return Action(watch=False)
 
     assert share(Blind) == 0
     assert 0 < share(Still) < share(Watcher)
 
 
 def test_messages_reach_robots_of_the_same_class_only():
-    heard_by = {}
+    received_by = {}
 
     class Talker(Agent):
-        def step(self, now, readings, heard):
-            heard_by.setdefault(self.name, []).extend(message.said for message in heard if message.said)
-            return Deed(say=[self.name.encode()] if now == 0 else ())
+        def step(self, now, readings, messages):
+            received_by.setdefault(self.name, []).extend(message.content for message in messages if message.content)
+            return Action(send=[self.name.encode()] if now == 0 else ())
 
     run("janitorial", {"blue": Talker, "gold": Talker, "green": Still}, limit=2)
-    assert heard_by == {"blue": [b"gold"], "gold": [b"blue"]}
+    assert received_by == {"blue": [b"gold"], "gold": [b"blue"]}
 
 
 def step_of(step):
@@ -207,36 +207,36 @@ def step_of(step):
 
 
 BAD = [
-    (step_of(lambda self, now, readings, heard: Deed(speed=float("nan"))), "ValueError: Deed: speed is nan, which is not a finite number"),
-    (step_of(lambda self, now, readings, heard: Deed(turn=1e39)), "ValueError: Deed: turn is inf, which is not a finite number"),
-    (step_of(lambda self, now, readings, heard: Deed(speed="fast")), "TypeError: Deed: speed is 'fast', which is not a finite number"),
-    (step_of(lambda self, now, readings, heard: 3), "TypeError: step returned int; it must return a Deed"),
-    (step_of(lambda self, now, readings, heard: Deed(doing="dance")), "ValueError: Deed: doing 'dance' is not one of the robot's sets; the sets are "),
-    (step_of(lambda self, now, readings, heard: Deed(progress=True)), "ValueError: Deed: progress needs a set"),
-    (step_of(lambda self, now, readings, heard: Deed(gripper="open")), "ValueError: Deed: gripper is 'open'; use 'keep', 'pick' or 'drop'"),
-    (step_of(lambda self, now, readings, heard: Deed(say=[b"?"] * 300)), "ValueError: say: a robot with "),
-    (step_of(lambda self, now, readings, heard: Deed(say=["text"])), "TypeError: say: str is not bytes"),
-    (step_of(lambda self, now, readings, heard: 1 / 0), "ZeroDivisionError: division by zero"),
+    (step_of(lambda self, now, readings, messages: Action(speed=float("nan"))), "ValueError: Action: speed is nan, which is not a finite number"),
+    (step_of(lambda self, now, readings, messages: Action(turn=1e39)), "ValueError: Action: turn is inf, which is not a finite number"),
+    (step_of(lambda self, now, readings, messages: Action(speed="fast")), "TypeError: Action: speed is 'fast', which is not a finite number"),
+    (step_of(lambda self, now, readings, messages: 3), "TypeError: step returned int; it must return a Action"),
+    (step_of(lambda self, now, readings, messages: Action(doing="dance")), "ValueError: Action: doing 'dance' is not one of the robot's sets; the sets are "),
+    (step_of(lambda self, now, readings, messages: Action(progress=True)), "ValueError: Action: progress needs a set"),
+    (step_of(lambda self, now, readings, messages: Action(gripper="open")), "ValueError: Action: gripper is 'open'; use 'keep', 'pick' or 'drop'"),
+    (step_of(lambda self, now, readings, messages: Action(send=[b"?"] * 300)), "ValueError: send: a robot with "),
+    (step_of(lambda self, now, readings, messages: Action(send=["text"])), "TypeError: send: str is not bytes"),
+    (step_of(lambda self, now, readings, messages: 1 / 0), "ZeroDivisionError: division by zero"),
     (Agent, "NotImplementedError: Agent has no step"),
 ]
 
 
-@pytest.mark.parametrize(("mind", "expected"), BAD)
-def test_a_failed_controller_is_reported_in_one_line(mind, expected):
-    with pytest.raises(MindError) as error:
-        run("waste-cleanup", {"gold": mind}, limit=5)
+@pytest.mark.parametrize(("controller", "expected"), BAD)
+def test_a_failed_controller_is_reported_in_one_line(controller, expected):
+    with pytest.raises(ControllerError) as error:
+        run("waste-cleanup", {"gold": controller}, limit=5)
     output = str(error.value)
     assert output.startswith("gold: tick 0: ") and expected in output and "\n" not in output
 
 
 def test_a_failed_controller_is_a_crash_and_the_run_continues(lab):
-    mind = lab.mind("bad", f"{MAIN}class Bad(Agent):\n    def step(self, now, readings, heard):\n        return Deed(speed=float('nan') if now > 2 else 0.1)\nmain(Bad)\n")
+    controller = lab.controller("bad", f"{MAIN}class Bad(Agent):\n    def step(self, now, readings, messages):\n        return Action(speed=float('nan') if now > 2 else 0.1)\nmain(Bad)\n")
     lab.scenario("bad")
-    output = lab.mission("--limit=10", mind)
+    output = lab.mission("--limit=10", controller)
     assert "gold crashed" in output
     assert lab.kinds("gold") == ["joined", "gone"]
     *_, last = lab.log("gold").splitlines()
-    assert last == "robot-agent gold: tick 41: bad.py:4: ValueError: Deed: speed is nan, which is not a finite number"
+    assert last == "robot-agent gold: tick 41: bad.py:4: ValueError: Action: speed is nan, which is not a finite number"
     results = load(lab.folder / "run", "numpy").run
     assert (results["result"]["ticks"], results["unscripted"]) == (200, False)
     assert "identical" in lab.alliance("replay", "run")
@@ -244,60 +244,60 @@ def test_a_failed_controller_is_a_crash_and_the_run_continues(lab):
 
 def test_a_slow_copy_is_reported_once(lab):
     net = "class Net:\n    def __deepcopy__(self, memo):\n        time.sleep(0.06)\n        return self\n"
-    heavy = "class Heavy(Agent):\n    def reset(self):\n        self.net = Net()\n    def step(self, now, readings, heard):\n        return Deed()\n"
+    heavy = "class Heavy(Agent):\n    def reset(self):\n        self.net = Net()\n    def step(self, now, readings, messages):\n        return Action()\n"
     shared = "    frozen = {'net'}\n"
-    mind = lab.mind("heavy", f"import time\n{MAIN}{net}{heavy}main(Heavy)\n")
+    controller = lab.controller("heavy", f"import time\n{MAIN}{net}{heavy}main(Heavy)\n")
     lab.scenario("heavy")
-    lab.mission("--limit=5", mind)
+    lab.mission("--limit=5", controller)
     warnings = [line for line in lab.log("gold").splitlines() if "a copy of its controller takes" in line]
     assert len(warnings) == 1 and warnings[0].endswith("longer than a step of 50 ms: list constant attributes in `frozen`")
-    frozen = lab.mind("heavy", f"import time\n{MAIN}{net}{heavy.replace('    def reset', shared + '    def reset')}main(Heavy)\n")
+    frozen = lab.controller("heavy", f"import time\n{MAIN}{net}{heavy.replace('    def reset', shared + '    def reset')}main(Heavy)\n")
     (lab.folder / "run").rename(lab.folder / "first")
     lab.mission("--limit=5", frozen)
     assert "a copy of its controller" not in lab.log("gold")
 
 
 class Chance(Agent):
-    def step(self, now, readings, heard):
-        return Deed(turn=random.random())
+    def step(self, now, readings, messages):
+        return Action(turn=random.random())
 
 
 class Hidden(Agent):
-    def step(self, now, readings, heard):
+    def step(self, now, readings, messages):
         self.mood = random.random()
-        return Deed()
+        return Action()
 
 
 class Order(Agent):
     def reset(self):
         self.todo = {7, 15}  # both have the same slot in the hash table
 
-    def step(self, now, readings, heard):
-        return Deed(turn=float(next(iter(self.todo))))
+    def step(self, now, readings, messages):
+        return Action(turn=float(next(iter(self.todo))))
 
 
 class Choosy(Allocator):
-    def step(self, now, heard, sets):
+    def step(self, now, messages, sets):
         return random.choice([*sets, None])
 
 
-@pytest.mark.parametrize(("mind", "field"), [(Chance, "Deed.turn"), (Hidden, "self.mood"), (Order, "Deed.turn")])
-def test_twice_detects_hidden_dependencies(mind, field):
-    run("waste-cleanup", {"gold": mind}, limit=1)
-    with pytest.raises(MindError, match=rf"a step made twice differs: {field} is .* and "):
-        run("waste-cleanup", {"gold": mind}, limit=1, twice=True)
+@pytest.mark.parametrize(("controller", "field"), [(Chance, "Action.turn"), (Hidden, "self.mood"), (Order, "Action.turn")])
+def test_twice_detects_hidden_dependencies(controller, field):
+    run("waste-cleanup", {"gold": controller}, limit=1)
+    with pytest.raises(ControllerError, match=rf"a step made twice differs: {field} is .* and "):
+        run("waste-cleanup", {"gold": controller}, limit=1, twice=True)
 
 
 def test_twice_does_not_change_a_deterministic_controller(lab):
-    for scenario, mind in (("janitorial", Greedy), ("cmommt", Watcher)):
-        once, twice = (run(scenario, {"*": mind}, limit=30, twice=twice) for twice in (False, True))
+    for scenario, controller in (("janitorial", Greedy), ("cmommt", Watcher)):
+        once, twice = (run(scenario, {"*": controller}, limit=30, twice=twice) for twice in (False, True))
         assert once.hash == twice.hash
     # In a process of its own, a difference ends the process.
     lab.scenario("chance")
-    mind = lab.mind("chance", f"import random\n{MAIN}class Chance(Agent):\n    def step(self, now, readings, heard):\n        return Deed(turn=random.random())\nmain(Chance)\n")
-    lab.mission("--limit=2", mind)
+    controller = lab.controller("chance", f"import random\n{MAIN}class Chance(Agent):\n    def step(self, now, readings, messages):\n        return Action(turn=random.random())\nmain(Chance)\n")
+    lab.mission("--limit=2", controller)
     assert lab.kinds("gold") == ["joined"]
     (lab.folder / "run").rename(lab.folder / "once")
-    lab.mission("--limit=2", f"{mind} --twice")
-    assert "a step made twice differs: Deed.turn" in lab.log("gold")
+    lab.mission("--limit=2", f"{controller} --twice")
+    assert "a step made twice differs: Action.turn" in lab.log("gold")
     assert lab.kinds("gold") == ["joined", "gone"]

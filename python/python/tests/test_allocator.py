@@ -10,7 +10,7 @@ import alliance_sim
 import alliance_sim.math
 import numpy as np
 import pytest
-from alliance_sim import Allocator, MindError, ScenarioError, run
+from alliance_sim import Allocator, ControllerError, ScenarioError, run
 from greedy import Greedy
 
 TWIN = json.loads((Path(__file__).parent / "greedy.json").read_text())
@@ -49,8 +49,8 @@ def test_the_inputs_of_a_step_in_a_team_of_both_languages():
         def reset(self):
             self.lives = (self.name, self.rank, self.setup["seed"])
 
-        def step(self, now, heard, sets):
-            seen.append((now, self.lives, [message.state for message in heard]))
+        def step(self, now, messages, sets):
+            seen.append((now, self.lives, [message.state for message in messages]))
             mine = sets[0]
             assert mine.values["ceased_after_s"] == mine.ceased_after
             assert mine.cost > 0 and mine.max_robots >= 1 and isinstance(mine.name, str)
@@ -67,27 +67,27 @@ def test_the_inputs_of_a_step_in_a_team_of_both_languages():
 
 
 def test_messages_reach_robots_of_the_same_class_only():
-    heard_by = {}
+    received_by = {}
 
     class Talker(Allocator):
-        def step(self, now, heard, sets):
-            for message in heard:
-                if message.said:
-                    assert message.state == "said" and message.task is None
-                    heard_by.setdefault(self.name, set()).add((message.sender, message.said))
+        def step(self, now, messages, sets):
+            for message in messages:
+                if message.content:
+                    assert message.state == "message" and message.task is None
+                    received_by.setdefault(self.name, set()).add((message.sender, message.content))
             if now == 0:
-                self.say(self.name.encode())
+                self.send(self.name.encode())
 
     class Stranger(Talker):
         pass
 
     run("janitorial", {"blue": Talker, "gold": Talker, "green": Stranger}, limit=2)
-    assert heard_by == {"blue": {(0, b"gold")}, "gold": {(1, b"blue")}}
+    assert received_by == {"blue": {(0, b"gold")}, "gold": {(1, b"blue")}}
 
 
 def test_bids_are_in_the_log(tmp_path):
     class Bidder(Allocator):
-        def step(self, now, heard, sets):
+        def step(self, now, messages, sets):
             self.bid(sets[1], 0.25)
             return sets[0] if sets[0].applicable else None
 
@@ -104,7 +104,7 @@ def test_random_numbers_depend_on_seed_robot_and_step():
         numbers = {}
 
         class Draws(Allocator):
-            def step(self, now, heard, sets):
+            def step(self, now, messages, sets):
                 numbers[self.name, now] = (self.rng.random(), self.rng.randrange(1000), self.rng.gauss(), self.rng.choice("abc"))
 
         run("janitorial", {"*": Draws}, seed, limit=1)
@@ -124,7 +124,7 @@ def test_a_restarted_robot_has_no_memory():
         def reset(self):
             self.steps = 0
 
-        def step(self, now, heard, sets):
+        def step(self, now, messages, sets):
             self.steps += 1
             if self.name == "gold" and self.steps == 1:
                 lives.append(now)
@@ -132,38 +132,38 @@ def test_a_restarted_robot_has_no_memory():
     faults = [{"at_s": 1.0, "fault": {"kill": "gold"}}, {"at_s": 2.0, "fault": {"restart": "gold"}}]
     done = run("janitorial", {"*": Forgetful}, faults=faults, limit=3)
     assert lives[0] == 0 and len(lives) == 2 and 2 <= lives[1] <= 2.1
-    assert done.result["robots"]["gold"]["lives"] == 2
+    assert done.result["robots"]["gold"]["incarnations"] == 2
 
 
 class Boom(Allocator):
-    def step(self, now, heard, sets):
+    def step(self, now, messages, sets):
         return 1 / 0 if now >= 1 else None
 
 
 class Wrong(Allocator):
-    def step(self, now, heard, sets):
+    def step(self, now, messages, sets):
         return sets[0].id
 
 
 class Lame(Allocator):
-    def step(self, now, heard, sets):
+    def step(self, now, messages, sets):
         return next((option for option in sets if not option.applicable), None)
 
 
 class Nan(Allocator):
-    def step(self, now, heard, sets):
+    def step(self, now, messages, sets):
         self.bid(sets[0], float("nan"))
 
 
 class Loud(Allocator):
-    def step(self, now, heard, sets):
-        self.say(bytes(1201))
+    def step(self, now, messages, sets):
+        self.send(bytes(1201))
 
 
 class Chatty(Allocator):
-    def step(self, now, heard, sets):
+    def step(self, now, messages, sets):
         for _ in range(300):
-            self.say(b"?")
+            self.send(b"?")
 
 
 class Unborn(Allocator):
@@ -174,36 +174,36 @@ class Unborn(Allocator):
 class Drawer(Allocator):
     """Draws more numbers than a step has."""
 
-    def step(self, now, heard, sets):
+    def step(self, now, messages, sets):
         self.rng.getrandbits(64 * 2049)
 
 
 LINE = {
     name: number
     for number, line in enumerate(Path(__file__).read_text().splitlines(), 1)
-    for name in ("1 / 0 if", "float(\"nan\")", "bytes(1201)", "say(b\"?\")", "no such net", "64 * 2049")
+    for name in ("1 / 0 if", "float(\"nan\")", "bytes(1201)", "send(b\"?\")", "no such net", "64 * 2049")
     if name in line and "LINE" not in line and "for name in" not in line
 }
 
 
 @pytest.mark.parametrize(
-    ("mind", "expected", "cause"),
+    ("controller", "expected", "cause"),
     [
         (Boom, f"gold: tick 20: test_allocator.py:{LINE['1 / 0 if']}: ZeroDivisionError: division by zero", ZeroDivisionError),
         (Wrong, "gold: tick 0: TypeError: step returned int; it must return one of its sets or None", TypeError),
         (Lame, "which is not applicable; it must return an applicable set or None", ValueError),
         (Nan, f'gold: tick 0: test_allocator.py:{LINE["float(" + chr(34) + "nan" + chr(34) + ")"]}: ValueError: bid: nan is not a finite number', ValueError),
-        (Loud, f"gold: tick 0: test_allocator.py:{LINE['bytes(1201)']}: ValueError: say: 1201 bytes; at most 1200 can be sent", ValueError),
-        (Chatty, "ValueError: say: a robot with", ValueError),
+        (Loud, f"gold: tick 0: test_allocator.py:{LINE['bytes(1201)']}: ValueError: send: 1201 bytes; at most 1200 can be sent", ValueError),
+        (Chatty, "ValueError: send: a robot with", ValueError),
         (Unborn, f"gold: tick 0: test_allocator.py:{LINE['no such net']}: OSError: no such net", OSError),
         (Drawer, "RuntimeError: a step has at most 2048 random numbers", RuntimeError),
         (Allocator, "gold: tick 0: NotImplementedError: Allocator has no step", NotImplementedError),
     ],
 )
-def test_a_failed_allocator_is_reported_in_one_line(mind, expected, cause):
-    scenario = "waste-cleanup" if mind is Lame else "janitorial"
-    with pytest.raises(MindError) as error:
-        run(scenario, {"*": mind}, limit=5)
+def test_a_failed_allocator_is_reported_in_one_line(controller, expected, cause):
+    scenario = "waste-cleanup" if controller is Lame else "janitorial"
+    with pytest.raises(ControllerError) as error:
+        run(scenario, {"*": controller}, limit=5)
     assert expected in str(error.value) and "\n" not in str(error.value)
     assert isinstance(error.value.__cause__, cause)
 
@@ -214,11 +214,11 @@ def test_a_failed_allocator_is_reported_in_one_line(mind, expected, cause):
         ({"scenario": "servise"}, "'servise' is neither a built-in scenario nor a file"),
         ({"scenario": "janitorial", "seed": -1}, "invalid value '-1' for '--seed <N>'"),
         ({"scenario": "service", "robots": 0}, "--robots"),
-        ({"scenario": "janitorial", "minds": {"nobody": Greedy}}, "minds: there is no robot 'nobody'; there are gold, blue, green"),
-        ({"scenario": "janitorial", "minds": {"*": "nearst"}}, "there is no allocator 'nearst'"),
-        ({"scenario": "janitorial", "minds": {"*": 3}}, "minds: 3 of '*' is neither a class"),
-        ({"scenario": "janitorial", "minds": {"gold": type("Greedy", (Allocator,), {}), "*": Greedy}}, "two classes have the name 'greedy'"),
-        ({"scenario": "janitorial", "minds": {"*": type("Nearest", (Allocator,), {})}}, "'nearest' is one of the simulator's allocators"),
+        ({"scenario": "janitorial", "controllers": {"nobody": Greedy}}, "controllers: there is no robot 'nobody'; there are gold, blue, green"),
+        ({"scenario": "janitorial", "controllers": {"*": "nearst"}}, "there is no allocator 'nearst'"),
+        ({"scenario": "janitorial", "controllers": {"*": 3}}, "controllers: 3 of '*' is neither a class"),
+        ({"scenario": "janitorial", "controllers": {"gold": type("Greedy", (Allocator,), {}), "*": Greedy}}, "two classes have the name 'greedy'"),
+        ({"scenario": "janitorial", "controllers": {"*": type("Nearest", (Allocator,), {})}}, "'nearest' is one of the simulator's allocators"),
         ({"scenario": {"limit_s": -3.0}}, "limit_s: -3"),
         ({"scenario": "janitorial", "faults": [{"fault": {"kill": "nobody"}}]}, "nobody"),
         ({"scenario": "janitorial", "level": "loud"}, "level: there is no 'loud'; there are"),
@@ -240,12 +240,12 @@ def test_a_checkpoint_shares_only_frozen_attributes():
     class Learned(Allocator):
         frozen = {"net"}
 
-    mind = Learned()
-    mind.net, mind.memory, mind.setup = [1.0], {"a": [1]}, {"seed": 1}
-    twin = copy.deepcopy(mind)
-    assert twin.net is mind.net and twin.setup is mind.setup
+    controller = Learned()
+    controller.net, controller.memory, controller.setup = [1.0], {"a": [1]}, {"seed": 1}
+    twin = copy.deepcopy(controller)
+    assert twin.net is controller.net and twin.setup is controller.setup
     twin.memory["a"].append(2)
-    assert mind.memory == {"a": [1]}
+    assert controller.memory == {"a": [1]}
 
 
 def test_math_functions_are_those_of_libm():

@@ -91,7 +91,7 @@ def test_the_environment_can_be_wrapped_for_sequential_agents():
 
 @pytest.mark.parametrize("mission", ["waste", "service", "push", "observe"])
 def test_an_episode_with_rust_controllers_is_identical_to_the_run(mission):
-    env = parallel_env(mission, minds={"*": "alliance"}, robots=3, limit=20.0, period_s=0.7)
+    env = parallel_env(mission, controllers={"*": "alliance"}, robots=3, limit=20.0, period_s=0.7)
     env.reset(seed=5)
     assert env.agents == []
     steps = 0
@@ -107,15 +107,15 @@ def test_actions_are_equivalent_to_the_decisions_of_an_allocator(tmp_path):
     class Environment(Allocator):
         """Keeps its set while that is applicable, else takes the applicable set with the lowest id."""
 
-        def step(self, now, heard, sets):
+        def step(self, now, messages, sets):
             if now == 0:
                 return None
             mine = next((option for option in sets if option.active), None)
             free = [option for option in sets if option.applicable]
             return mine if mine in free else min(free, key=lambda option: option.id, default=None)
 
-    done = run("janitorial", {"*": type("Chooser", (Environment,), {})}, 3, limit=20.0, log=tmp_path / "mind")
-    chosen = load(tmp_path / "mind", "numpy")["allocation"]
+    done = run("janitorial", {"*": type("Chooser", (Environment,), {})}, 3, limit=20.0, log=tmp_path / "controller")
+    chosen = load(tmp_path / "controller", "numpy")["allocation"]
     env = parallel_env("janitorial", period_s=0.05, limit=20.0)
     env.reset(seed=3)
     env.record(tmp_path / "recorded")
@@ -193,7 +193,7 @@ def test_a_robot_without_an_action_does_not_move():
 
 
 def test_a_complete_episode_is_terminated_and_not_truncated():
-    env = parallel_env("service", minds={"r2": "nearest", "r3": "nearest"}, robots=3, size=2)
+    env = parallel_env("service", controllers={"r2": "nearest", "r3": "nearest"}, robots=3, size=2)
     env.reset(seed=1)
     while env.agents:
         _, _, terminations, truncations, infos = env.step({})
@@ -204,7 +204,7 @@ def test_a_complete_episode_is_terminated_and_not_truncated():
 
 
 def test_a_recorded_episode_with_rust_controllers_is_the_log_of_a_run(alliance, tmp_path):
-    env = parallel_env("waste-cleanup", minds={"*": "nearest"}, limit=5.0)
+    env = parallel_env("waste-cleanup", controllers={"*": "nearest"}, limit=5.0)
     env.record(tmp_path / "episode")
     env.reset(seed=2)
     while env.hash is None:
@@ -223,7 +223,7 @@ def test_recorded_actions_are_replayed_without_python(alliance, tmp_path, missio
         {"at_s": 1.0, "fault": {"drop": {"p": 0.3}}},
         {"at_s": 5.0, "for_s": 1.0, "fault": {"pause": killed}},
     ]
-    env = parallel_env(SCENARIOS[mission], level=level, faults=faults, limit=8.0, minds={names[0]: "alliance"})
+    env = parallel_env(SCENARIOS[mission], level=level, faults=faults, limit=8.0, controllers={names[0]: "alliance"})
     hashes = []
     for record in (True, False):
         if record:
@@ -236,20 +236,20 @@ def test_recorded_actions_are_replayed_without_python(alliance, tmp_path, missio
         hashes.append(infos[killed]["hash"])
     assert hashes[0] == hashes[1], "recording changed the episode"
     robots = load(tmp_path / "episode").run["scenario"]["robots"]
-    assert [robot["name"] for robot in robots if robot.get("mind") == "environment"] == env.possible_agents
+    assert [robot["name"] for robot in robots if robot.get("controller") == "environment"] == env.possible_agents
     assert alliance("replay", "episode").stderr == f"identical: 160 ticks, hash {hashes[0]}\n"
     alliance("report", "episode")
 
 
 def test_rewards_are_progress_minus_time_cost():
-    env = VecEnv("janitorial", minds={"blue": "nearest", "green": "nearest"}, limit=300.0, auto_reset=False)
+    env = VecEnv("janitorial", controllers={"blue": "nearest", "green": "nearest"}, limit=300.0, auto_reset=False)
     env.reset(1)
     gained, steps = 0.0, 0
     while not env.done[0]:
         env.step(np.zeros((1, 1)))
         gained, steps = gained + env.reward[0], steps + 1
     assert gained == env.row()["done"] > 0
-    costly = parallel_env("janitorial", minds={"blue": "nearest", "green": "nearest"}, limit=300.0, time_cost=0.5)
+    costly = parallel_env("janitorial", controllers={"blue": "nearest", "green": "nearest"}, limit=300.0, time_cost=0.5)
     costly.reset(seed=1)
     sum_of = 0.0
     while costly.agents:
@@ -263,7 +263,7 @@ def test_rewards_are_progress_minus_time_cost():
 
 
 def test_infos_contain_the_events_of_the_log(tmp_path):
-    env = parallel_env("janitorial", faults=KILLED, limit=8.0, minds={"blue": "nearest"})
+    env = parallel_env("janitorial", faults=KILLED, limit=8.0, controllers={"blue": "nearest"})
     env.record(tmp_path / "run")
     events = env.reset(seed=3)[1]["gold"]["events"]
     steps = [len(events)]

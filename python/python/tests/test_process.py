@@ -17,7 +17,7 @@ from greedy import Greedy
 BOOM = """
 from alliance_sim import Allocator, main
 class Boom(Allocator):
-    def step(self, now, heard, sets):
+    def step(self, now, messages, sets):
         if now >= 1:
             raise RuntimeError("out of luck")
 main(Boom)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from alliance_sim import Agent, Deed, run
+from alliance_sim import Action, Agent, run
 from alliance_sim.env import VecEnv
 
 #: One robot in the middle of the room, another one ahead and to its left.
@@ -36,10 +36,10 @@ def test_an_observation_has_the_positions_of_the_robot_and_its_teammates():
         assert [seen["heading.cos"], seen["heading.sin"]] == pytest.approx([np.cos(heading), np.sin(heading)], abs=1e-5)
         offsets = sorted((other[:2] - [x, y] for place, other in enumerate(poses) if place != agent), key=np.linalg.norm)
         for place, offset in enumerate(offsets):
-            assert seen[f"mate{place}.heard"] == seen[f"mate{place}.there"] == 1
+            assert seen[f"mate{place}.messages"] == seen[f"mate{place}.there"] == 1
             observed = np.array([seen[f"mate{place}.x"], seen[f"mate{place}.y"]]) * size.max()
             assert observed == pytest.approx(offset, abs=1e-3)
-        assert seen["mate2.heard"] == 0
+        assert seen["mate2.messages"] == 0
         assert seen["time"] == pytest.approx(45 * 0.05 / 10, abs=1e-6)
 
 
@@ -55,10 +55,10 @@ def test_a_wall_on_the_left_is_observed_on_the_left():
     assert (seen["ground.works"], seen["ground.here"], seen["ground.ahead"]) == (1, 0, -0.5)
 
     class Looker(Agent):
-        def step(self, now, readings, heard):
+        def step(self, now, readings, messages):
             assert all(readings.left) and not any(readings.right)
             assert readings.ground == (1.0, 0.5)
-            return Deed()
+            return Action()
 
     run(scenario, {"one": Looker}, limit=0.5)
 
@@ -155,14 +155,14 @@ def test_a_finished_episode_restarts_once():
 class Lone(Agent):
     """Repeats one action."""
 
-    deed = Deed()
+    action = Action()
 
-    def step(self, now, readings, heard):
-        return self.deed
+    def step(self, now, readings, messages):
+        return self.action
 
 
-def lone(deed):
-    return type("Lone", (Lone,), {"deed": deed})
+def lone(action):
+    return type("Lone", (Lone,), {"action": action})
 
 
 def test_work_at_a_point_completes_it():
@@ -173,35 +173,35 @@ def test_work_at_a_point_completes_it():
         "robots": [{"name": "one", "start": {"x_m": 5.0, "y_m": 4.0, "heading_deg": 0.0}}],
         "service": {"points": [point], "kinds": [{"name": "dust", "work_s": {"min": 5.0, "max": 5.0}}]},
     }
-    assert run(scenario, {"one": lone(Deed())}).outcome == "time-limit"
-    done = run(scenario, {"one": lone(Deed(work=0))})
+    assert run(scenario, {"one": lone(Action())}).outcome == "time-limit"
+    done = run(scenario, {"one": lone(Action(work=0))})
     assert done.complete and 5.0 <= done.seconds <= 5.2
 
 
 def test_a_report_at_the_site_is_logged(tmp_path):
-    def kinds(deed, folder):
-        done = run(waste([{"name": "one"}]), {"one": lone(deed)}, limit=1.0, log=tmp_path / folder)
+    def kinds(action, folder):
+        done = run(waste([{"name": "one"}]), {"one": lone(action)}, limit=1.0, log=tmp_path / folder)
         return set(done.load()["events"]["kind"])
 
-    assert "reported" in kinds(Deed(report=True), "reporting")
-    assert "reported" not in kinds(Deed(), "silent")
+    assert "reported" in kinds(Action(report=True), "reporting")
+    assert "reported" not in kinds(Action(), "silent")
 
 
 def test_progress_is_received_and_logged(tmp_path):
-    heard_of = []
+    received_of = []
 
     class Worker(Agent):
-        def step(self, now, readings, heard):
-            return Deed(doing=self.sets[0], progress=now in (1.0, 2.0))
+        def step(self, now, readings, messages):
+            return Action(doing=self.sets[0], progress=now in (1.0, 2.0))
 
     class Listener(Agent):
-        def step(self, now, readings, heard):
-            heard_of.extend((message.progress, message.task, message.carrying, message.position) for message in heard if message.state == "executing")
-            return Deed()
+        def step(self, now, readings, messages):
+            received_of.extend((message.progress, message.task, message.carrying, message.position) for message in messages if message.state == "executing")
+            return Action()
 
     done = run(waste(PAIR), {"one": Worker, "two": Listener}, limit=4.0, log=tmp_path / "run")
-    progress = [count for count, *_ in heard_of]
+    progress = [count for count, *_ in received_of]
     assert progress == sorted(progress) and set(progress) == {0, 1, 2}
-    assert {(task, carrying) for _, task, carrying, _ in heard_of} == {(0, False)}
-    assert {tuple(np.round(position, 4)) for *_, position in heard_of} == {(5.0, 4.0)}
+    assert {(task, carrying) for _, task, carrying, _ in received_of} == {(0, False)}
+    assert {tuple(np.round(position, 4)) for *_, position in received_of} == {(5.0, 4.0)}
     assert list(done.load()["events"]["kind"]).count("progress") == 2

@@ -234,7 +234,7 @@ impl Environment {
             self.external_agents.lock(*agent).wanted = None;
             if level != LogLevel::Off {
                 let robot = &mut setup.scenario.robots[agent.index()];
-                (robot.allocator, robot.mind) = (None, Some(NAME.to_owned()));
+                (robot.allocator, robot.controller) = (None, Some(NAME.to_owned()));
             }
         }
         let joins = joins_of(&setup);

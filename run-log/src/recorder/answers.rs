@@ -47,7 +47,7 @@ impl Deliveries {
         let mut deliveries = Self::default();
         for reception in receptions {
             *match reception.delivery {
-                Delivery::Heard => &mut deliveries.received,
+                Delivery::Received => &mut deliveries.received,
                 Delivery::Delayed => &mut deliveries.delayed,
                 Delivery::Lost | Delivery::Dropped | Delivery::Cut => &mut deliveries.lost,
                 Delivery::Duplicate => &mut deliveries.duplicate,

@@ -124,7 +124,7 @@ fn message(
         .number(reception.at.0)
         .fields(repeated.robot(receiver))
         .end_with(&mut repeated.messages[slot], key, |row| {
-            let content = reception.said;
+            let content = reception.content;
             let state = content.and_then(|content| content.state);
             row.text(names.robot(reception.sender))
                 .number(reception.incarnation)
@@ -215,7 +215,7 @@ fn describe(input: &Input) -> Option<(EventKind, &str, &str, String)> {
             robot,
             incarnation: 0,
             ..
-        } => (EventKind::AgentLost, robot, "", "never joined".to_owned()),
+        } => (EventKind::Gone, robot, "", "never joined".to_owned()),
         Input::Gone {
             robot,
             incarnation,
@@ -230,7 +230,7 @@ fn describe(input: &Input) -> Option<(EventKind, &str, &str, String)> {
             let broadcasts = if *listed { "listed" } else { "not listed" };
             let detail =
                 format!("incarnation {incarnation}; {counted}; last broadcasts {broadcasts}");
-            (EventKind::AgentLost, robot, "", detail)
+            (EventKind::Gone, robot, "", detail)
         }
         Input::StallBegin { robot, .. } => (EventKind::Stalled, robot, "", String::new()),
         Input::StallEnd { robot, .. } => (EventKind::Back, robot, "", String::new()),

@@ -129,7 +129,7 @@ impl Encoder {
             outcome,
             unscripted,
             faults,
-            minds: self.controllers.clone(),
+            controllers: self.controllers.clone(),
             result: self.tally.figures(figures),
             setup: self.setup.clone(),
         }

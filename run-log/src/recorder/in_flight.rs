@@ -21,7 +21,7 @@ impl InFlight {
         incarnation: Incarnation,
         reception: &Reception,
     ) -> bool {
-        let Some(content) = reception.said else {
+        let Some(content) = reception.content else {
             return true;
         };
         let key = (
@@ -39,7 +39,7 @@ impl InFlight {
             Delivery::Delayed | Delivery::Cut => {
                 self.0.remove(&key);
             }
-            Delivery::Heard | Delivery::Lost | Delivery::Duplicate | Delivery::Dropped => {}
+            Delivery::Received | Delivery::Lost | Delivery::Duplicate | Delivery::Dropped => {}
         }
         true
     }

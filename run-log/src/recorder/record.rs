@@ -93,7 +93,7 @@ pub enum EventKind {
     EnergyOut,
     /// An agent takes part from this tick on.
     Joined,
-    AgentLost,
+    Gone,
     Stalled,
     Back,
     Lost,
@@ -123,7 +123,7 @@ impl fmt::Display for EventKind {
             Self::Mission(kind) => kind,
             Self::EnergyOut => "energy-out",
             Self::Joined => "joined",
-            Self::AgentLost => "gone",
+            Self::Gone => "gone",
             Self::Stalled => "stalled",
             Self::Back => "back",
             Self::Lost => "lost",

@@ -73,7 +73,7 @@ impl Tally {
             if let Input::Join { robot, .. } = input
                 && let Some(robot) = self.roster.find(robot)
             {
-                self.robots[robot.index()].lives += 1;
+                self.robots[robot.index()].incarnations += 1;
             }
         }
         for event in record.events {
@@ -127,7 +127,7 @@ fn count(figures: &mut RobotFigures, answer: &Answer) {
     figures.ticks_counted += 1;
     figures.messages_sent += u64::from(report.broadcasts);
     figures.bytes_sent += u64::from(report.broadcast_bytes);
-    figures.messages_heard += u64::from(deliveries.received + deliveries.delayed);
+    figures.messages_received += u64::from(deliveries.received + deliveries.delayed);
     figures.messages_delayed += u64::from(deliveries.delayed);
     figures.messages_lost += u64::from(deliveries.lost);
     figures.messages_duplicate += u64::from(deliveries.duplicate);

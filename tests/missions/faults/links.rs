@@ -53,7 +53,7 @@ fn the_mission_completes_with_delayed_duplicated_and_reordered_messages() {
         assert!(delay >= at(0.5), "{row:?}");
     }
     assert_eq!(
-        with_delivery(&log, "heard").len(),
+        with_delivery(&log, "received").len(),
         0,
         "no message arrives on time"
     );
@@ -183,7 +183,7 @@ fn mute_deaf_hold_and_range_affect_the_stated_messages() {
         .filter(|row| row.delivery == "cut")
         .count();
     let within_range = during(80.0, 180.0)
-        .filter(|row| row.delivery == "heard")
+        .filter(|row| row.delivery == "received")
         .count();
     assert!(
         out_of_range > 0 && within_range > 0,

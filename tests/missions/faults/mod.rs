@@ -1,8 +1,8 @@
 //! Faults in missions by real processes: each has its stated effect, appears in the log, and is repeated byte for
 //! byte.
 
+mod controllers;
 mod links;
-mod minds;
 mod orders;
 mod processes;
 mod replays;

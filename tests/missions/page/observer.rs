@@ -129,7 +129,7 @@ fn a_page_receives_all_events_messages_and_the_end_of_the_run() {
     assert_eq!(ended["outcome"], "time-limit");
     assert_eq!(ended["folder"], lab.path("run").to_str().unwrap());
     assert!(stream.next().is_none());
-    assert!(deliveries.contains("Heard"), "{deliveries:?}");
+    assert!(deliveries.contains("Received"), "{deliveries:?}");
     team.wait().expect(1);
 
     // The events are those of the log, complete and in order.

@@ -282,7 +282,10 @@ fn gold_is_killed_on_the_page_and_the_page_shows_the_takeover_of_its_task() {
     // The restart button starts a new incarnation.
     browser.click("[data-robot=gold] [data-action=restart]");
     browser.wait_for("document.querySelector('[data-robot=gold]').dataset.state == 'present'");
-    assert_eq!(browser.text("[data-robot=gold] [data-field=life]"), "2");
+    assert_eq!(
+        browser.text("[data-robot=gold] [data-field=incarnation]"),
+        "2"
+    );
     assert_eq!(browser.console(), Vec::<String>::new());
     team.wait_for_row("events.csv", &[",joined,gold,", "incarnation 2"]);
     resume_at_full_speed(&page);

@@ -130,9 +130,9 @@ pub fn run_file(log: &RunLog) -> Result<Differences, ReadError> {
                 .count() as u64
         };
         let named = |name: &str| format!("robots.{robot}.{name}");
-        let lives = tables.count("joined", robot);
+        let incarnations = tables.count("joined", robot);
         let counts = [
-            ("lives", stated.lives.into(), lives),
+            ("incarnations", stated.incarnations.into(), incarnations),
             (
                 "ticks_counted",
                 stated.ticks_counted,
@@ -144,9 +144,9 @@ pub fn run_file(log: &RunLog) -> Result<Differences, ReadError> {
                 tables.count("activated", robot),
             ),
             (
-                "messages_heard",
-                stated.messages_heard,
-                received(&["heard", "delayed"]),
+                "messages_received",
+                stated.messages_received,
+                received(&["received", "delayed"]),
             ),
             (
                 "messages_lost",

@@ -122,7 +122,7 @@ impl Simulation {
                 Vec::new()
             } else {
                 let robots = setup.scenario.robots.iter();
-                robots.map(|robot| robot.mind.is_some()).collect()
+                robots.map(|robot| robot.controller.is_some()).collect()
             },
             broadcasts: Vec::new(),
             undecodable: Vec::new(),

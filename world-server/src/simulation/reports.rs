@@ -159,7 +159,7 @@ impl Simulation {
     /// Collects the faults that changed the delivery of messages.
     fn collect_hits(&self, report: &Report, hits: &mut Vec<FaultIndex>) {
         for reception in &report.receptions {
-            if reception.delivery != Delivery::Heard {
+            if reception.delivery != Delivery::Received {
                 hits.extend(self.links.causes(report.robot, reception));
             }
         }

@@ -26,7 +26,7 @@ const MISSION: &str = "/mission";
 
 /// Event kinds that `/log` records as warnings.
 const WARNINGS: [EventKind; 7] = [
-    EventKind::AgentLost,
+    EventKind::Gone,
     EventKind::Stalled,
     EventKind::Lost,
     EventKind::EnergyOut,

@@ -133,7 +133,7 @@ impl Made {
 
     /// Adds a receipt: the receiver learns that the sender executes the task.
     fn claim(&mut self, seconds: f64, receiver: &str, sender: &str, task: &str) {
-        self.message(seconds, receiver, sender, task, "executing", "heard");
+        self.message(seconds, receiver, sender, task, "executing", "received");
     }
 
     fn message(
@@ -173,7 +173,7 @@ impl Made {
             faults: Vec::new(),
             build: String::new(),
             agent_builds: std::collections::BTreeMap::new(),
-            minds: std::collections::BTreeMap::new(),
+            controllers: std::collections::BTreeMap::new(),
             result: self.figures.clone(),
             setup: self.history.setup.clone(),
         }
@@ -213,7 +213,7 @@ fn death() -> Made {
         let received = f64::from(second) + 0.5;
         made.claim(received, "blue", "gold", TOP);
         // Green does not receive gold's last message.
-        let delivery = if second == 29 { "lost" } else { "heard" };
+        let delivery = if second == 29 { "lost" } else { "received" };
         made.message(received, "green", "gold", TOP, "executing", delivery);
         // Claims of another task do not matter.
         made.claim(received + 0.5, "green", "blue", BOTTOM);

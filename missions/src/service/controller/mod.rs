@@ -43,7 +43,7 @@ const QUEUE_TIME: SimTime = SimTime(60_000);
 /// drive around something.
 const ROOM_M: f32 = 0.15;
 
-pub const MIND: MissionController = MissionController {
+pub const CONTROLLER: MissionController = MissionController {
     data: SERVICE,
     shared: |setup| Arc::new(Team(Arc::new(Briefing::from_setup(setup)))),
 };
@@ -53,7 +53,7 @@ struct Team(Arc<Briefing>);
 
 impl SharedMission for Team {
     fn create_controller(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
-        let controller = ServiceMind::new(robot, setup, &self.0);
+        let controller = ServiceController::new(robot, setup, &self.0);
         Box::new(ControllerAdapter::new(controller, robot, setup))
     }
 
@@ -95,7 +95,7 @@ impl SharedMission for Team {
 }
 
 #[derive(Clone, Debug)]
-struct ServiceMind {
+struct ServiceController {
     briefing: Arc<Briefing>,
     memory: Memory,
     driver: Driver,
@@ -111,7 +111,7 @@ struct ServiceMind {
     now: SimTime,
 }
 
-impl ServiceMind {
+impl ServiceController {
     fn new(robot: RobotId, setup: &Setup, briefing: &Arc<Briefing>) -> Self {
         let behaviors = OwnBehavior::of_robot(robot, setup);
         let skills = briefing.skills(robot, setup);
@@ -296,7 +296,7 @@ impl ServiceMind {
     }
 }
 
-impl TypedController for ServiceMind {
+impl TypedController for ServiceController {
     type SensorReading = SensorReading;
     type Action = Action;
     type SharedKnowledge = SharedKnowledge;
@@ -382,7 +382,7 @@ impl TypedController for ServiceMind {
     }
 }
 
-impl ServiceMind {
+impl ServiceController {
     /// Returns the earliest start of a point's current round if each point is a task. All robots compute the same time.
     fn came_back(&self, fact: &PointFact) -> SimTime {
         let period = self.briefing.kinds[usize::from(fact.kind)].period;

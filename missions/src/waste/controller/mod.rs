@@ -67,7 +67,7 @@ use sight::FloorView;
 use spill::SpillWork;
 use teammates::Teammates;
 
-pub const MIND: MissionController = MissionController {
+pub const CONTROLLER: MissionController = MissionController {
     data: WASTE,
     shared: |setup| Arc::new(SharedBriefing(Arc::new(Map::of(&setup.scenario)))),
 };

@@ -92,7 +92,7 @@ fn deliveries(messages: &StepMessages) -> Vec<(u16, u64, Delivery, u64)> {
     let receptions = messages.receptions.iter();
     receptions
         .map(|reception| {
-            let seq = reception.said.map_or(u64::MAX, |summary| summary.seq);
+            let seq = reception.content.map_or(u64::MAX, |summary| summary.seq);
             let at = reception.at.0 / STEP.0;
             (reception.sender.0, seq, reception.delivery, at)
         })
@@ -131,7 +131,7 @@ fn a_missing_broadcast_is_logged_as_lost_with_its_sender() {
         [(1, u64::MAX, Delivery::Lost, 5), (1, 41, Delivery::Cut, 5)]
     );
     assert_eq!(messages.receptions[0].sent, SimTime(200));
-    assert_eq!(messages.receptions[0].said, None);
+    assert_eq!(messages.receptions[0].content, None);
 }
 
 #[test]
@@ -148,7 +148,7 @@ fn a_clear_link_delivers_at_once_in_order_of_rank_and_number() {
         messages
             .receptions
             .iter()
-            .all(|r| r.delivery == Delivery::Heard)
+            .all(|r| r.delivery == Delivery::Received)
     );
     assert!(links.kept.is_empty() && links.copies.is_empty());
 }
@@ -172,7 +172,7 @@ fn probabilities_0_and_1_are_exact() {
             deliveries(&messages)[..2],
             [
                 (0, seq, Delivery::Dropped, tick),
-                (1, seq, Delivery::Heard, tick)
+                (1, seq, Delivery::Received, tick)
             ]
         );
         let copies = if tick == 1 { 0 } else { 1 };
@@ -233,7 +233,7 @@ fn observed_frequencies_match_the_probabilities() {
         // The standard deviations are 46 and 25.
         let (dropped, copies) = (counts["dropped"], counts["duplicate"]);
         assert!((2860..3140).contains(&dropped), "{counts:?}");
-        assert_eq!(counts["heard"], 10_000 - dropped);
+        assert_eq!(counts["received"], 10_000 - dropped);
         assert!((625..775).contains(&copies), "{counts:?}");
     }
 }
@@ -476,7 +476,7 @@ proptest! {
                 let key = (sender, seq);
                 let is_listed = place < listed;
                 prop_assert_eq!(is_listed, seq / 10 == tick - 1);
-                if is_listed && delivery != Delivery::Heard {
+                if is_listed && delivery != Delivery::Received {
                     let (_, link, hold) = input.senders[usize::from(sender)];
                     let effect = LinkState { hold, ..link }.effect_behind(delivery);
                     prop_assert!(effect.is_some(), "no effect explains {:?}", delivery);
@@ -486,7 +486,7 @@ proptest! {
                         prop_assert!(is_listed && at >= tick);
                         prop_assert!(in_flight.insert(key, at).is_none());
                     }
-                    Delivery::Heard | Delivery::Dropped => {
+                    Delivery::Received | Delivery::Dropped => {
                         prop_assert!(is_listed && at == tick && settled.insert(key));
                     }
                     Delivery::Cut => {
@@ -501,7 +501,7 @@ proptest! {
                     Delivery::Duplicate => prop_assert_eq!(audible.remove(&key), Some(tick - 1)),
                     Delivery::Lost => prop_assert!(false, "everything has arrived"),
                 }
-                if matches!(delivery, Delivery::Heard | Delivery::Delayed) {
+                if matches!(delivery, Delivery::Received | Delivery::Delayed) {
                     audible.insert(key, tick);
                     expected.insert(key);
                 }

@@ -13,13 +13,13 @@ fn figures_of_the_sample() {
     assert_eq!(
         result.robots["blue"],
         RobotFigures {
-            lives: 1,
+            incarnations: 1,
             ticks_counted: 3,
             activations: 1,
             mission: Default::default(),
             messages_sent: 0,
             bytes_sent: 0,
-            messages_heard: 1,
+            messages_received: 1,
             messages_lost: 1,
             messages_delayed: 0,
             messages_duplicate: 0,

@@ -135,7 +135,7 @@ fn every_part_counts_in_its_section() {
         messages
     );
     let summary = |change: fn(&mut BroadcastSummary)| {
-        changed(move |tick| change(tick.blue().1.receptions[0].said.as_mut().unwrap()))
+        changed(move |tick| change(tick.blue().1.receptions[0].content.as_mut().unwrap()))
     };
     assert_eq!(summary(|summary| summary.seq ^= 1), messages);
     assert_eq!(summary(|summary| summary.state = None), messages);

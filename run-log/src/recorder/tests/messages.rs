@@ -10,7 +10,7 @@ fn reception(seq: u64, at_ms: u64, delivery: Delivery) -> Reception {
         incarnation: 1,
         sent: SimTime(0),
         delivery,
-        said: Some(BroadcastSummary {
+        content: Some(BroadcastSummary {
             seq,
             kind: BroadcastKind::Heartbeat,
             state: None,
@@ -81,7 +81,7 @@ fn a_delayed_message_has_its_row_when_it_is_delivered_or_cut() {
             1,
             vec![
                 reception(0, 50, Delivery::Pending),
-                reception(1, 0, Delivery::Heard),
+                reception(1, 0, Delivery::Received),
                 reception(2, 50, Delivery::Pending),
                 reception(3, 0, Delivery::Cut),
             ],
@@ -98,7 +98,7 @@ fn a_delayed_message_has_its_row_when_it_is_delivered_or_cut() {
     assert_eq!(
         rows(&ticks),
         [
-            row(0, 1, "heard"),
+            row(0, 1, "received"),
             row(0, 3, "cut"),
             row(50, 1, "duplicate"),
             row(100, 2, "delayed"),
@@ -106,7 +106,7 @@ fn a_delayed_message_has_its_row_when_it_is_delivered_or_cut() {
         ]
     );
     let figures = log(LogLevel::Off, &ticks).0.result.robots["blue"].clone();
-    assert_eq!((figures.messages_heard, figures.messages_lost), (2, 2));
+    assert_eq!((figures.messages_received, figures.messages_lost), (2, 2));
     assert_eq!(
         (figures.messages_delayed, figures.messages_duplicate),
         (1, 1)
@@ -140,9 +140,12 @@ fn messages_in_flight_to_a_dead_robot_stay_pending() {
 fn messages_in_flight_at_the_end_of_the_run_stay_pending() {
     let ticks = ticks([
         (1, vec![reception(0, 500, Delivery::Pending)]),
-        (1, vec![reception(1, 50, Delivery::Heard)]),
+        (1, vec![reception(1, 50, Delivery::Received)]),
     ]);
-    assert_eq!(rows(&ticks), [row(50, 1, "heard"), row(500, 0, "pending")]);
+    assert_eq!(
+        rows(&ticks),
+        [row(50, 1, "received"), row(500, 0, "pending")]
+    );
 }
 
 #[test]
@@ -153,5 +156,5 @@ fn a_pending_message_is_in_the_hash_at_every_level() {
     };
     let full = hash(LogLevel::Full, Delivery::Pending);
     assert_eq!(full, hash(LogLevel::Off, Delivery::Pending));
-    assert_ne!(full, hash(LogLevel::Full, Delivery::Heard));
+    assert_ne!(full, hash(LogLevel::Full, Delivery::Received));
 }

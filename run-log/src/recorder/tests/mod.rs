@@ -236,8 +236,8 @@ fn sample() -> Vec<OwnedTick> {
         sender: GOLD,
         incarnation: 1,
         sent: SimTime(0),
-        delivery: Delivery::Heard,
-        said: Some(BroadcastSummary {
+        delivery: Delivery::Received,
+        content: Some(BroadcastSummary {
             seq: 0,
             kind: BroadcastKind::Heartbeat,
             state: Some(TaskState::Executing),
@@ -251,7 +251,7 @@ fn sample() -> Vec<OwnedTick> {
         received,
         Reception {
             delivery: Delivery::Lost,
-            said: None,
+            content: None,
             ..received
         },
     ];

@@ -84,7 +84,10 @@ fn any_reception() -> impl Strategy<Value = Reception> {
         mostly(0, vec![1, 3]),
         mostly(1, vec![2]),
         mostly(SimTime(0), vec![SimTime(50)]),
-        mostly(Delivery::Heard, vec![Delivery::Lost, Delivery::Duplicate]),
+        mostly(
+            Delivery::Received,
+            vec![Delivery::Lost, Delivery::Duplicate],
+        ),
         prop_oneof![8 => summary.prop_map(Some), 1 => Just(None)],
     )
         .prop_map(|(sender, incarnation, sent, delivery, summary)| Reception {
@@ -93,7 +96,7 @@ fn any_reception() -> impl Strategy<Value = Reception> {
             incarnation,
             sent,
             delivery,
-            said: summary,
+            content: summary,
         })
 }
 

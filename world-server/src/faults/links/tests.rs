@@ -283,7 +283,7 @@ fn reception(sender: RobotId, sent_tick: Tick, delivery: Delivery) -> Reception 
         incarnation: 1,
         sent: SimTime(sent_tick * 50),
         delivery,
-        said: None,
+        content: None,
     }
 }
 
@@ -310,7 +310,7 @@ fn each_delivery_is_attributed_to_its_possible_faults() {
     assert_eq!(causes(&links, GOLD, 9, Delivery::Pending), [2, 3]);
     assert_eq!(causes(&links, GREEN, 9, Delivery::Pending), [2]);
     assert_eq!(causes(&links, GOLD, 9, Delivery::Cut), [5, 6]);
-    for delivery in [Delivery::Heard, Delivery::Lost, Delivery::Delayed] {
+    for delivery in [Delivery::Received, Delivery::Lost, Delivery::Delayed] {
         assert_eq!(causes(&links, GOLD, 9, delivery), NONE);
     }
     // The message was sent earlier and kept; it is due while the receiver is out.

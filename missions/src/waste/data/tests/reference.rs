@@ -236,7 +236,7 @@ fn populated() -> Scenario {
             // The waste clean-up has no skills.
             skills: None,
             allocator: Some("x".to_owned()),
-            mind: Some("x".to_owned()),
+            controller: Some("x".to_owned()),
             absent: true,
             start: Some(Start {
                 x_m: 1.0,

@@ -13,10 +13,10 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, ClassVar
 
-from ._engine import Heard, Set, Stream
+from ._engine import Message, Set, Stream
 
 #: Maximum length of a controller's own message, bytes.
-SAY_MAX = 1200
+MESSAGE_MAX = 1200
 
 #: Attributes that a checkpoint shares with its controller.
 SHARED = {"name", "rank", "sets", "setup", "rng"}
@@ -53,7 +53,7 @@ class Rng(random.Random):
         return self.normalvariate(mu, sigma)
 
 
-class Mind:
+class Controller:
     """Common base of `Allocator` and `Agent`. Derive from one of these two.
 
     The same inputs must give the same step on every machine: use no clock, no `random` except `self.rng`, and no order of a set.
@@ -73,27 +73,27 @@ class Mind:
     frozen: ClassVar[frozenset[str] | set[str]] = frozenset()
 
     _is_whole: ClassVar[bool]
-    _said: list[bytes]
+    _outbox: list[bytes]
 
     def reset(self) -> None:
         """Starts an incarnation, without memory. `name`, `rank`, `sets` and `setup` are set before."""
 
-    def _say(self, message: bytes) -> None:
+    def _send(self, message: bytes) -> None:
         if not isinstance(message, bytes):
-            raise TypeError(f"say: {type(message).__name__} is not bytes")
-        if len(message) > SAY_MAX:
-            raise ValueError(f"say: {len(message)} bytes; at most {SAY_MAX} can be sent")
+            raise TypeError(f"send: {type(message).__name__} is not bytes")
+        if len(message) > MESSAGE_MAX:
+            raise ValueError(f"send: {len(message)} bytes; at most {MESSAGE_MAX} can be sent")
         sets = len(self.sets)
-        if len(self._said) > sets:
-            raise ValueError(f"say: a robot with {sets} sets sends at most {sets + 1} messages in a step")
-        self._said.append(message)
+        if len(self._outbox) > sets:
+            raise ValueError(f"send: a robot with {sets} sets sends at most {sets + 1} messages in a step")
+        self._outbox.append(message)
 
     def _begin(self, name: str, rank: int, setup: Mapping[str, Any], stream: Stream, sets: Sequence[str]) -> None:
         self.name, self.rank, self.setup, self.rng, self.sets = name, rank, setup, Rng(stream), tuple(sets)
-        self._said = []
+        self._outbox = []
         self.reset()
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> Mind:
+    def __deepcopy__(self, memo: dict[int, Any]) -> Controller:
         shared = SHARED | self.frozen
         twin = type(self).__new__(type(self))
         memo[id(self)] = twin
@@ -102,7 +102,7 @@ class Mind:
         return twin
 
 
-class Allocator(Mind):
+class Allocator(Controller):
     """Selects the active behavior set of a robot. The mission's own controller in Rust does everything else.
 
     The package sends heartbeats with the robot's task, so robots with other allocators can use them.
@@ -111,17 +111,17 @@ class Allocator(Mind):
     _is_whole = False
     _bids: dict[int, float]
 
-    def step(self, now: float, heard: Sequence[Heard], sets: Sequence[Set]) -> Set | None:
+    def step(self, now: float, messages: Sequence[Message], sets: Sequence[Set]) -> Set | None:
         """Returns the applicable set that is active from now on, or `None` to be idle.
 
-        `now`: simulated time, s. `heard`: heartbeats of teammates, and messages that teammates of the same class sent with `say`, ordered
+        `now`: simulated time, s. `messages`: heartbeats of teammates, and messages that teammates of the same class sent with `send`, ordered
         by sender and number. `sets`: the robot's behavior sets, always in the same order.
         """
         raise NotImplementedError(f"{type(self).__name__} has no step")
 
-    def say(self, words: bytes) -> None:
-        """Sends up to 1200 bytes to the teammates of the same class, with this step. They receive them as `Heard.said`."""
-        self._say(words)
+    def send(self, words: bytes) -> None:
+        """Sends up to 1200 bytes to the teammates of the same class, with this step. They receive them as `Message.content`."""
+        self._send(words)
 
     def bid(self, set: Set, value: float) -> None:
         """Records the value of a set in this step in allocation.csv. The page and the report show it."""
@@ -165,7 +165,7 @@ class Readings:
 
 
 @dataclass(frozen=True, slots=True)
-class Deed:
+class Action:
     """Action of a robot in a step. It turns first, then moves straight ahead, both within its limits. It cannot reverse."""
 
     #: Forward speed, m/s.
@@ -180,9 +180,9 @@ class Deed:
     read: int | None = None
     #: For observe: observes the targets in range, if the device works.
     watch: bool = True
-    #: Messages of up to 1200 bytes to the teammates of the same class, received as `Heard.said`; at most one more than
+    #: Messages of up to 1200 bytes to the teammates of the same class, received as `Message.content`; at most one more than
     #: the number of sets.
-    say: Sequence[bytes] = ()
+    send: Sequence[bytes] = ()
     #: Name of the active behavior set, one of `Agent.sets`, for heartbeats, log and page. `None`: idle.
     doing: str | None = None
     #: The robot has just had an effect on the world with that set. Heartbeats contain the number of effects.
@@ -194,12 +194,12 @@ class Deed:
             try:
                 value = float(value)
             except (TypeError, ValueError):
-                raise TypeError(f"Deed: {name} is {value!r}, which is not a finite number") from None
+                raise TypeError(f"Action: {name} is {value!r}, which is not a finite number") from None
             if value - value != 0.0:
-                raise ValueError(f"Deed: {name} is {value}, which is not a finite number")
+                raise ValueError(f"Action: {name} is {value}, which is not a finite number")
 
 
-class Agent(Mind):
+class Agent(Controller):
     """Complete controller of a robot. It replaces the mission's own controller in Rust.
 
     The package sends heartbeats with position and activity, so other robots can use them. It neither repeats nor extends the shared
@@ -208,17 +208,17 @@ class Agent(Mind):
 
     _is_whole = True
 
-    def step(self, now: float, readings: Readings, heard: Sequence[Heard]) -> Deed:
+    def step(self, now: float, readings: Readings, messages: Sequence[Message]) -> Action:
         """Returns the action of the robot.
 
-        `now`: simulated time, s. `readings`: sensor readings. `heard`: heartbeats of teammates, and messages that teammates of the same
-        class sent with `say`, ordered by sender and number.
+        `now`: simulated time, s. `readings`: sensor readings. `messages`: heartbeats of teammates, and messages that teammates of the same
+        class sent with `send`, ordered by sender and number.
         """
         raise NotImplementedError(f"{type(self).__name__} has no step")
 
-    def _speak(self, say: Sequence[bytes]) -> None:
-        for message in say:
-            self._say(message)
+    def _send_all(self, send: Sequence[bytes]) -> None:
+        for message in send:
+            self._send(message)
 
 
 def readings(text: str) -> Readings:
@@ -235,19 +235,19 @@ def readings(text: str) -> Readings:
     return Readings(**values)
 
 
-def step_twice(mind: Mind, given: tuple[Any, ...]) -> Any:
+def step_twice(controller: Controller, given: tuple[Any, ...]) -> Any:
     """Runs a step also on a copy. Raises a `ValueError` that names the first field with a different value."""
-    twin = copy.deepcopy(mind)
-    stream = mind.rng._stream
-    first = mind.step(*given)
+    twin = copy.deepcopy(controller)
+    stream = controller.rng._stream
+    first = controller.step(*given)
     stream.begin_again()
     second = twin.step(*given)
     stream.begin_again()
     pairs = [("step", first, second)]
-    if isinstance(first, Deed) and isinstance(second, Deed):
-        pairs = [(f"Deed.{field.name}", getattr(first, field.name), getattr(second, field.name)) for field in fields(Deed)]
-    attributes, copied = vars(mind), vars(twin)
-    skipped = SHARED | mind.frozen
+    if isinstance(first, Action) and isinstance(second, Action):
+        pairs = [(f"Action.{field.name}", getattr(first, field.name), getattr(second, field.name)) for field in fields(Action)]
+    attributes, copied = vars(controller), vars(twin)
+    skipped = SHARED | controller.frozen
     pairs += [(f"self.{name}", attributes.get(name), copied.get(name)) for name in sorted(attributes.keys() | copied.keys()) if name not in skipped]
     for field, one, another in pairs:
         if not _is_same(one, another):

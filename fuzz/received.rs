@@ -53,7 +53,7 @@ const TICKS: [u64; 5] = [1, 2, 2, 40, 400];
 /// # Panics
 /// Panics if the robot activates a behavior that it does not have, or sends a broadcast that is too long for the bus.
 #[must_use]
-pub fn is_heard(bytes: &[u8]) -> bool {
+pub fn accepts(bytes: &[u8]) -> bool {
     let Ok(broadcast) = decode::<Broadcast>(bytes) else {
         return false;
     };
@@ -68,7 +68,7 @@ pub fn is_heard(bytes: &[u8]) -> bool {
             // The world lists only the ids of members as senders.
             let senders = [RobotId(0), RobotId(2)];
             let copies = senders.repeat(if step == 1 { 2 } else { 1 });
-            let heard = |sender| {
+            let received = |sender| {
                 let broadcast = broadcast.clone();
                 Some(Arc::new(Broadcast {
                     sender,
@@ -82,7 +82,7 @@ pub fn is_heard(bytes: &[u8]) -> bool {
                 count: 1,
                 link: None,
             };
-            space.arrived = copies.iter().copied().map(heard).collect();
+            space.arrived = copies.iter().copied().map(received).collect();
             let message = TickMessage {
                 incarnation: 1,
                 tick,

@@ -1,4 +1,4 @@
-//! External controllers, named in the scenario and started by `--mind`. Here they are the command's own agent, which
+//! External controllers, named in the scenario and started by `--controller`. Here they are the command's own agent, which
 //! launcher, log and replay treat like any other program.
 
 use std::fs;
@@ -14,32 +14,32 @@ use crate::team::Team;
 const PROGRAM: &str = env!("CARGO_BIN_EXE_alliance-under-test");
 
 /// A scenario of the usual team in which gold and green have external controllers.
-const MINDS: &str = "
-name = 'minds'
+const CONTROLLERS: &str = "
+name = 'controllers'
 [[robots]]
 name = 'blue'
 [[robots]]
 name = 'gold'
-mind = 'agent'
+controller = 'agent'
 [[robots]]
 name = 'green'
 side_sensor = true
-mind = 'other'
+controller = 'other'
 ";
 
 fn write(lab: &Lab, file: &str, text: &str) {
     fs::write(lab.path(file), text).unwrap();
 }
 
-fn mind(name: &str) -> String {
-    format!("--mind={name}={PROGRAM} cluster agent")
+fn controller(name: &str) -> String {
+    format!("--controller={name}={PROGRAM} cluster agent")
 }
 
 /// Runs the scenario with the command's own agents as external controllers.
 #[track_caller]
 fn run(lab: &Lab, out: &str, arguments: &[&str]) -> Finished {
-    let minds = [mind("agent@7"), mind("other")];
-    let mut all = vec!["minds.toml", &minds[0], &minds[1]];
+    let controllers = [controller("agent@7"), controller("other")];
+    let mut all = vec!["controllers.toml", &controllers[0], &controllers[1]];
     all.extend(arguments);
     lab.mission(out, &all)
 }
@@ -67,27 +67,27 @@ fn kinds(log: &RunLog, robot: &str) -> Vec<String> {
 #[test]
 fn external_controllers_give_the_hash_of_the_built_in_ones_and_a_replay_needs_no_controller() {
     let lab = Lab::new();
-    write(&lab, "minds.toml", MINDS);
-    let built_in = MINDS
-        .replace("mind = 'agent'", "")
-        .replace("mind = 'other'", "");
-    write(&lab, "own.toml", &built_in.replace("minds", "own"));
+    write(&lab, "controllers.toml", CONTROLLERS);
+    let built_in = CONTROLLERS
+        .replace("controller = 'agent'", "")
+        .replace("controller = 'other'", "");
+    write(&lab, "own.toml", &built_in.replace("controllers", "own"));
     for level in ["full", "summary", "off"] {
         let arguments = ["--limit=20", "--log", level];
-        run(&lab, &format!("minds-{level}"), &arguments).expect(1);
+        run(&lab, &format!("controllers-{level}"), &arguments).expect(1);
         lab.mission(
             &format!("own-{level}"),
             &[&["own.toml"], &arguments[..]].concat(),
         )
         .expect(1);
-        let (minds, built_in) = (format!("minds-{level}"), format!("own-{level}"));
-        assert!(hash(&lab, &minds).is_some());
-        assert_eq!(hash(&lab, &minds), hash(&lab, &built_in));
+        let (controllers, built_in) = (format!("controllers-{level}"), format!("own-{level}"));
+        assert!(hash(&lab, &controllers).is_some());
+        assert_eq!(hash(&lab, &controllers), hash(&lab, &built_in));
         assert!(!lab.path(&built_in).join("foreign.bin").exists());
-        assert_identical(&lab.run(&["replay", &minds]).expect(0));
+        assert_identical(&lab.run(&["replay", &controllers]).expect(0));
     }
-    let log = lab.log("minds-full");
-    let version = |name: &str| log.run.minds[name].version.clone();
+    let log = lab.log("controllers-full");
+    let version = |name: &str| log.run.controllers[name].version.clone();
     assert_eq!(
         (version("agent"), version("other")),
         (Some("7".to_owned()), None)
@@ -99,11 +99,11 @@ fn external_controllers_give_the_hash_of_the_built_in_ones_and_a_replay_needs_no
     );
 
     // The tables written by a replay have the same bytes.
-    lab.run(&["replay", "minds-full", "--out", "again"])
+    lab.run(&["replay", "controllers-full", "--out", "again"])
         .expect(0);
-    lab.assert_same_bytes("minds-full", "again");
+    lab.assert_same_bytes("controllers-full", "again");
     let bytes = |out: &str| fs::read(lab.path(out).join("foreign.bin")).unwrap();
-    assert_eq!(bytes("minds-full"), bytes("again"));
+    assert_eq!(bytes("controllers-full"), bytes("again"));
 }
 
 #[test]
@@ -129,7 +129,7 @@ fn process_faults_reach_external_controllers_and_replays_are_identical() {
         fault.drop.p = 0.4
         at_s = 2.0
     "#;
-    write(&lab, "minds.toml", &format!("{MINDS}{faults}"));
+    write(&lab, "controllers.toml", &format!("{CONTROLLERS}{faults}"));
     run(&lab, "run", &["--limit=20"]).expect(1);
     let log = lab.log("run");
     assert!(
@@ -151,17 +151,17 @@ fn process_faults_reach_external_controllers_and_replays_are_identical() {
 
     assert_identical(&lab.run(&["replay", "run"]).expect(0));
     assert_identical(
-        &lab.run(&["replay", "run", &mind("agent"), &mind("other")])
+        &lab.run(&["replay", "run", &controller("agent"), &controller("other")])
             .expect(0),
     );
     // A replay with one of the two controllers.
-    assert_identical(&lab.run(&["replay", "run", &mind("other")]).expect(0));
+    assert_identical(&lab.run(&["replay", "run", &controller("other")]).expect(0));
 }
 
 #[test]
 fn a_controller_that_answers_differently_is_reported_with_tick_and_field() {
     let lab = Lab::new();
-    write(&lab, "minds.toml", MINDS);
+    write(&lab, "controllers.toml", CONTROLLERS);
     run(&lab, "run", &["--limit=10"]).expect(1);
     // The recorded world now states another allocator for the robot.
     let path = lab.path("run/run.json");
@@ -170,7 +170,7 @@ fn a_controller_that_answers_differently_is_reported_with_tick_and_field() {
     fs::write(&path, run.to_string()).unwrap();
     assert_identical(&lab.run(&["replay", "run"]).expect(0));
     let differs = lab
-        .run(&["replay", "run", "--json", &mind("agent")])
+        .run(&["replay", "run", "--json", &controller("agent")])
         .expect(1);
     let found = differs.json();
     assert_eq!(
@@ -180,12 +180,17 @@ fn a_controller_that_answers_differently_is_reported_with_tick_and_field() {
             &found["robot"],
             &found["section"]
         ),
-        (&"differs".into(), &0.into(), &"gold".into(), &"mind".into())
+        (
+            &"differs".into(),
+            &0.into(),
+            &"gold".into(),
+            &"controller".into()
+        )
     );
     assert!(found["field"].is_string(), "{found}");
     // A controller that does not answer at all.
     let silent = lab
-        .run(&["replay", "run", "--mind=agent=sh -c 'exit 7'"])
+        .run(&["replay", "run", "--controller=agent=sh -c 'exit 7'"])
         .expect(2);
     assert!(
         silent
@@ -194,7 +199,7 @@ fn a_controller_that_answers_differently_is_reported_with_tick_and_field() {
         "{}",
         silent.stderr
     );
-    let unknown = lab.run(&["replay", "run", &mind("agnt")]).expect(2);
+    let unknown = lab.run(&["replay", "run", &controller("agnt")]).expect(2);
     assert!(
         unknown.stderr.contains("there are agent, other"),
         "{}",
@@ -205,7 +210,7 @@ fn a_controller_that_answers_differently_is_reported_with_tick_and_field() {
 #[test]
 fn a_truncated_or_damaged_answer_file_is_refused_in_one_line() {
     let lab = Lab::new();
-    write(&lab, "minds.toml", MINDS);
+    write(&lab, "controllers.toml", CONTROLLERS);
     for level in ["full", "off"] {
         run(&lab, level, &["--limit=5", "--log", level]).expect(1);
         let path = lab.path(level).join("foreign.bin");
@@ -232,9 +237,17 @@ fn a_truncated_or_damaged_answer_file_is_refused_in_one_line() {
 #[test]
 fn a_killed_world_leaves_the_answers_of_every_complete_tick() {
     let lab = Lab::new();
-    write(&lab, "minds.toml", MINDS);
-    let minds = [mind("agent"), mind("other")];
-    let mut team = Team::start(&lab, &["minds.toml", "--speed=8x", &minds[0], &minds[1]]);
+    write(&lab, "controllers.toml", CONTROLLERS);
+    let controllers = [controller("agent"), controller("other")];
+    let mut team = Team::start(
+        &lab,
+        &[
+            "controllers.toml",
+            "--speed=8x",
+            &controllers[0],
+            &controllers[1],
+        ],
+    );
     team.wait_for_row("ticks.csv", &[",run,"]);
     wait_until("a second of the run", || {
         fs::metadata(lab.path("run/foreign.bin")).is_ok_and(|file| file.len() > 5000)
@@ -255,12 +268,17 @@ fn a_killed_world_leaves_the_answers_of_every_complete_tick() {
 #[test]
 fn external_controllers_and_their_children_end_with_the_launcher() {
     let lab = Lab::new();
-    write(&lab, "minds.toml", MINDS);
+    write(&lab, "controllers.toml", CONTROLLERS);
     // A shell that waits for its child, like a wrapper script. The child is the controller.
-    let wrapped = format!("--mind=agent=sh -c '{PROGRAM} cluster agent & wait'");
+    let wrapped = format!("--controller=agent=sh -c '{PROGRAM} cluster agent & wait'");
     let mut team = Team::start(
         &lab,
-        &["minds.toml", "--speed=4x", &wrapped, &mind("other")],
+        &[
+            "controllers.toml",
+            "--speed=4x",
+            &wrapped,
+            &controller("other"),
+        ],
     );
     team.wait_for_row("ticks.csv", &[",run,"]);
     let mut pids = ["world", "gold", "green"]
@@ -286,15 +304,19 @@ fn external_controllers_and_their_children_end_with_the_launcher() {
 #[test]
 fn a_failed_order_is_reported_with_its_reason_and_the_run_continues() {
     let lab = Lab::new();
-    write(&lab, "minds.toml", MINDS);
-    write(&lab, "mind.sh", &format!("exec {PROGRAM} cluster agent\n"));
+    write(&lab, "controllers.toml", CONTROLLERS);
+    write(
+        &lab,
+        "controller.sh",
+        &format!("exec {PROGRAM} cluster agent\n"),
+    );
     let mut team = Team::start(
         &lab,
         &[
-            "minds.toml",
+            "controllers.toml",
             "--speed=10x",
-            "--mind=agent=sh mind.sh",
-            &mind("other"),
+            "--controller=agent=sh controller.sh",
+            &controller("other"),
         ],
     );
     team.wait_for_row("poses.csv", &["2000,"]);
@@ -303,7 +325,7 @@ fn a_failed_order_is_reported_with_its_reason_and_the_run_continues() {
     };
     order(&["kill", "gold", "--id", "end"]);
     team.wait_for_row("events.csv", &[",gone,gold,"]);
-    write(&lab, "mind.sh", "exit 7\n");
+    write(&lab, "controller.sh", "exit 7\n");
     order(&["restart", "gold", "--id", "in-vain"]);
     team.wait_for_row("events.csv", &[",failed,", "in-vain"]);
     let reason = "its process ended before it joined";
@@ -322,7 +344,11 @@ fn a_failed_order_is_reported_with_its_reason_and_the_run_continues() {
     let table = lab.run(&["fault", "list"]).expect(0).stderr;
     assert!(table.contains("failed: "), "{table}");
 
-    write(&lab, "mind.sh", &format!("exec {PROGRAM} cluster agent\n"));
+    write(
+        &lab,
+        "controller.sh",
+        &format!("exec {PROGRAM} cluster agent\n"),
+    );
     order(&["restart", "gold", "--id", "again"]);
     team.wait_for_row("events.csv", &[",joined,gold,", "incarnation 2"]);
     lab.run(&["clock", "speed", "max"]).expect(0);
@@ -342,9 +368,9 @@ fn run_changed(lab: &Lab, change: (&str, &str), faults: &str) -> Option<RunLog> 
     let changed = program.replace(change.0, change.1);
     assert_ne!(changed, program);
     write(lab, "changed.py", &changed);
-    let gold_only = MINDS.replace("mind = 'other'", "");
+    let gold_only = CONTROLLERS.replace("controller = 'other'", "");
     write(lab, "changed.toml", &format!("{gold_only}{faults}"));
-    let command = format!("--mind=agent={} changed.py", python.display());
+    let command = format!("--controller=agent={} changed.py", python.display());
     lab.mission("run", &["changed.toml", "--limit=10", &command])
         .expect(1);
     assert_identical(&lab.run(&["replay", "run"]).expect(0));
@@ -355,7 +381,7 @@ fn run_changed(lab: &Lab, change: (&str, &str), faults: &str) -> Option<RunLog> 
 fn a_controller_that_ignores_a_link_fault_is_dismissed_and_the_run_continues() {
     // The agent processes a message that the link has cut.
     let lab = Lab::new();
-    let (from, to) = ("return \"Cut\",", "return \"Heard\",");
+    let (from, to) = ("return \"Cut\",", "return \"Received\",");
     let mute = "[[faults.timeline]]\nfault.mute = 'blue'\nat_s = 4.0\n";
     let Some(log) = run_changed(&lab, (from, to), mute) else {
         return;
@@ -416,7 +442,7 @@ fn a_controller_that_reports_link_faults_correctly_is_not_dismissed() {
         faults += &format!("[[faults.timeline]]\nfault.{fault}\nat_s = {at_s:?}\nfor_s = 6.0\n");
     }
     faults += "[[faults.timeline]]\nfault.restart = 'gold'\nat_s = 9.0\n";
-    write(&lab, "minds.toml", &format!("{MINDS}{faults}"));
+    write(&lab, "controllers.toml", &format!("{CONTROLLERS}{faults}"));
     run(&lab, "run", &["--limit=40"]).expect(1);
     let log = lab.log("run");
     let world_log = fs::read_to_string(lab.path("run/logs/world.log")).unwrap();
@@ -434,17 +460,25 @@ fn a_controller_that_reports_link_faults_correctly_is_not_dismissed() {
 #[test]
 fn mistakes_give_one_line() {
     let lab = Lab::new();
-    write(&lab, "minds.toml", MINDS);
-    write(&lab, "clash.toml", &MINDS.replace("'agent'", "'nearest'"));
-    write(&lab, "word.toml", &MINDS.replace("'agent'", "'my mind'"));
-    let (agent, other) = (mind("agent"), mind("other"));
+    write(&lab, "controllers.toml", CONTROLLERS);
+    write(
+        &lab,
+        "clash.toml",
+        &CONTROLLERS.replace("'agent'", "'nearest'"),
+    );
+    write(
+        &lab,
+        "word.toml",
+        &CONTROLLERS.replace("'agent'", "'my controller'"),
+    );
+    let (agent, other) = (controller("agent"), controller("other"));
     let cases: [&[&str]; 8] = [
-        &["minds.toml"],
-        &["minds.toml", &agent],
+        &["controllers.toml"],
+        &["controllers.toml", &agent],
         &["janitorial", &agent],
-        &["minds.toml", &agent, &other, "--mind=agnt=x"],
-        &["minds.toml", &agent, &agent],
-        &["minds.toml", &agent, &other, "--in-process"],
+        &["controllers.toml", &agent, &other, "--controller=agnt=x"],
+        &["controllers.toml", &agent, &agent],
+        &["controllers.toml", &agent, &other, "--in-process"],
         &["clash.toml"],
         &["word.toml"],
     ];
@@ -455,13 +489,13 @@ fn mistakes_give_one_line() {
     });
     insta::assert_snapshot!(answers.concat());
     // A controller that cannot be started counts as a crashed robot, and its error output is shown.
-    let minds = [
-        "minds.toml",
+    let controllers = [
+        "controllers.toml",
         "--limit=2",
-        "--mind=agent=no-such-program",
+        "--controller=agent=no-such-program",
         &other,
     ];
-    let failed = lab.mission("out", &minds).expect(1);
+    let failed = lab.mission("out", &controllers).expect(1);
     let stderr = &failed.stderr;
     assert!(
         stderr.contains("gold ended with exit status 127"),
