@@ -2,14 +2,13 @@
 
 use std::collections::BTreeSet;
 
+use alliance_tests::harness::{Lab, command_line, wait_until};
+use alliance_tests::team::Team;
 use missions::waste::data::WasteRow;
 use nix::sys::signal::Signal;
 use proto::tick::Outcome;
 use run_log::{EventRow, MessageRow, MotivationRow, PoseRow, RunLog, RunOutcome, TickRow};
 use serde_json::Value;
-
-use crate::harness::{Lab, command_line, wait_until};
-use crate::team::Team;
 
 /// Checks that the launcher has four child processes, with their part in the command line.
 #[track_caller]

@@ -1,11 +1,10 @@
 //! Signals from the start of a run on. A process that ends or stops before it has joined is treated like a later one,
 //! and a waiting run names the robots it waits for.
 
+use alliance_tests::harness::Lab;
+use alliance_tests::team::Team;
 use nix::sys::signal::Signal;
 use run_log::Input;
-
-use crate::harness::Lab;
-use crate::team::Team;
 
 /// The others complete the mission in any case, and a replay repeats the run.
 #[test]

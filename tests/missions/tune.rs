@@ -3,11 +3,10 @@
 use std::fs;
 use std::path::Path;
 
+use alliance_tests::harness::{Lab, wait_until};
 use alliance_tests::testkit::{Row, files, journal_rows, rows};
 use nix::sys::signal::Signal;
 use scenario::testkit::entry;
-
-use crate::harness::{Lab, wait_until};
 
 const PLAN: &str = "
 question = 'How impatient should the robots be?'
