@@ -4,25 +4,21 @@
 //! `Still` stands still and reports that it is idle. `Listener` turns by the messages that it receives under link
 //! faults.
 //!
-//! The Python program also reads and writes every message of the fuzz corpora, and its lists of fields equal those of
-//! serde.
+//! The Python program also reads and writes every message of the fuzz corpora.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 
+use alliance_tests::harness::Lab;
+use alliance_tests::python::python;
+use alliance_tests::runs;
 use glam::Vec2;
 use in_process::{Team, joins_of};
 use missions::Registry;
-use proto::codec::encode;
-use proto::join::{JoinReply, JoinRequest};
 use proto::mission::SharedKnowledge;
-use proto::mission::items::{Fact, Gripper, ItemsAction, ItemsKnowledge, LooseItem};
-use proto::readings::Actuation;
-use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
-use proto::telemetry::{AllocationRow, BehaviorState, Note, NoteKind, Reason, StateChange};
-use proto::tick::{Report, TaskOffer, ToAgent};
+use proto::team::{Broadcast, BroadcastContent};
 use robot_agent::allocator::{
     Allocator, AllocatorKind, AllocatorRunner, Choice, ConfigError, ConfiguredAllocator, Decision,
     Input, NoParameters, OwnBehavior, RouteCost, RunningAllocator, SelfState,
@@ -33,10 +29,6 @@ use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{AllocatorSpec, Setup};
 use serde::Deserialize;
-
-use crate::harness::Lab;
-use crate::python::python;
-use crate::shapes::Shapes;
 
 /// The Python modules that the program needs.
 const MODULES: [&str; 2] = ["zenoh", "xxhash"];
@@ -193,9 +185,7 @@ fn still_and_listener_in_rust_have_the_hashes_of_the_python_versions() {
             );
             table.insert("limit_s".to_owned(), expected.limit_s.into());
             let scenario = scenario::Scenario::from_table(&table, &registry.vocabulary());
-            let setup = Setup::resolve(scenario.unwrap(), *seed, None)
-                .unwrap()
-                .setup;
+            let setup = runs::setup(scenario.unwrap(), *seed);
             let joins = joins_of(&setup);
             let team =
                 Team::with_registry(&registry, setup, joins, LogLevel::Off, MemoryLog::default());
@@ -270,83 +260,6 @@ fn listener_in_plain_python_has_the_same_hash_under_link_faults() {
     }
 }
 
-fn informed() -> ToAgent {
-    let offer = TaskOffer {
-        robot: RobotId(1),
-        behavior: BehaviorId(2),
-        task: TaskId(3),
-        utility: 0.5,
-    };
-    ToAgent::Informed(Box::default(), vec![offer])
-}
-
-/// Returns a report with a value in each of its lists.
-fn busy() -> Report {
-    let action = ItemsAction {
-        gripper: Gripper::Pick,
-        report: true,
-    };
-    Report {
-        actuation: Actuation {
-            action: action.into(),
-            ..Actuation::default()
-        },
-        allocation: vec![AllocationRow {
-            task: TaskId(0),
-            behavior: BehaviorId(0),
-            utility: 1.0,
-            holder: None,
-            state: BehaviorState::Active,
-        }],
-        changes: vec![StateChange {
-            set: BehaviorId(0),
-            from: BehaviorState::Hibernating,
-            to: BehaviorState::Active,
-            reason: Reason::ResetBy(RobotId(2)),
-        }],
-        notes: vec![Note {
-            kind: NoteKind::Detour,
-            detail: "left".to_owned(),
-        }],
-        ..Report::default()
-    }
-}
-
-/// Returns a heartbeat with the position of a loose item.
-fn knowing() -> Broadcast {
-    let item = LooseItem {
-        at: Vec2::ONE,
-        present: true,
-    };
-    let fact = Fact {
-        value: item,
-        seen_by: RobotId(0),
-        seen: SimTime(50),
-    };
-    let knowledge = ItemsKnowledge {
-        loose: vec![fact],
-        ..ItemsKnowledge::default()
-    };
-    Broadcast {
-        sender: RobotId(0),
-        incarnation: 1,
-        tick: 1,
-        index: 0,
-        seq: 0,
-        sent: SimTime(50),
-        body: BroadcastContent::Heartbeat(Heartbeat {
-            state: TaskState::Idle,
-            since: SimTime::ZERO,
-            set: None,
-            task: None,
-            progress: 0,
-            position: None,
-            carrying: false,
-            shared_knowledge: SharedKnowledge::Items(knowledge),
-        }),
-    }
-}
-
 fn script() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("python/agent.py")
 }
@@ -397,61 +310,4 @@ fn the_python_agent_reads_and_writes_every_message_of_the_corpus() {
         let stderr = String::from_utf8_lossy(&checked.stderr);
         assert!(checked.status.success(), "{of}: {stderr}");
     }
-}
-
-#[test]
-fn the_field_lists_of_the_python_agent_equal_those_of_serde() {
-    let Some(python) = python(&MODULES) else {
-        return;
-    };
-    let output = Command::new(&python)
-        .arg(script())
-        .arg("--types")
-        .output()
-        .unwrap();
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{stderr}");
-    let listed: BTreeMap<String, Vec<String>> = serde_json::from_slice(&output.stdout).unwrap();
-
-    let mut shapes = Shapes::default();
-    for (of, files) in corpus() {
-        for file in files {
-            let bytes = std::fs::read(file).unwrap();
-            match of {
-                "ToAgent" => shapes.see::<ToAgent>(&bytes),
-                "Report" => shapes.see::<Report>(&bytes),
-                "Broadcast" => shapes.see::<Broadcast>(&bytes),
-                "JoinRequest" => shapes.see::<JoinRequest>(&bytes),
-                _ => shapes.see::<JoinReply>(&bytes),
-            }
-        }
-    }
-    // These parts occur in no message of the corpus.
-    shapes.see::<ToAgent>(&encode(&informed()).unwrap());
-    shapes.see::<Report>(&encode(&busy()).unwrap());
-    shapes.see::<Broadcast>(&encode(&knowing()).unwrap());
-    let seen = shapes.lists();
-    for (name, parts) in &seen {
-        // A fact is generic. The program has one type for each value.
-        let of_program: Vec<_> = match name.as_str() {
-            "Fact" => listed
-                .iter()
-                .filter(|(name, _)| name.starts_with("Fact"))
-                .map(|(_, parts)| parts)
-                .collect(),
-            _ => listed.get(name).into_iter().collect(),
-        };
-        assert!(!of_program.is_empty(), "the program has no type {name}");
-        for listed in of_program {
-            assert_eq!(listed, parts, "{name}");
-        }
-    }
-    let unseen = listed
-        .keys()
-        .filter(|name| !seen.contains_key(*name) && !name.starts_with("Fact"));
-    assert_eq!(
-        unseen.collect::<Vec<_>>(),
-        Vec::<&String>::new(),
-        "no message contains this type"
-    );
 }

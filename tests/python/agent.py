@@ -3,7 +3,6 @@ reports that it is idle.
 
     agent.py [--robot NAME] [--run ID]       control the robot; or start it by `alliance run --mind still='python3 agent.py'`
              [--mind listener]               turn by the received messages, so that they affect the run's hash
-    agent.py --types                         print all message types between world and agents as JSON
     agent.py --check TYPE FILE…              decode and encode messages
 
 Needs the packages eclipse-zenoh and xxhash.
@@ -614,9 +613,6 @@ def live(robot, run, mind):
 
 
 def main(words):
-    if words[:1] == ["--types"]:
-        print(json.dumps({name: [field for field, _ in parts] for name, parts in (STRUCTS | ENUMS).items()}))
-        return 0
     if words[:1] == ["--check"]:
         for file in words[2:]:
             data = pathlib.Path(file).read_bytes()
