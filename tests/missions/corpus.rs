@@ -21,7 +21,7 @@ mod round_trip;
 mod setups;
 
 /// The number of damaged copies of each message.
-const DAMAGED: usize = 400;
+const DAMAGED: usize = 200;
 
 /// Calls `check` with each message of a corpus, cut at each length, and with up to three random damages.
 fn damage(target: &str, damages: &[Damage], check: impl Fn(&[u8])) {

@@ -15,7 +15,7 @@ use serde_json::Map;
 
 use crate::golden::{assert_as_before, pinned};
 
-const SEEDS: u64 = 20;
+const SEEDS: u64 = 40;
 const NO_RADIO: &str =
     "[faults]\ntimeline = [{ fault.drop = { from = 'all', to = 'all', p = 1.0 }, at_s = 0.0 }]\n";
 

@@ -115,6 +115,7 @@ fn a_superseded_incarnation_is_dismissed_and_a_dismissed_agent_ends() {
         ended.stderr
     );
 
+    lab.run(&["clock", "speed", "max"]).expect(0);
     world.wait();
     for agent in teammates {
         agent.wait().expect(0);
