@@ -61,6 +61,7 @@ fn a_waiting_run_names_the_robots_it_waits_for() {
     for robot in ["blue", "gold", "green"] {
         team.signal(robot, Signal::SIGCONT);
     }
+    lab.run(&["clock", "speed", "max"]).expect(0);
     let finished = team.wait().expect(0);
     assert!(finished.stderr.contains("Ctrl-C ends the run"));
     lab.run(&["replay", "run"]).expect(0);

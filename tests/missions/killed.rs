@@ -65,8 +65,8 @@ fn a_killed_robot_loses_no_item_and_its_task_is_taken_over() {
 }
 
 /// The number of kills and restarts, and the items of a mission that lasts longer.
-const KILLS: usize = 20;
-const ITEMS: u32 = 120;
+const KILLS: usize = 12;
+const ITEMS: u32 = 80;
 
 /// The allowed growth of the world's private memory in KiB, because of the memory allocator's cache. A leak of 100
 /// bytes per tick exceeds it.

@@ -30,7 +30,7 @@ fn all_setups(limit_s: f64, seed: u64) -> Vec<Setup> {
         .map(|((name, preset), order)| {
             let mut scenario = builtin(name);
             let is_large = scenario.robots.len() > 10;
-            scenario.limit_s = if is_large { limit_s / 25.0 } else { limit_s };
+            scenario.limit_s = if is_large { limit_s / 50.0 } else { limit_s };
             scenario.allocator = None;
             scenario.alliance.preset = preset;
             let origin = flag().map(|is_late| match is_late {
@@ -82,7 +82,7 @@ fn name_of(setup: &Setup) -> String {
 fn every_motivation_row_agrees_under_crashes_stalls_and_link_faults() {
     let mut resets = 0;
     let mut counts = ["gone", "joined", "stalled", "back", "lost"].map(|kind| (kind, 0));
-    let setups = all_setups(300.0, 2);
+    let setups = all_setups(120.0, 2);
     let runs = setups.len();
     for (seed, setup) in (1..).zip(setups) {
         let name = name_of(&setup);
@@ -108,7 +108,7 @@ fn every_motivation_row_agrees_under_crashes_stalls_and_link_faults() {
         counts.iter().all(|(_, count)| 4 * count > 3 * runs),
         "{counts:?} of {runs}"
     );
-    assert!(resets > 1000, "{resets}");
+    assert!(resets > 300, "{resets}");
 }
 
 /// The comparison must detect errors, otherwise it proves nothing.

@@ -53,6 +53,7 @@ pub struct Finished {
 }
 
 impl Lab {
+    #[allow(clippy::new_without_default)] // It creates a folder, which is no default value.
     pub fn new() -> Self {
         Self {
             folder: TempDir::new().unwrap(),
