@@ -17,7 +17,9 @@ pub struct Vocabulary {
 impl Vocabulary {
     /// Returns the scenarios that come with the missions, in their order.
     pub fn builtins(&self) -> impl Iterator<Item = &'static BuiltinScenario> {
-        self.missions.iter().flat_map(|mission| mission.scenarios())
+        self.missions
+            .iter()
+            .flat_map(|mission| mission.vocabulary().scenarios)
     }
 
     /// Returns the scenario with this name that comes with a mission.

@@ -89,7 +89,7 @@ fn golden_runs_of_other_missions_are_unchanged() {
         .filter(|mission| **mission != WASTE)
     {
         let mut runs = Map::new();
-        for builtin in mission.scenarios() {
+        for builtin in mission.vocabulary().scenarios {
             let scenario = Scenario::parse(builtin.name, builtin.text, &vocabulary);
             let mut setup = Setup::resolve(scenario.unwrap(), 1, None).unwrap().setup;
             setup.scenario.limit_s = setup.scenario.limit_s.min(LIMIT_S);

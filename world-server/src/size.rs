@@ -38,7 +38,7 @@ pub fn with_size_options(mut command: Command, vocabulary: &Vocabulary) -> Comma
         let mut group = ArgGroup::new(WORDS).arg(SIZE);
         let mut words = Vec::new();
         for mission in vocabulary.missions.iter() {
-            if let Some(word) = mission.size_option() {
+            if let Some(word) = mission.vocabulary().size_option {
                 // Not in the help, because each has the same meaning as --size.
                 command = command.arg(amount(word).hide(true));
                 group = group.arg(word);
@@ -73,7 +73,9 @@ impl SizeArgs {
         let mut missions = vocabulary.missions.iter();
         let mission = match (requested, word) {
             (Some(requested), _) => missions.find(|mission| mission.scenario_name() == requested),
-            (None, Some(word)) => missions.find(|mission| mission.size_option() == Some(word)),
+            (None, Some(word)) => {
+                missions.find(|mission| mission.vocabulary().size_option == Some(word))
+            }
             (None, None) => missions.next(),
         };
         let robots = self.robots.unwrap_or(DEFAULT_ROBOTS);
@@ -92,12 +94,12 @@ impl SizeArgs {
             );
         };
         if let Some(word) = word
-            && mission.size_option() != Some(word)
+            && mission.vocabulary().size_option != Some(word)
         {
             bail!(
                 "--{word}: '{}' has another size option; use --{}",
                 mission.scenario_name(),
-                mission.size_option().unwrap_or(SIZE)
+                mission.vocabulary().size_option.unwrap_or(SIZE)
             );
         }
         Ok(Some(sized))

@@ -157,7 +157,10 @@ fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(WarningKind, Str
     let catalog = &setup.catalog;
     let set = catalog.find_behavior(&forecast.set)?;
     let mission = catalog.mission;
-    let period_s = mission.recurrence_s(scenario, &catalog.sets[set.index()])?;
+    let behavior = &catalog.sets[set.index()];
+    let period_s = mission
+        .behavior_properties(scenario, behavior)
+        .recurrence_s?;
     let takes_s = forecast.activates_s + forecast.work_s;
     if takes_s > period_s {
         return Some((
@@ -169,7 +172,7 @@ fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(WarningKind, Str
     }
     let moving = || {
         let sets = catalog.sets.iter();
-        sets.filter(move |set| mission.is_long_running(set))
+        sets.filter(move |set| mission.behavior_properties(scenario, set).is_long_running)
     };
     let places: u64 = moving()
         .map(|set| u64::from(catalog.tasks[set.task.index()].max_robots))

@@ -125,7 +125,7 @@ fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Compari
         let setup = setup.with_context(|| format!("run {run}"))?;
         largest = largest.max(memory::of_a_run(&setup));
         axes.push(Axes::from_scenario(&setup.scenario));
-        objectives.push(OwnFigure::new(setup.catalog.mission.objective()));
+        objectives.push(OwnFigure::new(setup.catalog.mission.vocabulary().objective));
     }
     memory::check(largest, jobs, design.runs().unwrap_or_default())?;
     let comparison = Comparison {

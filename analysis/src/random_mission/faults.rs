@@ -296,7 +296,7 @@ impl Dice<'_> {
 
     /// Draws one of the mission's own faults, if there are any.
     fn mission_fault(&mut self) -> Option<Fault> {
-        let specs = self.scenario.mission().faults();
+        let specs = self.scenario.mission().vocabulary().faults;
         let spec = (!specs.is_empty()).then(|| self.any(specs))?;
         let place = self.place_of_interest();
         self.any_of(&spec, place)

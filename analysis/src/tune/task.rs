@@ -252,7 +252,7 @@ fn conditions(plan: &Plan, tuning: &SearchSettings) -> anyhow::Result<Vec<Condit
         let scenario = plan.scenario(run).map_err(anyhow::Error::msg);
         let setup = scenario.and_then(|table| setup(&table, 1));
         let setup = setup.with_context(|| name.clone())?;
-        let own = OwnFigure::new(setup.catalog.mission.objective());
+        let own = OwnFigure::new(setup.catalog.mission.vocabulary().objective);
         all.push(Condition {
             limit_s: setup.scenario.limit_s,
             primary: Metric::primary(own.as_ref()),

@@ -45,7 +45,9 @@ struct FaultForm {
 fn forms() -> Vec<FaultForm> {
     let missions = Registry::current().vocabulary().missions;
     let common = Fault::KINDS.into_iter().map(|kind| kind.spec);
-    let own = missions.iter().flat_map(|mission| mission.faults());
+    let own = missions
+        .iter()
+        .flat_map(|mission| mission.vocabulary().faults);
     let mut forms: Vec<FaultForm> = Vec::new();
     for spec in common.chain(own.copied()) {
         if forms.iter().any(|other| other.name == spec.name) {

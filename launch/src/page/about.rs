@@ -24,7 +24,7 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
         .map(|set| json!({"name": set.name, "task": set.task}))
         .collect();
     let terms = catalog.mission.vocabulary();
-    let mission_faults = catalog.mission.faults().iter();
+    let mission_faults = terms.faults.iter();
     let mission = json!({
         "name": catalog.mission.name(),
         "columns": terms.columns,
@@ -70,7 +70,7 @@ fn devices(mission: Mission) -> Vec<Value> {
 
 /// Returns the names of the faults without a duration.
 fn momentary(mission: Mission) -> Vec<&'static str> {
-    let mission_names = mission.faults().iter().map(|spec| spec.name);
+    let mission_names = mission.vocabulary().faults.iter().map(|spec| spec.name);
     let all = Fault::COMMON_NAMES.into_iter().chain(mission_names);
     all.filter(|name| Fault::is_instantaneous_name(name))
         .collect()

@@ -128,7 +128,7 @@ impl Checker<'_> {
 
     fn mission(&self, fault: &MissionFault) -> Checked {
         let MissionFault { name, values } = fault;
-        let mission_faults = self.catalog.mission.faults();
+        let mission_faults = self.catalog.mission.vocabulary().faults;
         let Some(spec) = mission_faults.iter().find(|spec| spec.name == name) else {
             let what = format!("there is no choice '{name}'");
             let known = &mut Fault::COMMON_NAMES

@@ -291,7 +291,8 @@ fn a_task_allows_as_many_robots_as_its_point() {
     let most = |scenario: &Scenario| -> Vec<u32> {
         let catalog = Catalog::new(scenario);
         let each = catalog.sets.iter();
-        each.map(|set| SERVICE.max_robots(scenario, set)).collect()
+        each.map(|set| SERVICE.behavior_properties(scenario, set).max_robots)
+            .collect()
     };
     assert_eq!(most(&parse(&text)), [1, 2]);
     let kinds = text.replace("[service]\n", "[service]\ntasks = 'kinds'\n");
