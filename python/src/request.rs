@@ -67,12 +67,8 @@ impl RunRequest {
                     )));
                 }
                 let class = Python::attach(|py| class.clone_ref(py));
-                registry = registry.with_controller(Arc::new(ControllerClass::new(
-                    name,
-                    class,
-                    failure.clone(),
-                    self.twice,
-                )));
+                let class = ControllerClass::new(name, class, failure.clone(), self.twice);
+                registry = registry.with_controller(class.into_kind()?);
             }
         }
         let known = Known {

@@ -23,11 +23,8 @@ use proto::readings::Actuation;
 use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
 use proto::telemetry::{AllocationRow, BehaviorState, Note, NoteKind, Reason, StateChange};
 use proto::tick::{Report, TaskOffer, ToAgent};
-use robot_agent::allocator::{
-    Allocator, AllocatorKind, AllocatorRunner, Choice, ConfigError, ConfiguredAllocator, Decision,
-    Input, NoParameters, OwnBehavior, RouteCost, RunningAllocator, SelfState,
-};
-use robot_agent::mission::{AgentMission, ControllerInput, Perception, StepOutput};
+use robot_agent::allocator::{Allocator, AllocatorKind, Decision, Input, NoParameters, SelfState};
+use robot_agent::mission::{ControllerInput, MissionController, Perception, StepOutput};
 use run_log::{LogLevel, MemoryLog, MessageRow};
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -43,29 +40,20 @@ const MODULES: [&str; 2] = ["zenoh", "xxhash"];
 
 #[derive(Clone, Debug)]
 struct Still {
-    behaviors: Vec<OwnBehavior>,
     /// The turn rate, or `None` for a controller that ignores messages.
     turn_rad_s: Option<f32>,
-    position: Option<Vec2>,
     is_laden: bool,
 }
 
-impl RouteCost for Still {
-    fn seconds(&self, _: &[TaskId], _: TaskId) -> Option<f64> {
-        None
-    }
-}
-
-impl AgentMission for Still {
+impl MissionController for Still {
     fn perceive(
         &mut self,
         input: &ControllerInput<'_>,
         received: &[Arc<Broadcast>],
         perception: &mut Perception,
     ) {
-        self.position = input.readings.pose.map(|pose| pose.position);
         self.is_laden = input.readings.mission.items().holding == Some(true);
-        perception.applicable.resize(self.behaviors.len(), false);
+        perception.applicable.resize(input.behaviors.len(), false);
         if let Some(turn_rad_s) = &mut self.turn_rad_s {
             let heartbeats = received
                 .iter()
@@ -77,37 +65,12 @@ impl AgentMission for Still {
         }
     }
 
-    fn choices(&self, _: &ControllerInput<'_>, _: &[bool], choices: &mut Vec<Choice>) {
-        choices.extend(self.behaviors.iter().map(|behavior| Choice {
-            behavior: behavior.id,
-            task: behavior.task,
-            round: SimTime::ZERO,
-            applicable: false,
-            cost_s: None,
-            reward: 1.0,
-            priority: behavior.priority,
-            max_robots: behavior.max_robots,
-        }));
-    }
-
     fn act(&mut self, _: &ControllerInput<'_>, _: Option<BehaviorId>, output: &mut StepOutput) {
         output.actuation.turn_rad_s = self.turn_rad_s.unwrap_or(0.0);
     }
 
-    fn shared_knowledge(&self, knowledge: &mut SharedKnowledge) {
-        *knowledge = SharedKnowledge::Nothing;
-    }
-
-    fn position(&self) -> Option<Vec2> {
-        self.position
-    }
-
     fn is_laden(&self) -> bool {
         self.is_laden
-    }
-
-    fn checkpoint(&self) -> Box<dyn AgentMission> {
-        Box::new(self.clone())
     }
 }
 
@@ -124,42 +87,18 @@ impl Allocator for Idle {
     fn step(&mut self, _: &Input<'_>, _: &mut Decision) {}
 }
 
-#[derive(Clone, Copy, Debug)]
-enum Stills {
-    Still,
-    Listener,
-}
-
-impl AllocatorKind for Stills {
-    fn spec(&self) -> AllocatorSpec {
-        AllocatorSpec {
-            name: match self {
-                Self::Still => "still",
-                Self::Listener => "listener",
-            },
-            about: "stands",
-            ..AllocatorSpec::alliance()
-        }
-    }
-
-    fn prepare(&self, _: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
-        Ok(Arc::new(*self))
-    }
-}
-
-impl ConfiguredAllocator for Stills {
-    fn start(&self, me: SelfState, _: &Setup) -> Box<dyn RunningAllocator> {
-        Box::new(AllocatorRunner::<Idle>::new(me, &NoParameters {}))
-    }
-
-    fn mission(&self, robot: RobotId, setup: &Setup) -> Option<Box<dyn AgentMission>> {
-        Some(Box::new(Still {
-            behaviors: OwnBehavior::of_robot(robot, setup),
-            turn_rad_s: matches!(self, Self::Listener).then_some(0.0),
-            position: None,
-            is_laden: false,
-        }))
-    }
+/// Returns a controller that stands still, or turns with this first rate.
+fn still(name: &'static str, turn_rad_s: Option<f32>) -> AllocatorKind {
+    let spec = AllocatorSpec {
+        name,
+        about: "stands",
+        ..AllocatorSpec::alliance()
+    };
+    let new = move |_: &NoParameters, _, _: &Setup| Still {
+        turn_rad_s,
+        is_laden: false,
+    };
+    AllocatorKind::with_controller::<Idle, _>(spec, |_| Ok(NoParameters {}), new)
 }
 
 /// The settings of the runs, and the hashes by seed.
@@ -178,10 +117,9 @@ fn expected() -> BTreeMap<String, Expected> {
 
 #[test]
 fn still_and_listener_in_rust_have_the_hashes_of_the_python_versions() {
-    let controllers = [Stills::Still, Stills::Listener].map(|controller| Arc::new(controller) as _);
-    let registry = controllers
-        .into_iter()
-        .fold(Registry::built_in(), Registry::with_controller);
+    let registry = Registry::built_in()
+        .with_controller(still("still", None))
+        .with_controller(still("listener", Some(0.0)));
     for (controller, expected) in expected() {
         assert_eq!(expected.hashes.len(), 3);
         for (seed, hash) in &expected.hashes {

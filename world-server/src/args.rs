@@ -22,7 +22,7 @@ use terminal::stderr_line;
 use cluster::network::{Network, NetworkArgs};
 
 use crate::gateway;
-use crate::mission::MissionWorld;
+use crate::mission::WorldKind;
 use crate::mission_args::{Known, MissionArgs, positive_time};
 use crate::pace::Speed;
 use crate::process::{Options, serve};
@@ -200,7 +200,7 @@ impl WorldArgs {
     fn serve(
         &self,
         setup: Setup,
-        mission: MissionWorld,
+        mission: WorldKind,
         folder: PathBuf,
         told_truth: Vec<RobotId>,
         network: Option<Network>,

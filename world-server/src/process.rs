@@ -29,7 +29,7 @@ use crate::gateway::supervisor::{Gateway, StartedGateway};
 use crate::interruption::InterruptionHandler;
 use crate::invocation;
 use crate::latest::link_latest;
-use crate::mission::MissionWorld;
+use crate::mission::WorldKind;
 use crate::pace::{Pace, Speed};
 use crate::server::{Bus, Ended, Publishers, Seals, Server, lock};
 use crate::simulation::Simulation;
@@ -78,7 +78,7 @@ pub struct RunResult {
 /// interruption handlers of an experiment.
 pub async fn serve(
     setup: Setup,
-    mission: MissionWorld,
+    mission: WorldKind,
     options: &Options,
     handlers: Vec<Box<dyn InterruptionHandler>>,
 ) -> Result<RunResult, WorldError> {

@@ -112,8 +112,7 @@ impl Termination {
             });
         let has_fixed_assignment = |robot: &Robot| {
             let allocators = Registry::current().agents();
-            let prepared = allocators.prepare(scenario.decider_of(robot), setup);
-            prepared.is_ok_and(|allocator| allocator.uses_assignment())
+            allocators.uses_assignment(scenario.decider_of(robot))
         };
         let robots = scenario.robots.iter().enumerate();
         let fixed = robots.filter(|(_, robot)| has_fixed_assignment(robot));

@@ -123,7 +123,7 @@ fn sensed() -> impl Strategy<Value = SensorReading> {
             })
         ),
         vec(any::<u8>(), 0..100)
-            .prop_map(|bytes| SensorReading::Open(Box::new(Bytes::encode(&bytes).unwrap()))),
+            .prop_map(|bytes| SensorReading::from_bytes(Bytes::encode(&bytes).unwrap())),
     ]
 }
 

@@ -18,17 +18,17 @@ use std::process::ExitCode;
 
 use missions::{MissionParts, waste};
 use nix::sys::signal::{SigSet, Signal};
-use robot_agent::mission::MissionController;
+use robot_agent::mission::{ControllerConstructor, ControllerKind};
 use scenario::testkit::DRILL;
-use world_server::mission::MissionWorld;
+use world_server::mission::WorldKind;
 
 /// The drill mission, which can be read but not run.
 const READ_ONLY: MissionParts = MissionParts {
-    world: MissionWorld {
+    world: WorldKind {
         data: DRILL,
         ..waste::MISSION.world
     },
-    controller: MissionController {
+    controller: ControllerKind {
         data: DRILL,
         ..waste::MISSION.controller
     },
@@ -40,9 +40,9 @@ fn main() -> ExitCode {
     }
     let registry = launch::Registry::built_in().with_mission(READ_ONLY);
     launch::main(match std::env::var_os("VISIT") {
-        Some(_) => registry.with_mission(MissionParts::new::<world::Visit, controller::Visitor>(
-            data::VISIT,
-        )),
+        Some(_) => registry.with_mission(MissionParts::new::<world::Visit>(data::VISIT, |_| {
+            ControllerConstructor::new(controller::Visitor::new)
+        })),
         None => registry,
     })
 }

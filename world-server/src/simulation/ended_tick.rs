@@ -9,7 +9,7 @@ use scenario::time::SimTime;
 
 use super::Simulation;
 use crate::barrier::TickResult;
-use crate::mission::{FigureValue, Target, TeamFigures, WorldMission};
+use crate::mission::{FigureValue, MissionWorld, Target, TeamFigures};
 
 #[derive(Default)]
 pub(super) struct EndedTick {
@@ -56,7 +56,7 @@ impl EndedTick {
     }
 
     /// Reads the mission's values at the end of the tick.
-    pub fn read_mission(&mut self, mission: &dyn WorldMission) {
+    pub fn read_mission(&mut self, mission: &dyn MissionWorld) {
         self.mission.clear();
         mission.row(&mut self.mission);
         self.targets.clear();

@@ -45,7 +45,7 @@ use crate::faults::links::Links;
 use crate::faults::schedule::{FaultIndex, Schedule};
 use crate::faults::sensors::Sensors;
 use crate::interruption::{Interruption, InterruptionHandler};
-use crate::mission::MissionWorld;
+use crate::mission::WorldKind;
 use crate::world::World;
 use run_log::recorder::{Answers, Event, FaultEvent};
 
@@ -107,7 +107,7 @@ pub struct Simulation {
 impl Simulation {
     /// Creates a run at tick 0 without any agents. Without a launcher, faults of processes are rejected.
     #[must_use]
-    pub fn new(setup: Setup, mission: MissionWorld, has_launcher: bool) -> Self {
+    pub fn new(setup: Setup, mission: WorldKind, has_launcher: bool) -> Self {
         let world = World::new(&setup, mission);
         let robots = setup.scenario.robots.len();
         let barrier = Barrier::new(&setup.scenario.robots, setup.step_order);

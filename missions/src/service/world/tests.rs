@@ -1,7 +1,7 @@
 //! The phases of points, with robots that execute given actions.
 
 use proptest::prelude::*;
-use proto::mission::{Action as AnyAction, Bytes, SensorReading as AnyReading};
+use proto::mission::Action as AnyAction;
 use proto::readings::Actuation;
 use proto::tick::Outcome;
 use scenario::fault::{Fault, MissionFault};
@@ -60,7 +60,7 @@ fn works(point: u16) -> Option<Actuation> {
 
 fn does(action: Action) -> Option<Actuation> {
     Some(Actuation {
-        action: AnyAction::Open(Bytes::encode(&action).unwrap()),
+        action: AnyAction::new(&action),
         ..Actuation::default()
     })
 }
@@ -106,10 +106,8 @@ fn figures(world: &World) -> MissionFigures {
 }
 
 fn sensed(world: &World, robot: RobotId) -> SensorReading {
-    match world.readings(robot).mission {
-        AnyReading::Open(bytes) => bytes.decode().unwrap(),
-        other => panic!("{other:?}"),
-    }
+    let readings = world.readings(robot).mission;
+    readings.value::<SensorReading>().into_owned()
 }
 
 /// Work takes time by skill: for 3 s of dust, gold needs 6 s at skill 0.5, and blue 3 s at skill 1.
@@ -551,12 +549,12 @@ fn the_largest_reading_fits() {
         board_line: Some(u32::MAX),
         effect: Some(u16::MAX),
     };
-    Bytes::<{ proto::mission::MAX_READING_BYTES }>::encode(&largest).unwrap();
+    proto::mission::Bytes::<{ proto::mission::MAX_READING_BYTES }>::encode(&largest).unwrap();
     let most = Action {
         work: Some(u16::MAX),
         read: Some(u32::MAX),
     };
-    Bytes::<{ proto::mission::MAX_ACTION_BYTES }>::encode(&most).unwrap();
+    proto::mission::Bytes::<{ proto::mission::MAX_ACTION_BYTES }>::encode(&most).unwrap();
 }
 
 proptest! {

@@ -291,7 +291,7 @@ proptest! {
         let mut setup = setup;
         WasteSection::of_mut(&mut setup.scenario).deposit.x_fraction = 0.3;
         let count = setup.scenario.robots.len();
-        let mut world = World::new(&setup, WASTE);
+        let mut world = World::new(&setup, MISSION.world);
         let mut items = world.item_counts().total();
         for (change, commands) in &steps {
             let robot = |rank: u16| RobotId(rank % count as u16);
