@@ -248,18 +248,4 @@ proptest! {
         let motivation = &log.rows::<MotivationRow>().unwrap()[0];
         prop_assert_eq!(motivation.motivation.to_bits(), m.to_bits());
     }
-
-    #[test]
-    fn text_stays_in_its_field(detail in any::<String>()) {
-        let mut ticks = sample();
-        ticks[1].blue().1.notes[0].detail = detail.clone();
-        let (run, memory) = log(LogLevel::Summary, &ticks);
-        let log = RunLog::from_tables(Path::new(""), run, memory.tables);
-        let event = &log.rows::<EventRow>().unwrap()[6];
-        let expected: String = detail
-            .chars()
-            .map(|c| if c.is_ascii_control() { ' ' } else { c })
-            .collect();
-        prop_assert_eq!(&event.detail, &expected);
-    }
 }
