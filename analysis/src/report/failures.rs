@@ -3,7 +3,8 @@
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
-use super::history::{History, SetHistory};
+use super::history::History;
+use super::robot_history::SetHistory;
 use super::spans::Span;
 use super::stints::{Stint, StintEnd};
 

@@ -8,8 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use super::statistics::mean;
 use crate::report::failures::TakeoverCause;
-use crate::report::history::{History, HistoryError, RobotHistory};
+use crate::report::history::{History, HistoryError};
 use crate::report::metrics::Metrics;
+use crate::report::robot_history::RobotHistory;
 use in_process::BroadcastCounts;
 
 /// The measures of one run, for the whole team.

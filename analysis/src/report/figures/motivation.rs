@@ -12,7 +12,7 @@ use crate::figures::canvas::{
     horizontal_line, line, px, rows_for,
 };
 use crate::figures::legend::Sample;
-use crate::report::history::{Reset, SetHistory};
+use crate::report::robot_history::{Reset, SetHistory};
 use crate::report::simplify::thin;
 use proto::view::LevelUnit;
 use scenario::ids::TaskId;
