@@ -18,14 +18,14 @@ use crate::allocator::{
 };
 use crate::mission::{AgentMission, ControllerInput, Perception, SharedMission, StepOutput};
 use crate::registry::AgentRegistry;
-use proto::link::{IncomingLinks, StepMessages};
+use proto::link::{IncomingMessages, StepMessages};
 
 #[derive(Clone, Debug)]
 pub struct Agent {
     robot: RobotId,
     incarnation: Incarnation,
     /// Contains the messages in flight. They are part of the state that a rollback restores.
-    links: IncomingLinks,
+    links: IncomingMessages,
     allocator: Box<dyn RunningAllocator>,
     /// Cached result of [`RunningAllocator::weighs_costs`].
     weighs_costs: bool,
@@ -139,7 +139,7 @@ impl Agent {
         Self {
             robot,
             incarnation,
-            links: IncomingLinks::new(robot, setup),
+            links: IncomingMessages::new(robot, setup),
             weighs_costs: allocator.weighs_costs(),
             uses_radio: allocator.uses_radio(),
             allocator,

@@ -41,7 +41,7 @@ use scenario::{Catalog, Setup, StepOrder};
 use crate::barrier::Barrier;
 use crate::faults::actuators::Actuators;
 use crate::faults::campaign;
-use crate::faults::links::Links;
+use crate::faults::links::LinkFaults;
 use crate::faults::schedule::{FaultIndex, Schedule};
 use crate::faults::sensors::Sensors;
 use crate::interruption::{Interruption, InterruptionHandler};
@@ -77,7 +77,7 @@ pub struct Simulation {
     /// The messages of allocators since the current tick began; `None` if they are not recorded.
     allocation_messages: Option<Vec<Broadcast>>,
     schedule: Schedule,
-    links: Links,
+    links: LinkFaults,
     sensors: Sensors,
     actuators: Actuators,
     ground_truth: GroundTruth,
@@ -128,7 +128,7 @@ impl Simulation {
             undecodable: Vec::new(),
             allocation_messages: None,
             schedule: Schedule::default(),
-            links: Links::new(&setup),
+            links: LinkFaults::new(&setup),
             sensors: Sensors::new(&setup),
             actuators: Actuators::new(&setup),
             ground_truth: GroundTruth::default(),
