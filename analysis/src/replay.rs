@@ -10,7 +10,7 @@ use proto::program_build;
 use proto::tick::Outcome;
 use run_log::recorder::Sink;
 use run_log::{LogLevel, MemoryLog, RunFile, RunLog, RunOutcome};
-use terminal::stderr_line;
+use terminal::{fail, stderr_line};
 use world_server::simulation::Simulation;
 
 use crate::LATEST;
@@ -57,8 +57,7 @@ impl ReplayCommand {
                 {
                     return Comparison::Differs(found.clone()).show(self.json);
                 }
-                stderr_line!("alliance replay: {error:#}");
-                ExitCode::from(2)
+                fail("alliance replay", &error, 2)
             }
         }
     }

@@ -14,7 +14,7 @@ use std::process::ExitCode;
 use clap::Args;
 use glam::Vec2;
 use scenario::{Scenario, Setup, StepOrder};
-use terminal::stderr_line;
+use terminal::{fail, stderr_line};
 use world_server::mission_args::{Known, MissionArgs};
 use world_server::size::SizeArgs;
 
@@ -92,10 +92,7 @@ impl CheckCommand {
                 stderr_line!("{}", show::text(&setup, &check).trim_end_matches('\n'));
                 ExitCode::SUCCESS
             }
-            Err(error) => {
-                stderr_line!("alliance check: {error:#}");
-                ExitCode::from(2)
-            }
+            Err(error) => fail("alliance check", &error, 2),
         }
     }
 

@@ -7,7 +7,7 @@ use std::thread::available_parallelism;
 
 use anyhow::{Context, bail};
 use clap::Args;
-use terminal::stderr_line;
+use terminal::{fail, stderr_line};
 use world_server::mission_args::Known;
 
 use super::analysis::Analysis;
@@ -66,15 +66,9 @@ impl CompareCommand {
         match self.again(known, cell) {
             Ok(text) => match terminal::print(&text) {
                 Ok(()) => ExitCode::SUCCESS,
-                Err(error) => {
-                    stderr_line!("alliance compare: {error:#}");
-                    ExitCode::from(3)
-                }
+                Err(error) => fail("alliance compare", &error, 3),
             },
-            Err(error) => {
-                stderr_line!("alliance compare: {error:#}");
-                ExitCode::from(2)
-            }
+            Err(error) => fail("alliance compare", &error, 2),
         }
     }
 

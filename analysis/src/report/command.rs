@@ -9,7 +9,7 @@ use anyhow::{Context, anyhow, bail};
 use clap::Args;
 use run_log::{LogLevel, MemoryLog, RunFile, RunLog};
 use scenario::time::{SimTime, seconds};
-use terminal::stderr_line;
+use terminal::{fail, stderr_line};
 use world_server::simulation::Simulation;
 
 use super::comparison_page::{SIDES, page_of_two};
@@ -121,10 +121,7 @@ impl ReportCommand {
                 stderr_line!("report  {}", out.join("report.html").display());
                 ExitCode::SUCCESS
             }
-            Err(error) => {
-                stderr_line!("alliance report: {error:#}");
-                ExitCode::from(2)
-            }
+            Err(error) => fail("alliance report", &error, 2),
         }
     }
 }

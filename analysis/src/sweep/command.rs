@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use comfy_table::{CellAlignment, Table};
-use terminal::stderr_line;
+use terminal::{fail, stderr_line};
 use world_server::mission_args::Known;
 
 use super::execution::{Arguments, FAILURES, PlanCommand, counted, repeat_command, shell_quoted};
@@ -46,10 +46,7 @@ impl SweepCommand {
         match done {
             Ok(true) => ExitCode::SUCCESS,
             Ok(false) => ExitCode::from(1),
-            Err(error) => {
-                stderr_line!("alliance sweep: {error:#}");
-                ExitCode::from(status)
-            }
+            Err(error) => fail("alliance sweep", &error, status),
         }
     }
 

@@ -9,7 +9,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use missions::Registry;
 use run_log::RunLog;
-use terminal::stderr_line;
+use terminal::fail;
 use world_server::args::{OUTPUT, RunArgs, random_run_id, run_id_for};
 use world_server::mission_args::MissionArgs;
 
@@ -96,8 +96,7 @@ impl RunCommand {
         let (folder, setup, controllers, link) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
-                stderr_line!("{}: {error:#}", self.name());
-                return ExitCode::from(2);
+                return fail(self.name(), &error, 2);
             }
         };
         // The socket outlives the run, so that an open page can show the log afterwards.
@@ -105,16 +104,14 @@ impl RunCommand {
         let stay = match stay.map(PageLink::try_clone).transpose() {
             Ok(stay) => stay,
             Err(error) => {
-                stderr_line!("{}: {error:#}", self.name());
-                return ExitCode::from(3);
+                return fail(self.name(), &error, 3);
             }
         };
         let drawn = self.over.as_ref().map(|_| random_run_id(&setup));
         let run = match drawn.transpose() {
             Ok(drawn) => drawn.unwrap_or_else(|| run_id_for(&setup)),
             Err(error) => {
-                stderr_line!("{}: {error:#}", self.name());
-                return ExitCode::from(3);
+                return fail(self.name(), &error, 3);
             }
         };
         let over = self.over.as_ref();
@@ -139,10 +136,7 @@ impl RunCommand {
         match carried_out {
             Ok(true) => ExitCode::SUCCESS,
             Ok(false) => ExitCode::from(1),
-            Err(error) => {
-                stderr_line!("{}: {error:#}", self.name());
-                ExitCode::from(3)
-            }
+            Err(error) => fail(self.name(), &error, 3),
         }
     }
 
