@@ -3,7 +3,7 @@
 use anyhow::bail;
 use clap::parser::ArgMatches;
 use clap::{Arg, ArgGroup, Args, Command, FromArgMatches, Id};
-use scenario::{MAX_ROBOTS, Scenario, Vocabulary};
+use scenario::{MAX_ROBOTS, Problem, Scenario, Vocabulary};
 
 /// The number of robots if only `--size` is given.
 const DEFAULT_ROBOTS: usize = 3;
@@ -85,20 +85,16 @@ impl SizeArgs {
             let of_any_size = vocabulary.missions.iter();
             let of_any_size = of_any_size.filter(|mission| mission.family(1, 1).is_some());
             let names: Vec<&str> = of_any_size.map(|mission| mission.scenario_name()).collect();
-            bail!(
-                "--robots and --size: '{}' has a fixed size; use them with '{}'",
-                requested.unwrap_or_default(),
-                names.join("' and '")
-            );
+            let what = format!("'{}' has a fixed size", requested.unwrap_or_default());
+            let remedy = format!("use them with '{}'", names.join("' and '"));
+            bail!(Problem::with_source("--robots and --size", what, remedy));
         };
         if let Some(word) = word
             && mission.size_option() != Some(word)
         {
-            bail!(
-                "--{word}: '{}' has another size option; use --{}",
-                mission.scenario_name(),
-                mission.size_option().unwrap_or(SIZE)
-            );
+            let what = format!("'{}' has another size option", mission.scenario_name());
+            let remedy = format!("use --{}", mission.size_option().unwrap_or(SIZE));
+            bail!(Problem::with_source(format!("--{word}"), what, remedy));
         }
         Ok(Some(sized))
     }

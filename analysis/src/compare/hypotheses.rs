@@ -8,8 +8,8 @@
 
 use std::collections::BTreeSet;
 
-use anyhow::bail;
-use scenario::name_remedy;
+use scenario::Problem;
+use scenario::limits::check_known;
 
 use super::data::{Block, ComparisonData};
 use super::metrics::Metric;
@@ -77,7 +77,7 @@ struct Claimed {
 ///
 /// # Errors
 /// Returns the first mistake: line, problem and remedy.
-pub fn check(hypotheses: &[Hypothesis], data: &ComparisonData) -> anyhow::Result<()> {
+pub fn check(hypotheses: &[Hypothesis], data: &ComparisonData) -> Result<(), Problem> {
     let (mut missions, mut classes) = (data.missions(), data.classes());
     for names in [&mut missions, &mut classes] {
         // A single mission or class has an empty name.
@@ -86,64 +86,70 @@ pub fn check(hypotheses: &[Hypothesis], data: &ComparisonData) -> anyhow::Result
     let (missions, classes) = (&missions[..], &classes[..]);
     let allocators: Vec<&str> = data.allocators.iter().map(String::as_str).collect();
     for Hypothesis { name, line, claim } in hypotheses {
-        let place = format!("line {line}: hypotheses.{name}");
-        let unknown = |what: &str, wrong: &str, known: &[&str]| {
-            let known = known.iter().copied();
-            anyhow::anyhow!(
-                "{place}: there is no {what} '{wrong}'; {}",
-                name_remedy(wrong, known)
-            )
-        };
-        let names = [
-            ("allocator", &claim.order, &allocators[..]),
-            ("allocator", &claim.allocators, &allocators[..]),
-            ("mission", &claim.missions, missions),
-            ("class of faults", &claim.faults, classes),
-        ];
-        for (what, stated, known) in names {
-            if let Some(wrong) = stated.iter().find(|name| !known.contains(&name.as_str())) {
-                return Err(unknown(what, wrong, known));
-            }
+        let checked = check_claim(claim, data, &allocators, missions, classes);
+        checked.map_err(|problem| problem.under(["hypotheses", name]).on_line(*line))?;
+    }
+    Ok(())
+}
+
+/// Checks the names and the form of a claim.
+fn check_claim(
+    claim: &Claim,
+    data: &ComparisonData,
+    allocators: &[&str],
+    missions: &[&str],
+    classes: &[&str],
+) -> Result<(), Problem> {
+    let problem = |what: &str, remedy: &str| Err(Problem::of_value(what, remedy));
+    let metrics: Vec<String> = data.metrics.iter().map(Metric::name).collect();
+    let metrics: Vec<&str> = metrics.iter().map(String::as_str).collect();
+    let one = |name: &Option<String>| -> Vec<String> { name.iter().cloned().collect() };
+    let names = [
+        ("there is no allocator", &claim.order, allocators),
+        ("there is no allocator", &claim.allocators, allocators),
+        ("there is no mission", &claim.missions, missions),
+        ("there is no class of faults", &claim.faults, classes),
+        (
+            "there is no class of faults",
+            &one(&claim.more_than_under),
+            classes,
+        ),
+        ("there is no metric", &one(&claim.metric), &metrics[..]),
+    ];
+    for (what, stated, known) in names {
+        for name in stated {
+            check_known((), what, name, known.iter().copied())?;
         }
-        if let Some(class) = &claim.more_than_under
-            && !classes.contains(&class.as_str())
-        {
-            return Err(unknown("class of faults", class, classes));
-        }
-        if let Some(metric) = &claim.metric {
-            let known: Vec<String> = data.metrics.iter().map(Metric::name).collect();
-            let known: Vec<&str> = known.iter().map(String::as_str).collect();
-            if !known.contains(&metric.as_str()) {
-                return Err(unknown("metric", metric, &known));
-            }
-        }
-        let forms = [
-            !claim.order.is_empty(),
-            claim.at_most.is_some(),
-            claim.at_least.is_some(),
-        ];
-        if forms.iter().filter(|stated| **stated).count() != 1 {
-            bail!(
-                "{place}: a hypothesis needs exactly one claim; state one of order, at_most and at_least"
-            );
-        }
-        let about = data.blocks.iter().filter(|block| is_about(claim, block));
-        let primary: BTreeSet<&Metric> = about.map(|block| &block.primary).collect();
-        if claim.metric.is_none() && claim.order.is_empty() && primary.len() > 1 {
-            let names: Vec<String> = primary.iter().map(|metric| metric.name()).collect();
-            bail!(
-                "{place}: the bound has no unit, because the missions are ranked by {}; state metric",
-                names.join(" and ")
-            );
-        }
-        if claim.order.len() == 1 {
-            bail!("{place}: order names one allocator; name two or more, in ascending order");
-        }
-        if !claim.order.is_empty()
-            && (!claim.allocators.is_empty() || claim.more_than_under.is_some())
-        {
-            bail!("{place}: order excludes allocators and more_than_under; remove them");
-        }
+    }
+    let forms = [
+        !claim.order.is_empty(),
+        claim.at_most.is_some(),
+        claim.at_least.is_some(),
+    ];
+    if forms.iter().filter(|stated| **stated).count() != 1 {
+        let remedy = "state one of order, at_most and at_least";
+        return problem("a hypothesis needs exactly one claim", remedy);
+    }
+    let about = data.blocks.iter().filter(|block| is_about(claim, block));
+    let primary: BTreeSet<&Metric> = about.map(|block| &block.primary).collect();
+    if claim.metric.is_none() && claim.order.is_empty() && primary.len() > 1 {
+        let names: Vec<String> = primary.iter().map(|metric| metric.name()).collect();
+        let what = format!(
+            "the bound has no unit, because the missions are ranked by {}",
+            names.join(" and ")
+        );
+        return problem(&what, "state metric");
+    }
+    if claim.order.len() == 1 {
+        let remedy = "name two or more, in ascending order";
+        return problem("order names one allocator", remedy);
+    }
+    let is_bound = !claim.allocators.is_empty() || claim.more_than_under.is_some();
+    if !claim.order.is_empty() && is_bound {
+        return problem(
+            "order excludes allocators and more_than_under",
+            "remove them",
+        );
     }
     Ok(())
 }

@@ -13,9 +13,10 @@ use missions::Registry;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use scenario::limits::closed;
 use scenario::mission::data::DrawSection;
 use scenario::mission::registry::Mission;
-use scenario::{Scenario, name_remedy};
+use scenario::{Problem, Scenario, name_remedy};
 use serde::{Deserialize, Serialize};
 
 use faults::{RandomFaults, timeline};
@@ -94,9 +95,11 @@ impl LengthRange {
 }
 
 impl RandomMission {
-    /// Returns the first invalid value: its key, the problem and the remedy.
-    #[must_use]
-    pub fn first_error(&self) -> Option<(&'static str, String, String)> {
+    /// Checks all ranges. The keys of problems are those below `[random_mission]`.
+    ///
+    /// # Errors
+    /// Returns the first invalid value.
+    pub fn check(&self) -> Result<(), Problem> {
         let faults = self.faults.as_ref().map(|faults| faults.between());
         let counts = [
             ("obstacles", self.obstacles, 0),
@@ -110,7 +113,7 @@ impl RandomMission {
             if min < least || max < min || max > MOST {
                 let what = format!("from {min} to {max} does not fit");
                 let remedy = format!("write numbers from {least} to {MOST}, the lower one as min");
-                return Some((key, what, remedy));
+                return Err(Problem::at([key], what, remedy));
             }
         }
         if let Some(LengthRange { min, max }) = self.room
@@ -119,7 +122,7 @@ impl RandomMission {
             let what = format!("from {min} to {max} m does not fit");
             let remedy =
                 format!("write lengths from {LEAST_M} to {MOST_M} m, the lower one as min");
-            return Some(("room", what, remedy));
+            return Err(Problem::at(["room"], what, remedy));
         }
         if let Some(name) = &self.mission
             && draw_of(name).is_none()
@@ -130,19 +133,12 @@ impl RandomMission {
                 .filter(|mission| mission.random_section().is_some());
             let what = format!("mission '{name}' does not support random generation");
             let remedy = name_remedy(name, drawn.map(Mission::name));
-            return Some(("mission", what, remedy));
+            return Err(Problem::at(["mission"], what, remedy));
         }
         let until_s = self.faults.as_ref().map(|faults| faults.until_s);
-        until_s
-            .filter(|until_s| !(1.0..=1e6).contains(until_s))
-            .map(|until_s| {
-                let what = format!("until_s = {until_s} is out of range");
-                (
-                    "faults",
-                    what,
-                    "it must be at least 1 and at most 1000000 s".to_owned(),
-                )
-            })
+        until_s.map_or(Ok(()), |until_s| {
+            closed(1.0, 1e6, "s").check(["faults", "until_s"], until_s)
+        })
     }
 
     /// Returns the scenario with the values that `seed` gives.
@@ -185,6 +181,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use scenario::Setup;
+    use scenario::fault::Fault;
 
     use super::*;
 
@@ -241,7 +238,8 @@ mod tests {
         assert!(obstacles.contains(&8));
         assert_eq!(robots, (1..=8).collect());
         assert_eq!(faults, (0..=12).collect());
-        assert_eq!(kinds.len(), 25);
+        // The clean-up has two faults of its own, and no skills.
+        assert_eq!(kinds.len(), Fault::KINDS.len() + 1);
     }
 
     /// Checks each mission with a draw function: all seeds give distinct scenarios that survive the text form and
@@ -292,11 +290,12 @@ mod tests {
 
     #[test]
     fn numbers_that_do_not_fit_are_named() {
-        assert_eq!(mission().first_error(), None);
+        assert_eq!(mission().check(), Ok(()));
         let wrong = |change: fn(&mut RandomMission)| {
             let mut mission = mission();
             change(&mut mission);
-            mission.first_error().unwrap().0
+            let line = mission.check().unwrap_err().to_string();
+            line.split(':').next().unwrap_or_default().to_owned()
         };
         assert_eq!(
             wrong(|mission| mission.robots = Some(CountRange { min: 0, max: 3 })),
@@ -324,20 +323,18 @@ mod tests {
         for name in ["waste", "no-such"] {
             let mut mission = mission();
             mission.mission = Some(name.to_owned());
-            let (key, what, remedy) = mission.first_error().unwrap();
-            assert_eq!(
-                (key, what),
-                (
-                    "mission",
-                    format!("mission '{name}' does not support random generation")
-                )
+            let line = mission.check().unwrap_err().to_string();
+            let what = format!("mission: mission '{name}' does not support random generation; ");
+            assert!(
+                line.starts_with(&what) && line.contains("service"),
+                "{line}"
             );
-            assert!(remedy.contains("service"), "{remedy}");
         }
         for until_s in [0.0, f64::NAN, 1e9] {
             let mut mission = mission();
             mission.faults.as_mut().unwrap().until_s = until_s;
-            assert_eq!(mission.first_error().unwrap().0, "faults");
+            let line = mission.check().unwrap_err().to_string();
+            assert!(line.starts_with("faults.until_s: "), "{line}");
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use scenario::{KeyPath, Problem};
 use serde::{Deserialize, Serialize};
 
 pub const PRESET: &str = "preset";
@@ -147,7 +148,7 @@ impl Design {
 ///
 /// # Errors
 /// Returns the problem with the path and its remedy.
-pub fn apply_change(scenario: &mut toml::Table, change: &Change) -> Result<(), String> {
+pub fn apply_change(scenario: &mut toml::Table, change: &Change) -> Result<(), Problem> {
     let Some((last, way)) = change.path.split_last() else {
         if let toml::Value::Table(whole) = &change.value {
             scenario.clone_from(whole);
@@ -180,13 +181,13 @@ fn element<'v>(
     value: &'v mut toml::Value,
     key: &str,
     path: &[String],
-) -> Result<&'v mut toml::Value, String> {
-    let path = path.join(".");
+) -> Result<&'v mut toml::Value, Problem> {
+    let at = KeyPath::verbatim(path.join("."));
     let toml::Value::Array(array) = value else {
-        return Err(format!(
-            "{path}: the value above '{key}' has the type {} and no keys; `alliance list scenarios reference` has every key",
-            value.type_str()
-        ));
+        let kind = value.type_str();
+        let what = format!("the value above '{key}' has the type {kind} and no keys");
+        let remedy = "`alliance list scenarios reference` has every key";
+        return Err(Problem::at(at, what, remedy));
     };
     let count = array.len();
     let there = match count {
@@ -197,7 +198,8 @@ fn element<'v>(
         .parse()
         .ok()
         .and_then(|place: usize| array.get_mut(place));
-    found.ok_or_else(|| format!("{path}: the array has no index '{key}'; {there}"))
+    let what = || format!("the array has no index '{key}'");
+    found.ok_or_else(|| Problem::at(at, what(), there))
 }
 
 #[cfg(test)]
@@ -280,7 +282,7 @@ mod tests {
                 assert_eq!(changed, Ok(()));
                 assert_eq!(scenario, toml::from_str(text).unwrap());
             }
-            Err(error) => assert_eq!(changed.unwrap_err(), error),
+            Err(error) => assert_eq!(changed.unwrap_err().to_string(), error),
         }
     }
 

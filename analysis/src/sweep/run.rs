@@ -95,7 +95,9 @@ pub fn execute_changed_run(
 ) -> Option<RunResult> {
     let scenario = plan.scenario(run).and_then(|mut scenario| {
         let mut changes = changes.iter();
-        changes.try_for_each(|each| apply_change(&mut scenario, each))?;
+        changes
+            .try_for_each(|each| apply_change(&mut scenario, each))
+            .map_err(|problem| problem.to_string())?;
         Ok(scenario)
     });
     let ended = scenario

@@ -9,7 +9,7 @@ use std::thread::available_parallelism;
 use anyhow::Context;
 use clap::Args;
 use scenario::decode_text;
-use terminal::stderr_line;
+use terminal::{fail, stderr_line};
 use world_server::mission_args::Known;
 
 use super::page::{Page, sentence};
@@ -53,8 +53,7 @@ impl TuneCommand {
         let (task, record, folder) = match self.prepare(known) {
             Ok(prepared) => prepared,
             Err(error) => {
-                stderr_line!("alliance tune: {error:#}");
-                return ExitCode::from(2);
+                return fail("alliance tune", &error, 2);
             }
         };
         match self.work(&task, record, &folder) {
@@ -63,10 +62,7 @@ impl TuneCommand {
                 stderr_line!("interrupted; continue with\n  {}", self.again());
                 ExitCode::from(1)
             }
-            Err(error) => {
-                stderr_line!("alliance tune: {error:#}");
-                ExitCode::from(3)
-            }
+            Err(error) => fail("alliance tune", &error, 3),
         }
     }
 
@@ -217,7 +213,7 @@ fn scenario(task: &Task, name: &str, results: &[AllocatorResult<'_>]) -> anyhow:
         text += &format!("# {}\n", sentence(task, result));
         if result.is_better() {
             for each in allocator.changes(Some(&best.values)).into_iter().skip(1) {
-                apply_change(&mut table, &each).map_err(anyhow::Error::msg)?;
+                apply_change(&mut table, &each)?;
             }
             for (parameter, value) in allocator.parameters.iter().zip(&best.values) {
                 let bounds = parameter.bounds(&allocator.parameters);

@@ -3,7 +3,7 @@
 use std::fmt::{self, Display, Formatter};
 
 use super::spec::{ArgumentForm, FaultArgument, FaultGroup, FaultKind, FaultRange};
-use super::{Fault, Order};
+use super::{Fault, Order, modes};
 use crate::limits::readable;
 
 /// A role that selects the target of a fault in place of a robot's name. The fault applies to the robot that holds the
@@ -146,9 +146,7 @@ impl FaultArgument {
         }
         match (self.range, value) {
             (FaultRange::Time, toml::Value::Float(time_s)) => write!(f, "{}s", readable(time_s)),
-            (FaultRange::Mode(mode), value) => {
-                f.write_str(&(mode.format)(value).unwrap_or_default())
-            }
+            (FaultRange::Mode(_), mode) => f.write_str(&modes::format(&mode)),
             (_, toml::Value::Float(number)) => f.write_str(&readable(number)),
             (_, toml::Value::Array(groups)) => {
                 let robots = |group: &toml::Value| {

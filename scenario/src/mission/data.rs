@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use super::columns::Column;
 use super::expected_properties::ExpectedProperties;
 use super::section::{MissionSection, Section};
-use crate::fault::{FaultSpec, MissionFault, Order, OrderError};
+use crate::fault::{FaultSpec, MissionFault, Order};
 use crate::ids::TaskId;
 use crate::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, UntypedTable};
 
@@ -176,7 +176,7 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     ///
     /// # Errors
     /// Returns the first mistake.
-    fn check_order(&self, _scenario: &Scenario, _order: &Order) -> Result<(), OrderError> {
+    fn check_order(&self, _scenario: &Scenario, _order: &Order) -> Result<(), Problem> {
         Ok(())
     }
 

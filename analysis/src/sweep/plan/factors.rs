@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use scenario::fault::Faults;
-use scenario::{PathStep, Preset, ScenarioError, TomlFile};
+use scenario::limits::whole;
+use scenario::{KeyPath, Preset, Problem, TomlFile};
 use serde::Deserialize;
 use toml::Value;
 
@@ -15,14 +16,14 @@ use crate::sweep::sampling::{Distribution, draw};
 
 /// A value and its position in the file.
 pub(super) struct Leaf {
-    pub(super) at: Vec<PathStep>,
+    pub(super) at: KeyPath,
     pub(super) path: Vec<String>,
     value: Value,
 }
 
 /// One setting of a factor, which is validated by itself.
 pub(super) struct CheckedSetting {
-    pub(super) at: Vec<PathStep>,
+    pub(super) at: KeyPath,
     pub(super) changes: Vec<Change>,
 }
 
@@ -35,10 +36,6 @@ impl Leaf {
     }
 }
 
-pub(super) fn key(key: &str) -> PathStep {
-    PathStep::Key(key.to_owned())
-}
-
 pub(super) fn path(text: &str) -> Vec<String> {
     text.split('.').map(str::to_owned).collect()
 }
@@ -47,19 +44,19 @@ pub(super) fn path(text: &str) -> Vec<String> {
 /// `ends` is true is a value itself.
 pub(super) fn leaves(
     file: &TomlFile<'_>,
-    at: &[PathStep],
+    at: &KeyPath,
     table: toml::Table,
     ends: fn(&toml::Table) -> bool,
 ) -> Vec<Leaf> {
     fn collect(
-        at: &[PathStep],
+        at: &KeyPath,
         way: &[String],
         table: toml::Table,
         ends: fn(&toml::Table) -> bool,
         found: &mut Vec<Leaf>,
     ) {
         for (name, value) in table {
-            let at = [at, &[key(&name)]].concat();
+            let at = at.key(&name);
             let path = [way, &path(&name)].concat();
             match value {
                 Value::Table(table) if !ends(&table) => {
@@ -79,7 +76,7 @@ pub(super) fn grid(
     file: &TomlFile<'_>,
     leaf: Leaf,
     stated: &mut Vec<CheckedSetting>,
-) -> Result<Factor, ScenarioError> {
+) -> Result<Factor, Problem> {
     let Leaf { at, path, value } = leaf;
     let Value::Array(values) = value else {
         let what = format!("{value} is not a list of values");
@@ -90,7 +87,7 @@ pub(super) fn grid(
     for (place, value) in values.into_iter().enumerate() {
         let level = Level::of(&path, value);
         stated.push(CheckedSetting {
-            at: [&at[..], &[PathStep::Index(place)]].concat(),
+            at: at.index(place),
             changes: level.changes.clone(),
         });
         levels.push(level);
@@ -126,17 +123,17 @@ impl Level {
 }
 
 /// The positions of the swept keys in the file and their paths in the scenario.
-pub(super) type Columns = Vec<(Vec<PathStep>, Vec<String>)>;
+pub(super) type Columns = Vec<(KeyPath, Vec<String>)>;
 
 pub(super) fn list(
     file: &TomlFile<'_>,
     points: Vec<toml::Table>,
     stated: &mut Vec<CheckedSetting>,
     columns: &mut Columns,
-) -> Result<Option<Factor>, ScenarioError> {
+) -> Result<Option<Factor>, Problem> {
     let mut factor: Option<Factor> = None;
     for (place, point) in points.into_iter().enumerate() {
-        let at = [key("list"), PathStep::Index(place)];
+        let at = KeyPath::new(["list"]).index(place);
         let mut leaves = leaves(file, &at, point, |_| false);
         // The keys of a point may be in any order.
         leaves.sort_by(|a, b| a.path.cmp(&b.path));
@@ -170,7 +167,7 @@ pub(super) fn list(
             return Err(file.error_at(&at, "the point occurs twice", "write it once"));
         }
         stated.push(CheckedSetting {
-            at: at.to_vec(),
+            at,
             changes: level.changes.clone(),
         });
         known.levels.push(level);
@@ -183,30 +180,27 @@ pub(super) fn sample(
     mut table: toml::Table,
     stated: &mut Vec<CheckedSetting>,
     columns: &mut Columns,
-) -> Result<Option<Factor>, ScenarioError> {
-    let at = [key("random")];
+) -> Result<Option<Factor>, Problem> {
+    let at = KeyPath::new(["random"]);
     let mut number = |name: &str, default: Option<i64>| {
-        let at = [key("random"), key(name)];
+        let at = ["random", name];
         match (table.remove(name), default) {
             (Some(Value::Integer(number)), _) if number >= 0 => Ok(number as u64),
             (Some(value), _) => Err(file.error_at(
-                &at,
+                at,
                 format!("{value} is not valid"),
                 "write a whole number of at least 0",
             )),
             (None, Some(default)) => Ok(default as u64),
             (None, None) => {
-                Err(file.error_at(&at, "the key is missing", "write the number of points"))
+                Err(file.error_at(at, "the key is missing", "write the number of points"))
             }
         }
     };
     let (count, seed) = (number("n", None)?, number("seed", Some(1))?);
     let count = usize::try_from(count).unwrap_or(usize::MAX);
-    if !(1..=MAX_RUNS).contains(&count) {
-        let what = format!("{count} points are out of range");
-        let remedy = format!("write a number from 1 to {MAX_RUNS}");
-        return Err(file.error_at(&[key("random"), key("n")], what, remedy));
-    }
+    let checked = whole(1, MAX_RUNS as i64, "").check(["random", "n"], count as f64);
+    checked.map_err(|problem| file.locate(problem))?;
     let states_range = |table: &toml::Table| {
         let mut keys = ["min", "max", "choose"].iter();
         keys.any(|key| table.contains_key(*key))
@@ -243,7 +237,7 @@ pub(super) fn sample(
     }))
 }
 
-fn distribution(file: &TomlFile<'_>, leaf: &Leaf) -> Result<Distribution, ScenarioError> {
+fn distribution(file: &TomlFile<'_>, leaf: &Leaf) -> Result<Distribution, Problem> {
     #[derive(Deserialize)]
     #[serde(deny_unknown_fields)]
     struct Levels {
@@ -301,12 +295,12 @@ fn distribution(file: &TomlFile<'_>, leaf: &Leaf) -> Result<Distribution, Scenar
     }
 }
 
-pub(super) fn presets(file: &TomlFile<'_>, presets: &[Preset]) -> Result<Factor, ScenarioError> {
+pub(super) fn presets(file: &TomlFile<'_>, presets: &[Preset]) -> Result<Factor, Problem> {
     let names: Vec<Value> = presets
         .iter()
         .filter_map(|preset| Value::try_from(preset).ok())
         .collect();
-    distinct(file, &[key("presets")], &names)?;
+    distinct(file, &KeyPath::new(["presets"]), &names)?;
     Ok(Factor {
         columns: vec![PRESET.to_owned()],
         levels: names
@@ -328,7 +322,7 @@ pub(super) fn faults(
             value: Value::Table(table_of(&faults)?),
         }];
         stated.push(CheckedSetting {
-            at: vec![key("faults"), key(&name)],
+            at: KeyPath::new(["faults", &name]),
             changes: changes.clone(),
         });
         levels.push(Level {
@@ -342,9 +336,9 @@ pub(super) fn faults(
     })
 }
 
-pub(super) fn seeds(file: &TomlFile<'_>, Seeds(seeds): Seeds) -> Result<Factor, ScenarioError> {
+pub(super) fn seeds(file: &TomlFile<'_>, Seeds(seeds): Seeds) -> Result<Factor, Problem> {
     let values: Vec<Value> = seeds.iter().copied().map(Value::Integer).collect();
-    distinct(file, &[key("seeds")], &values)?;
+    distinct(file, &KeyPath::new(["seeds"]), &values)?;
     Ok(Factor {
         columns: vec![SEED.to_owned()],
         levels: seeds
@@ -358,14 +352,10 @@ pub(super) fn seeds(file: &TomlFile<'_>, Seeds(seeds): Seeds) -> Result<Factor, 
 }
 
 /// Returns the columns that `[random_mission]` draws, so that no other factor varies them.
-pub(super) fn drawn(
-    file: &TomlFile<'_>,
-    mission: &RandomMission,
-) -> Result<Columns, ScenarioError> {
-    let at = |name: &str| vec![key("random_mission"), key(name)];
-    if let Some((name, what, remedy)) = mission.first_error() {
-        return Err(file.error_at(&at(name), what, remedy));
-    }
+pub(super) fn drawn(file: &TomlFile<'_>, mission: &RandomMission) -> Result<Columns, Problem> {
+    let at = |name: &str| KeyPath::new(["random_mission", name]);
+    let checked = mission.check();
+    checked.map_err(|problem| file.locate(problem.under(["random_mission"])))?;
     let section = mission.mission.iter();
     let section = section.map(|name| (at("mission"), path(name)));
     let keys = [
@@ -380,7 +370,7 @@ pub(super) fn drawn(
 }
 
 /// Checks that a list is not empty and has no duplicates, which would count twice.
-fn distinct(file: &TomlFile<'_>, at: &[PathStep], values: &[Value]) -> Result<(), ScenarioError> {
+fn distinct(file: &TomlFile<'_>, at: &KeyPath, values: &[Value]) -> Result<(), Problem> {
     if values.is_empty() {
         return Err(file.error_at(
             at,
@@ -398,7 +388,7 @@ fn distinct(file: &TomlFile<'_>, at: &[PathStep], values: &[Value]) -> Result<()
 }
 
 /// Checks that no key is varied twice; one value would overwrite the other.
-pub(super) fn disjoint(file: &TomlFile<'_>, columns: &Columns) -> Result<(), ScenarioError> {
+pub(super) fn disjoint(file: &TomlFile<'_>, columns: &Columns) -> Result<(), Problem> {
     for (place, (at, path)) in columns.iter().enumerate() {
         let other = columns[..place]
             .iter()

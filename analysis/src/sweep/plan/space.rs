@@ -1,5 +1,6 @@
 //! The search space: each parameter between two bounds, as a coordinate from 0 to 1.
 
+use scenario::Problem;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
@@ -37,33 +38,34 @@ impl Parameter {
     ///
     /// # Errors
     /// Returns the problem with the bounds and its remedy.
-    pub fn new(key: &str, range: &Range, before: &[Self]) -> Result<Self, String> {
+    pub fn new(key: &str, range: &Range, before: &[Self]) -> Result<Self, Problem> {
+        let problem = |what: String, remedy| Problem::of_value(what, remedy);
         let number = |value: &Value| match value {
             Value::Integer(number) => Some(*number as f64),
             Value::Float(number) if number.is_finite() => Some(*number),
             _ => None,
         };
         let (Some(from), Some(to)) = (number(&range.from), number(&range.to)) else {
-            return Err(format!(
-                "from {} to {} are not numbers; write {{ from = 1.0, to = 10.0 }}",
-                range.from, range.to
-            ));
+            let what = format!("from {} to {} are not numbers", range.from, range.to);
+            return Err(problem(what, "write { from = 1.0, to = 10.0 }"));
         };
         if from >= to {
-            return Err(format!(
-                "the lower bound {from} is not below the upper one, {to}; write the smaller bound first"
-            ));
+            let what = format!("the lower bound {from} is not below the upper one, {to}");
+            return Err(problem(what, "write the smaller bound first"));
         }
         if range.log && from <= 0.0 {
-            return Err(format!(
-                "the lower bound {from} has no logarithm; take a bound above 0, or remove log"
-            ));
+            let what = format!("the lower bound {from} has no logarithm");
+            return Err(problem(what, "take a bound above 0, or remove log"));
         }
         let times = match &range.times {
             None => None,
-            Some(of) => Some(before.iter().position(|parameter| parameter.key == *of).ok_or_else(|| {
-                format!("it is a multiple of '{of}', which is none of the parameters above it; write that one first")
-            })?),
+            Some(of) => {
+                let place = before.iter().position(|parameter| parameter.key == *of);
+                let what = || {
+                    format!("it is a multiple of '{of}', which is none of the parameters above it")
+                };
+                Some(place.ok_or_else(|| problem(what(), "write that one first"))?)
+            }
         };
         Ok(Self {
             key: key.to_owned(),
@@ -195,7 +197,7 @@ mod tests {
 
     #[test]
     fn invalid_bounds_are_refused() {
-        let error = |range: &Range| Parameter::new("a", range, &[]).unwrap_err();
+        let error = |range: &Range| Parameter::new("a", range, &[]).unwrap_err().to_string();
         assert!(error(&range(5.0, 5.0, false, None)).starts_with("the lower bound 5 is not below"));
         assert!(error(&range(6.0, 5.0, false, None)).starts_with("the lower bound 6 is not below"));
         assert!(error(&range(0.0, 5.0, true, None)).contains("no logarithm"));

@@ -18,7 +18,7 @@ pub use section::{
 };
 
 use glam::Vec2;
-use scenario::fault::{FaultSpec, Order, OrderError};
+use scenario::fault::{FaultSpec, Order};
 use scenario::ids::TaskId;
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
@@ -197,7 +197,7 @@ impl MissionData for Service {
         self.skills(scenario)
     }
 
-    fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), OrderError> {
+    fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), Problem> {
         faults::check(scenario, order)
     }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use proptest::prelude::*;
 use scenario::testkit::refusals;
 use scenario::time::SimTime;
-use scenario::{Catalog, Scenario, ScenarioError, Setup};
+use scenario::{Catalog, Problem, Scenario, Setup};
 
 use super::*;
 use crate::Registry;
@@ -16,7 +16,7 @@ const TWO_KINDS: &str = "[service]\n\
     [[service.kinds]]\nname = 'garbage'\nwork_s = { min = 6, max = 10 }\n\
     [[service.kinds]]\nname = 'dust'\nwork_s = { min = 20, max = 30 }\n";
 
-fn read(text: &str) -> Result<Scenario, ScenarioError> {
+fn read(text: &str) -> Result<Scenario, Problem> {
     Scenario::parse("s.toml", text, &Registry::built_in().vocabulary())
 }
 

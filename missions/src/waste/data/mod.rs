@@ -29,7 +29,7 @@ pub use section::{Deposit, ReportSite, Spill, Spot, WasteSection};
 pub(super) use work::{EMPTY_EXPIRES, sweep_cells};
 
 use glam::Vec2;
-use scenario::fault::{FaultSpec, MissionFault, Order, OrderError};
+use scenario::fault::{FaultSpec, MissionFault, Order};
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
     BuiltinScenario, DefaultAllianceParams, MissionData, MissionVocabulary,
@@ -219,7 +219,7 @@ impl MissionData for WasteData {
         faults::ALL
     }
 
-    fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), OrderError> {
+    fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), Problem> {
         faults::check(scenario.limit_s, order)
     }
 

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use cluster::rendezvous::Rendezvous;
 use proto::control::{ControlCommand, Reply, Request};
-use scenario::fault::{Fault, Order, OrderError};
-use scenario::{Catalog, Scenario};
+use scenario::fault::{Fault, Order};
+use scenario::{Catalog, Problem, Scenario};
 
 use crate::Registry;
 use crate::waste::data::WASTE;
@@ -28,7 +28,7 @@ fn cells() -> impl Iterator<Item = &'static str> {
 }
 
 /// Checks an example against a scenario in which it is valid.
-fn check(order: &Order) -> Result<(), OrderError> {
+fn check(order: &Order) -> Result<(), Problem> {
     let text = "[[robots]]\nname = \"blue\"\nside_sensor = true\n[[robots]]\nname = \"gold\"\n[[robots]]\nname = \"green\"\n[[robots]]\nname = \"red\"\nabsent = true\n";
     let vocabulary = Registry::built_in().vocabulary();
     // The clean-up has no skills.
