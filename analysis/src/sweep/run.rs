@@ -270,13 +270,10 @@ fn by_kind(faults: &[FaultStatus]) -> BTreeMap<String, FaultCount> {
 
 /// Returns the fault's name; for sensors and actuators followed by the mode of failure.
 fn kind(fault: &Fault) -> String {
-    let mode = match fault {
-        Fault::Sensor(fault) => fault.mode.to_string(),
-        Fault::Actuator(fault) => fault.mode.to_string(),
-        _ => return fault.name().to_owned(),
-    };
-    let mode = mode.split(' ').next().unwrap_or_default();
-    format!("{} {mode}", fault.name())
+    match fault.mode() {
+        Some(mode) => format!("{} {mode}", fault.name()),
+        None => fault.name().to_owned(),
+    }
 }
 
 #[cfg(test)]

@@ -124,7 +124,7 @@ mod tests {
             ("a@=x", "NAME@VERSION=COMMAND"),
         ] {
             let message = ControllerCommand::parse(text).unwrap_err();
-            assert!(message.contains(wrong), "{text}: {message}");
+            assert!(message.to_string().contains(wrong), "{text}: {message}");
         }
     }
 

@@ -46,6 +46,15 @@ impl Fault {
         }
     }
 
+    /// Returns the name of the mode of failure, if the fault has one.
+    #[must_use]
+    pub fn mode(&self) -> Option<String> {
+        let is_mode = |argument: &&FaultArgument| matches!(argument.range, FaultRange::Mode(_));
+        let argument = self.kind()?.spec.arguments.iter().find(is_mode)?;
+        let mode = modes::format(self.values().get(argument.key)?);
+        mode.split(' ').next().map(str::to_owned)
+    }
+
     /// Returns the role that the fault targets, if any.
     #[must_use]
     pub fn role(&self) -> Option<Role<'_>> {

@@ -17,7 +17,7 @@ use crate::figures::canvas::{
 use crate::figures::legend::{Legend, Sample};
 use crate::figures::palette;
 use crate::report::failures::Loss;
-use crate::report::history::TrackPoint;
+use crate::report::robot_history::TrackPoint;
 use crate::report::simplify::thin_way;
 
 const LEFT_PX: f64 = 58.0;

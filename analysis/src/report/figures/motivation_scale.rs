@@ -3,7 +3,7 @@
 use proto::view::LevelUnit;
 
 use super::RunFigures;
-use crate::report::history::SetHistory;
+use crate::report::robot_history::SetHistory;
 
 /// The rank of a robot, and one of its behavior sets.
 pub(super) type Row<'s> = (usize, &'s SetHistory);

@@ -87,13 +87,7 @@ fn every_fault() -> impl Iterator<Item = Fault> {
 
 /// Returns name and mode of a fault. `reference.toml` has at most one example of each.
 fn kind(fault: &Fault) -> String {
-    let mode = match fault {
-        Fault::Sensor(fault) => fault.mode.to_string(),
-        Fault::Actuator(fault) => fault.mode.to_string(),
-        _ => String::new(),
-    };
-    let mode = mode.split(' ').next().unwrap_or_default();
-    format!("{} {mode}", fault.name())
+    format!("{} {}", fault.name(), fault.mode().unwrap_or_default())
 }
 
 /// docs/CONTROL.md shows every fault. This file shows faults of each group, and all of the mission's own.
