@@ -438,11 +438,8 @@ mod tests {
         let places: Vec<(f64, f64)> = places.collect();
         assert!(places.iter().any(|&(x_m, y_m)| strewn(x_m, y_m)));
         let (width_m, height_m) = (f64::from(room.width_m), f64::from(room.height_m));
-        assert!(
-            places
-                .iter()
-                .all(|&(x_m, y_m)| x_m <= width_m && y_m <= height_m)
-        );
+        let inside = |&(x_m, y_m): &(f64, f64)| x_m <= width_m && y_m <= height_m;
+        assert!(places.iter().all(inside));
     }
 
     #[test]

@@ -93,6 +93,13 @@ pub enum TakeoverCause {
     StillActive,
 }
 
+impl TakeoverCause {
+    #[must_use]
+    pub fn is_loss(&self) -> bool {
+        matches!(self, Self::Lost(_))
+    }
+}
+
 impl Failure {
     /// Returns whether this loss ended the stint. The last step of the stint may or may not count in the tick of the
     /// loss.
@@ -132,12 +139,12 @@ pub fn losses_and_takeovers(history: &History, stints: &[Stint]) -> (Vec<Failure
         .collect();
     takeovers.sort_by_key(|takeover| takeover.at);
     for failure in &mut failures {
-        if let Some(orphan) = &failure.orphan {
-            let aftermath = aftermath(&kept, &takeovers, failure, orphan.task);
-            failure.orphan = Some(OrphanedTask {
-                aftermath,
-                ..orphan.clone()
-            });
+        if let Some(task) = failure.orphan.as_ref().map(|orphan| orphan.task) {
+            let aftermath = aftermath(&kept, &takeovers, failure, task);
+            failure
+                .orphan
+                .iter_mut()
+                .for_each(|orphan| orphan.aftermath = aftermath);
         }
     }
     (failures, takeovers)
@@ -167,9 +174,8 @@ fn losses(history: &History, stints: &[Stint]) -> Vec<Failure> {
                     .map(|span| span.from.max(next)),
                 orphan: None,
             };
-            let stint = stints
-                .iter()
-                .find(|stint| failure.ended(stint, history.step));
+            let mut stints = stints.iter();
+            let stint = stints.find(|stint| failure.ended(stint, history.step));
             failure.orphan = stint.map(|stint| OrphanedTask {
                 task: stint.task,
                 detection: detection(history, &failure, stint.task),
@@ -298,9 +304,8 @@ fn takeover(
         StintEnd::Left(reason) if reason == "not-applicable" => return None,
         StintEnd::Left(reason) => (idle_since, TakeoverCause::Left(reason.clone())),
         StintEnd::Absent | StintEnd::Ongoing => {
-            let failure = failures
-                .iter()
-                .find(|failure| failure.ended(before, history.step))?;
+            let mut failures = failures.iter();
+            let failure = failures.find(|failure| failure.ended(before, history.step))?;
             (failure.at, TakeoverCause::Lost(failure.loss))
         }
     };

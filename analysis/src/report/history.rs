@@ -15,6 +15,7 @@ use scenario::time::SimTime;
 use scenario::{BehaviorParams, Catalog, Obstacle, Setup};
 use world_server::simulation::Simulation;
 
+use super::simplify;
 use super::spans::{Span, Spans};
 
 /// The maximum number of levels of all curves. Beyond it, curves are thinned: no figure shows as many.
@@ -135,19 +136,10 @@ impl History {
     /// Returns the number of rows for which [`History::read_with`] calls back.
     #[must_use]
     pub fn count_rows(log: &RunLog) -> usize {
-        let tables = [
-            Table::Motivations,
-            Table::Allocation,
-            Table::Messages,
-            Table::Poses,
-        ];
-        let rows = |table| {
-            log.table(table)
-                .iter()
-                .filter(|byte| **byte == b'\n')
-                .count()
-        };
-        tables.map(rows).into_iter().sum()
+        use Table::{Allocation, Messages, Motivations, Poses};
+        let tables = [Motivations, Allocation, Messages, Poses].into_iter();
+        let bytes = tables.flat_map(|table| log.table(table));
+        bytes.filter(|byte| **byte == b'\n').count()
     }
 
     /// Reads all tables of a log like [`History::read`]. Calls `step_done` after each row of the large tables.
@@ -156,19 +148,19 @@ impl History {
         let step = SimTime(setup.scenario.step_ms);
         let end = log.last.map_or(SimTime::ZERO, |last| last.now + step);
         let mut history = Self::new(setup.clone(), end);
-        for row in log.each_row::<MotivationRow>() {
+        for row in log.each_row() {
             history.add_motivation(&row?)?;
             step_done();
         }
-        for row in log.each_row::<AllocationRow>() {
+        for row in log.each_row() {
             history.add_utility(&row?)?;
             step_done();
         }
-        for row in log.each_row::<MessageRow>() {
+        for row in log.each_row() {
             history.add_message(&row?)?;
             step_done();
         }
-        for row in log.each_row::<PoseRow>() {
+        for row in log.each_row() {
             history.add_pose(&row?)?;
             step_done();
         }
@@ -201,40 +193,36 @@ impl History {
     #[must_use]
     pub fn new(setup: Setup, end: SimTime) -> Self {
         let catalog = Arc::clone(&setup.catalog);
-        let robots: Vec<RobotHistory> = setup
-            .scenario
-            .robots
-            .iter()
-            .map(|robot| RobotHistory {
+        let robots = setup.scenario.robots.iter().map(|robot| {
+            let sets = catalog.behaviors_of(robot).map(|set| {
+                let set = &catalog.sets[set.index()];
+                let params = &setup.alliance.robots[&robot.name].sets[&set.name];
+                SetHistory::new(set.name.clone(), set.task, params.clone())
+            });
+            RobotHistory {
                 name: robot.name.clone(),
                 present: Spans::default(),
-                sets: catalog
-                    .behaviors_of(robot)
-                    .map(|set| {
-                        let set = &catalog.sets[set.index()];
-                        let params = &setup.alliance.robots[&robot.name].sets[&set.name];
-                        SetHistory::new(set.name.clone(), set.task, params.clone())
-                    })
-                    .collect(),
+                sets: sets.collect(),
                 measure: LevelUnit::Motivation,
                 has_motivations: false,
                 latest_set: 0,
                 received_claims: Vec::new(),
                 track: Vec::new(),
                 may_reset: Vec::new(),
-            })
-            .collect();
+            }
+        });
+        let step = SimTime(setup.scenario.step_ms);
         Self {
-            step: SimTime(setup.scenario.step_ms),
-            catalog,
+            step,
             end,
-            robots,
+            robots: robots.collect(),
+            catalog,
             events: Vec::new(),
             mission: Vec::new(),
             marks: Vec::new(),
             items: Vec::new(),
             obstacles: setup.scenario.obstacles.clone(),
-            level_step: SimTime(setup.scenario.step_ms),
+            level_step: step,
             level_count: 0,
             levels_max: LEVELS_MAX,
             setup,
@@ -403,13 +391,11 @@ impl History {
 
     /// Returns each behavior set of each robot for the task, with the robot's rank.
     pub fn behaviors_for(&self, task: TaskId) -> impl Iterator<Item = (usize, &SetHistory)> {
-        self.robots
-            .iter()
-            .enumerate()
-            .flat_map(move |(rank, robot)| {
-                let sets = robot.sets.iter().filter(move |set| set.task == task);
-                sets.map(move |set| (rank, set))
-            })
+        let robots = self.robots.iter().enumerate();
+        robots.flat_map(move |(rank, robot)| {
+            let sets = robot.sets.iter().filter(move |set| set.task == task);
+            sets.map(move |set| (rank, set))
+        })
     }
 
     /// Returns the time in which a robot was dead, stopped or not yet present.
@@ -524,24 +510,9 @@ impl SetHistory {
     /// Keeps the first, last, lowest and highest level of each `step`. Returns the number of levels.
     fn thin(&mut self, step: SimTime) -> usize {
         let mut kept = Vec::new();
-        for group in self
-            .levels
-            .chunk_by(|a, b| a.0.0 / step.0 == b.0.0 / step.0)
-        {
-            let level = |index: &usize| group[*index].1;
-            let by_level = |a: &usize, b: &usize| level(a).total_cmp(&level(b));
-            let lowest = (0..group.len()).min_by(by_level);
-            let highest = (0..group.len()).max_by(by_level);
-            let mut places =
-                [Some(0), lowest, highest, Some(group.len() - 1)].map(Option::unwrap_or_default);
-            places.sort_unstable();
-            let mut latest = None;
-            for place in places
-                .into_iter()
-                .filter(|place| latest.replace(*place) != Some(*place))
-            {
-                kept.push(group[place]);
-            }
+        let window = |level: &(SimTime, f64)| level.0.0 / step.0;
+        for group in self.levels.chunk_by(|a, b| window(a) == window(b)) {
+            kept.extend(simplify::first_last_and_extremes(group));
         }
         self.levels = kept;
         self.levels.len()
@@ -575,6 +546,7 @@ mod tests {
     use missions::waste::data::default_setup;
 
     use super::*;
+    use crate::report::tests::motivation;
 
     #[test]
     fn long_curves_are_thinned_within_the_bound_and_keep_their_ends_and_peaks() {
@@ -582,19 +554,7 @@ mod tests {
         let mut history = History::new(default_setup(1), end);
         history.levels_max = 1000;
         let (robot, set) = (&history.robots[0], &history.robots[0].sets[0]);
-        let mut row = MotivationRow {
-            t_ms: SimTime::ZERO,
-            robot: robot.name.clone(),
-            behavior_set: set.name.clone(),
-            task: String::new(),
-            motivation: 0.0,
-            impatience: 1.0,
-            sensory_feedback: true,
-            activity_suppression: true,
-            impatience_reset: true,
-            acquiescence: true,
-            state: "hibernating".to_owned(),
-        };
+        let mut row = motivation(0, &robot.name, &set.name);
         for tick in 0..20_000_u64 {
             row.t_ms = SimTime(50 * tick);
             row.motivation = match tick {

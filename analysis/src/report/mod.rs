@@ -20,7 +20,7 @@ pub(crate) mod metrics;
 pub(crate) mod page;
 mod pdf;
 mod simplify;
-mod spans;
+pub(crate) mod spans;
 mod stints;
 mod stream;
 pub mod takeovers;

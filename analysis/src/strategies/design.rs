@@ -78,29 +78,22 @@ impl Design {
                 || !(1..=MAX_TASKS).contains(tasks)
                 || !(1..=*robots).contains(coverage)
         };
-        if let Some(size) = sizes
-            .iter()
-            .chain([&with_faults.size])
-            .find(|size| wrong(size))
-        {
+        let mut all = sizes.iter().chain([&with_faults.size]);
+        if let Some(size) = all.find(|size| wrong(size)) {
             bail!(
                 "{file_name}: [strategies]: the size {size:?} is out of range; write [robots up to {MAX_ROBOTS}, tasks up to {MAX_TASKS}, robots that can do each task]"
             );
         }
-        if let Some(spread) = spreads
+        let mut all = spreads
             .iter()
-            .chain([&with_faults.spread])
-            .find(|h| !(0.0..=10.0).contains(*h))
-        {
+            .chain(std::slice::from_ref(&with_faults.spread));
+        if let Some(spread) = all.find(|h| !(0.0..=10.0).contains(*h)) {
             bail!(
                 "{file_name}: [strategies]: the spread {spread} is out of range; write a number from 0 to 10"
             );
         }
-        if sizes.is_empty()
-            || spreads.is_empty()
-            || rules.is_empty()
-            || !(1..=MAX_SEEDS).contains(&seeds)
-        {
+        let is_empty = sizes.is_empty() || spreads.is_empty() || rules.is_empty();
+        if is_empty || !(1..=MAX_SEEDS).contains(&seeds) {
             bail!(
                 "{file_name}: the plan has no trials; write sizes, spreads, rules, and seeds from 1 to {MAX_SEEDS}"
             );
@@ -112,14 +105,11 @@ impl Design {
             seeds,
         };
         let instance = Instance::draw(&design.conditions[0], 1);
+        let vocabulary = Registry::current().vocabulary();
         for rule in &design.rules {
             let text = instance.scenario(rule, TrialFault::None);
-            Scenario::parse(
-                "[allocators.l-alliance]",
-                &text,
-                &Registry::current().vocabulary(),
-            )
-            .with_context(|| format!("{file_name}: rule '{}'", rule.name))?;
+            Scenario::parse("[allocators.l-alliance]", &text, &vocabulary)
+                .with_context(|| format!("{file_name}: rule '{}'", rule.name))?;
         }
         Ok(Some(design))
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use proto::control::FaultStatus;
 use proto::tick::Outcome;
-use run_log::{LogLevel, MemoryLog, RunFile, RunLog, RunOutcome};
+use run_log::{LogLevel, MemoryLog, RobotFigures, RunFile, RunLog, RunOutcome};
 use scenario::fault::Fault;
 use scenario::mission::columns::{ColumnKind, ColumnValue, Progress};
 use scenario::mission::{FigureValue, MissionFigures};
@@ -99,13 +99,13 @@ pub fn execute_changed_run(
         Ok(scenario)
     });
     let ended = scenario
-        .clone()
-        .map_err(anyhow::Error::msg)
-        .map(|scenario| {
-            let ended = catch(|| simulate(plan, &scenario, seed, stops));
-            ended.unwrap_or_else(|panic| Err(anyhow::Error::msg(panic)))
-        });
-    match ended.and_then(|ended| ended) {
+        .as_ref()
+        .map_err(|why| anyhow::Error::msg(why.clone()));
+    let ended = ended.and_then(|scenario| {
+        let ended = catch(|| simulate(plan, scenario, seed, stops));
+        ended.unwrap_or_else(|panic| Err(anyhow::Error::msg(panic)))
+    });
+    match ended {
         Ok(None) => None,
         Ok(Some(figures)) => Some(RunResult::Ended(figures)),
         Err(error) => Some(RunResult::Failed(Failure {
@@ -164,18 +164,18 @@ impl Figures {
     fn of(run: &RunFile, outcome: Outcome) -> Self {
         debug_assert_eq!(run.outcome, RunOutcome::Ended(outcome));
         let result = &run.result;
-        let robots = || result.robots.values();
+        let sum = |of: fn(&RobotFigures) -> u64| result.robots.values().map(of).sum();
         Self {
             outcome,
             hash: run.hash.clone().unwrap_or_default(),
             sim_time_ms: result.sim_time_ms.0,
             mission: of_mission(run),
             expired: expired(run),
-            activations: robots().map(|robot| u64::from(robot.activations)).sum(),
-            messages_sent: robots().map(|robot| robot.messages_sent).sum(),
-            bytes_sent: robots().map(|robot| robot.bytes_sent).sum(),
-            messages_heard: robots().map(|robot| robot.messages_heard).sum(),
-            messages_lost: robots().map(|robot| robot.messages_lost).sum(),
+            activations: sum(|robot| robot.activations.into()),
+            messages_sent: sum(|robot| robot.messages_sent),
+            bytes_sent: sum(|robot| robot.bytes_sent),
+            messages_heard: sum(|robot| robot.messages_heard),
+            messages_lost: sum(|robot| robot.messages_lost),
             faults: by_kind(&run.faults),
             measures: None,
         }
@@ -229,11 +229,8 @@ fn of_mission(run: &RunFile) -> MissionFigures {
     let mut figures = MissionFigures::default();
     for (name, value) in reported.iter() {
         let name = name.replace('.', "_");
-        match row
-            .iter()
-            .find(|column| column.name == name)
-            .map(|column| column.kind)
-        {
+        let column = row.iter().find(|column| column.name == name);
+        match column.map(|column| column.kind) {
             Some(ColumnKind::Left) => {}
             Some(ColumnKind::Done) => {
                 figures.add(&name, value);
@@ -254,14 +251,12 @@ fn total_of(done: &str) -> String {
 fn by_kind(faults: &[FaultStatus]) -> BTreeMap<String, FaultCount> {
     let mut counts: BTreeMap<String, FaultCount> = BTreeMap::new();
     for fault in faults {
-        counts
-            .entry(kind(&fault.order.fault))
-            .or_default()
-            .add(&FaultCount {
-                armed: 1,
-                hit: u64::from(fault.hits > 0),
-                hits: fault.hits,
-            });
+        let count = counts.entry(kind(&fault.order.fault)).or_default();
+        count.add(&FaultCount {
+            armed: 1,
+            hit: u64::from(fault.hits > 0),
+            hits: fault.hits,
+        });
     }
     counts
 }
@@ -331,13 +326,11 @@ mod tests {
         let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
         let (outcome, recorder) = team.run().unwrap();
         assert_eq!(
-            (figures.outcome, &figures.hash),
-            (outcome, &recorder.hash())
+            (figures.outcome, outcome),
+            (Outcome::TimeLimit, Outcome::TimeLimit)
         );
-        assert_eq!(
-            (figures.outcome, figures.sim_time_ms),
-            (Outcome::TimeLimit, 30_000)
-        );
+        assert_eq!(figures.hash, recorder.hash());
+        assert_eq!(figures.sim_time_ms, 30_000);
         let of_mission: Vec<_> = figures.mission.iter().collect();
         let expected = [
             ("items_delivered", FigureValue::Count(0)),

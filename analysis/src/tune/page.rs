@@ -3,10 +3,9 @@
 use maud::{Markup, html};
 
 use super::importance::importance;
-use super::result::{AllocatorResult, TUNED};
 use super::search::Method;
 use super::task::Task;
-use super::verdict::TestComparison;
+use super::verdict::{AllocatorResult, TUNED, TestComparison};
 use crate::figures::Figure;
 use crate::page::{LANDSCAPE, document, drawing, estimate, number, table};
 use crate::sweep::execution::counted;

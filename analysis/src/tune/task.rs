@@ -7,7 +7,7 @@ use scenario::name_remedy;
 
 use crate::compare::metrics::Metric;
 use crate::sweep::comparison::OwnFigure;
-use crate::sweep::design::{Change, FAULTS, MISSION};
+use crate::sweep::design::{Change, FAULTS, MISSION, apply_change};
 use crate::sweep::plan::space::{Parameter, changes, values};
 use crate::sweep::plan::tuning::SearchSettings;
 use crate::sweep::plan::{Plan, setup};
@@ -153,8 +153,7 @@ impl Task {
         for run in 0..self.conditions.len() {
             let mut scenario = self.plan.scenario(run).map_err(anyhow::Error::msg)?;
             for each in changes {
-                crate::sweep::design::apply_change(&mut scenario, each)
-                    .map_err(anyhow::Error::msg)?;
+                apply_change(&mut scenario, each).map_err(anyhow::Error::msg)?;
             }
             setup(&scenario, 1)?;
         }
@@ -164,10 +163,8 @@ impl Task {
 
 /// Returns the stated metric, or the one that ranks the runs of all missions.
 fn metric(stated: Option<&str>, conditions: &[Condition]) -> anyhow::Result<Metric> {
-    let primary: BTreeSet<&Metric> = conditions
-        .iter()
-        .map(|condition| &condition.primary)
-        .collect();
+    let primary = conditions.iter().map(|condition| &condition.primary);
+    let primary: BTreeSet<&Metric> = primary.collect();
     let known: BTreeSet<&Metric> = METRICS.iter().chain(primary.iter().copied()).collect();
     let names: Vec<String> = known.iter().map(|metric| metric.name()).collect();
     let Some(stated) = stated else {
@@ -240,9 +237,7 @@ fn conditions(plan: &Plan, tuning: &SearchSettings) -> anyhow::Result<Vec<Condit
     let mut all = Vec::new();
     for run in 0..plan.design.runs().unwrap_or_default() {
         let cells: Vec<String> = plan.design.cells(run).map(ToString::to_string).collect();
-        let class = classes
-            .map(|place| cells[place].clone())
-            .unwrap_or_default();
+        let class = classes.map_or_else(String::new, |place| cells[place].clone());
         let named = columns.iter().zip(&cells).take(cells.len() - 1);
         let named = named.map(|(column, cell)| match *column {
             MISSION | FAULTS => cell.clone(),

@@ -161,11 +161,8 @@ pub(super) fn list(
             );
             return Err(file.error_at(&at, what, remedy));
         }
-        let level = Level::combined(
-            leaves
-                .into_iter()
-                .map(|leaf| Level::of(&leaf.path, leaf.value)),
-        );
+        let leaves = leaves.into_iter();
+        let level = Level::combined(leaves.map(|leaf| Level::of(&leaf.path, leaf.value)));
         if known.levels.contains(&level) {
             return Err(file.error_at(&at, "the point occurs twice", "write it once"));
         }
@@ -189,11 +186,10 @@ pub(super) fn sample(
         let at = [key("random"), key(name)];
         match (table.remove(name), default) {
             (Some(Value::Integer(number)), _) if number >= 0 => Ok(number as u64),
-            (Some(value), _) => Err(file.error_at(
-                &at,
-                format!("{value} is not valid"),
-                "write a whole number of at least 0",
-            )),
+            (Some(value), _) => {
+                let remedy = "write a whole number of at least 0";
+                Err(file.error_at(&at, format!("{value} is not valid"), remedy))
+            }
             (None, Some(default)) => Ok(default as u64),
             (None, None) => {
                 Err(file.error_at(&at, "the key is missing", "write the number of points"))
@@ -228,11 +224,8 @@ pub(super) fn sample(
         }
         let name = leaf.path.join(".");
         let values = draw(seed, &name, &distribution, count).into_iter();
-        drawn.push(
-            values
-                .map(|value| Level::of(&leaf.path, value))
-                .collect::<Vec<_>>(),
-        );
+        let levels = values.map(|value| Level::of(&leaf.path, value));
+        drawn.push(levels.collect::<Vec<_>>());
         names.push(name);
         columns.push((leaf.at, leaf.path));
     }
@@ -255,11 +248,8 @@ fn distribution(file: &TomlFile<'_>, leaf: &Leaf) -> Result<Distribution, Scenar
     }
     let forms = "write { min = …, max = … }, optionally with log = true, or { choose = […] }";
     let mistake = |what: String| file.error_at(&leaf.at, what, forms);
-    let range: Levels = leaf
-        .value
-        .clone()
-        .try_into()
-        .map_err(|_| mistake(format!("{} does not describe a distribution", leaf.value)))?;
+    let other = || mistake(format!("{} does not describe a distribution", leaf.value));
+    let range: Levels = leaf.value.clone().try_into().map_err(|_| other())?;
     match range {
         Levels {
             min: None,
@@ -281,38 +271,38 @@ fn distribution(file: &TomlFile<'_>, leaf: &Leaf) -> Result<Distribution, Scenar
             max: Some(max),
             log,
             choose: None,
-        } => match (
-            Cell::from_toml(&min).number(),
-            Cell::from_toml(&max).number(),
-        ) {
-            (Some(min), Some(max)) if min < max && !log => Ok(Distribution::Uniform(min, max)),
-            (Some(min), Some(max)) if min < max && min > 0.0 => Ok(Distribution::Log(min, max)),
-            (Some(_), Some(_)) if log => Err(mistake(format!(
-                "from {min} to {max} is not a range of positive numbers"
-            ))),
-            _ => Err(mistake(format!(
-                "from {min} to {max} is not a range of numbers"
-            ))),
-        },
-        _ => Err(mistake(format!(
-            "{} does not describe a distribution",
-            leaf.value
-        ))),
+        } => {
+            let refused = |what| {
+                Err(mistake(format!(
+                    "from {min} to {max} is not a range of {what}"
+                )))
+            };
+            match (
+                Cell::from_toml(&min).number(),
+                Cell::from_toml(&max).number(),
+            ) {
+                (Some(min), Some(max)) if min < max && !log => Ok(Distribution::Uniform(min, max)),
+                (Some(min), Some(max)) if min < max && min > 0.0 => Ok(Distribution::Log(min, max)),
+                (Some(_), Some(_)) if log => refused("positive numbers"),
+                _ => refused("numbers"),
+            }
+        }
+        _ => Err(other()),
     }
 }
 
 pub(super) fn presets(file: &TomlFile<'_>, presets: &[Preset]) -> Result<Factor, ScenarioError> {
-    let names: Vec<Value> = presets
+    let names = presets
         .iter()
-        .filter_map(|preset| Value::try_from(preset).ok())
-        .collect();
+        .filter_map(|preset| Value::try_from(preset).ok());
+    let names: Vec<Value> = names.collect();
     distinct(file, &[key("presets")], &names)?;
+    let levels = names
+        .into_iter()
+        .map(|name| Level::of(&path("alliance.preset"), name));
     Ok(Factor {
         columns: vec![PRESET.to_owned()],
-        levels: names
-            .into_iter()
-            .map(|name| Level::of(&path("alliance.preset"), name))
-            .collect(),
+        levels: levels.collect(),
     })
 }
 
@@ -345,15 +335,13 @@ pub(super) fn faults(
 pub(super) fn seeds(file: &TomlFile<'_>, Seeds(seeds): Seeds) -> Result<Factor, ScenarioError> {
     let values: Vec<Value> = seeds.iter().copied().map(Value::Integer).collect();
     distinct(file, &[key("seeds")], &values)?;
+    let levels = seeds.into_iter().map(|seed| Level {
+        cells: vec![Cell::Integer(seed)],
+        changes: Vec::new(),
+    });
     Ok(Factor {
         columns: vec![SEED.to_owned()],
-        levels: seeds
-            .into_iter()
-            .map(|seed| Level {
-                cells: vec![Cell::Integer(seed)],
-                changes: Vec::new(),
-            })
-            .collect(),
+        levels: levels.collect(),
     })
 }
 
@@ -382,11 +370,8 @@ pub(super) fn drawn(
 /// Checks that a list is not empty and has no duplicates, which would count twice.
 fn distinct(file: &TomlFile<'_>, at: &[PathStep], values: &[Value]) -> Result<(), ScenarioError> {
     if values.is_empty() {
-        return Err(file.error_at(
-            at,
-            "the list is empty",
-            "write at least one value, or leave the key out",
-        ));
+        let remedy = "write at least one value, or leave the key out";
+        return Err(file.error_at(at, "the list is empty", remedy));
     }
     let mut seen = std::collections::BTreeSet::new();
     match values.iter().find(|value| !seen.insert(value.to_string())) {
@@ -400,10 +385,9 @@ fn distinct(file: &TomlFile<'_>, at: &[PathStep], values: &[Value]) -> Result<()
 /// Checks that no key is varied twice; one value would overwrite the other.
 pub(super) fn disjoint(file: &TomlFile<'_>, columns: &Columns) -> Result<(), ScenarioError> {
     for (place, (at, path)) in columns.iter().enumerate() {
-        let other = columns[..place]
-            .iter()
-            .find(|(_, other)| other.starts_with(path) || path.starts_with(other));
-        if let Some((other, _)) = other {
+        let mut others = columns[..place].iter();
+        let same = others.find(|(_, other)| other.starts_with(path) || path.starts_with(other));
+        if let Some((other, _)) = same {
             let what = format!("line {} varies the same key", file.line_of(other));
             return Err(file.error_at(at, what, "vary each key in one place"));
         }

@@ -55,10 +55,8 @@ fn refuse_scenario(file: &TomlFile<'_>) -> anyhow::Result<()> {
     let missions = vocabulary().missions;
     let sections = missions.iter().map(Mission::name);
     let mut keys = sections.chain(["robots", "room", "body", "obstacles", "step_ms"]);
-    if ["scenario", "missions", "grid", "seeds"]
-        .iter()
-        .any(|of_plan| file.has_key(of_plan))
-    {
+    let mut of_plan = ["scenario", "missions", "grid", "seeds"].into_iter();
+    if of_plan.any(|key| file.has_key(key)) {
         return Ok(());
     }
     let Some(of_scenario) = keys.find(|of_scenario| file.has_key(of_scenario)) else {
@@ -67,12 +65,8 @@ fn refuse_scenario(file: &TomlFile<'_>) -> anyhow::Result<()> {
     let name = file.name();
     let remedy =
         format!("run it with `alliance run {name}`, or write a plan with scenario = \"{name}\"");
-    let error = file.error_at(
-        &[key(of_scenario)],
-        "this is a scenario, not a plan",
-        remedy,
-    );
-    Err(error.into())
+    let what = "this is a scenario, not a plan";
+    Err(file.error_at(&[key(of_scenario)], what, remedy).into())
 }
 
 impl Plan {
@@ -175,11 +169,11 @@ impl Plan {
 
         let design = Design { factors };
         if design.runs().is_none_or(|runs| runs > MAX_RUNS) {
-            let sizes: Vec<String> = design
+            let sizes = design
                 .factors
                 .iter()
-                .map(|factor| factor.levels.len().to_string())
-                .collect();
+                .map(|factor| factor.levels.len().to_string());
+            let sizes: Vec<String> = sizes.collect();
             bail!(
                 "{file_name}: {} runs are more than {MAX_RUNS}; take fewer values, or draw some under [random]",
                 sizes.join(" x ")
