@@ -139,12 +139,9 @@ pub fn losses_and_takeovers(history: &History, stints: &[Stint]) -> (Vec<Failure
         .collect();
     takeovers.sort_by_key(|takeover| takeover.at);
     for failure in &mut failures {
-        if let Some(task) = failure.orphan.as_ref().map(|orphan| orphan.task) {
-            let aftermath = aftermath(&kept, &takeovers, failure, task);
-            failure
-                .orphan
-                .iter_mut()
-                .for_each(|orphan| orphan.aftermath = aftermath);
+        let (at, robot) = (failure.at, failure.robot);
+        if let Some(orphan) = &mut failure.orphan {
+            orphan.aftermath = aftermath(&kept, &takeovers, (at, robot), orphan.task);
         }
     }
     (failures, takeovers)
@@ -230,25 +227,25 @@ fn silence(history: &History, by: usize, set: &SetHistory, failure: &Failure) ->
 fn aftermath(
     kept: &[&Stint],
     takeovers: &[Takeover],
-    failure: &Failure,
+    (lost_at, robot): (SimTime, usize),
     task: TaskId,
 ) -> OrphanOutcome {
     let on_task = || kept.iter().filter(|stint| stint.task == task);
     let covers = |stint: &&&Stint| {
         let Span { from, to } = stint.span;
-        stint.robot != failure.robot && from <= failure.at && failure.at < to
+        stint.robot != robot && from <= lost_at && lost_at < to
     };
     if let Some(stint) = on_task().find(covers) {
         return OrphanOutcome::Covered { by: stint.robot };
     }
-    let Some(next) = on_task().find(|stint| stint.span.from > failure.at) else {
+    let Some(next) = on_task().find(|stint| stint.span.from > lost_at) else {
         return OrphanOutcome::Abandoned;
     };
     let (at, by) = (next.span.from, next.robot);
     let is_takeover = |takeover: &Takeover| {
-        (takeover.at, takeover.robot, takeover.task, takeover.from) == (at, by, task, failure.robot)
+        (takeover.at, takeover.robot, takeover.task, takeover.from) == (at, by, task, robot)
     };
-    if by == failure.robot {
+    if by == robot {
         OrphanOutcome::Resumed { at }
     } else if takeovers.iter().any(is_takeover) {
         OrphanOutcome::TakenOver { at, by }

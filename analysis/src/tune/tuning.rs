@@ -8,6 +8,7 @@ use super::race::survivors;
 use super::search::{Method, next_points};
 use super::task::Task;
 use crate::sweep::plan::space::values;
+use crate::sweep::statistics;
 
 /// The log ratio of a failed run: ten times the defaults' value.
 const FAILED: f64 = std::f64::consts::LN_10;
@@ -139,6 +140,7 @@ struct Tuner<'t, R> {
     candidates: Vec<Candidate>,
 }
 
+#[derive(Default)]
 struct Runner {
     values: Vec<f64>,
     /// The log ratios of metric and bytes, one per instance.
@@ -148,15 +150,6 @@ struct Runner {
 }
 
 impl Runner {
-    fn new(values: Vec<f64>) -> Self {
-        Self {
-            values,
-            ratios: Vec::new(),
-            scores: Vec::new(),
-            rounds: 0,
-        }
-    }
-
     fn score(&self) -> f64 {
         mean(self.scores.iter().copied())
     }
@@ -176,7 +169,10 @@ impl<R: TrialExecutor> Tuner<'_, R> {
             let points = next_points(method, tuning.seed, parameters.len(), &before);
             let mut runners: Vec<Runner> = points
                 .iter()
-                .map(|point| Runner::new(values(parameters, point)))
+                .map(|point| Runner {
+                    values: values(parameters, point),
+                    ..Runner::default()
+                })
                 .collect();
             for round in 0..rounds {
                 let seed = training[(generation * rounds + round) % training.len()];
@@ -220,9 +216,9 @@ impl<R: TrialExecutor> Tuner<'_, R> {
     /// Returns the indices of a method's candidates that finished their race.
     fn finished(&self, method: Method) -> impl Iterator<Item = usize> {
         let candidates = self.candidates.iter().enumerate();
-        let finished = candidates
-            .filter(move |(_, candidate)| candidate.method == method && !candidate.dropped);
-        finished.map(|(place, _)| place)
+        candidates
+            .filter(move |(_, candidate)| candidate.method == method && !candidate.dropped)
+            .map(|(place, _)| place)
     }
 
     /// Runs all conditions of the search with one seed. Returns the number of runs without those of the defaults.
@@ -339,12 +335,8 @@ fn in_order(runners: &[Runner]) -> Vec<f64> {
 /// Returns the mean, or 0 without values.
 #[must_use]
 pub fn mean(values: impl Iterator<Item = f64>) -> f64 {
-    let (mut count, mut sum) = (0.0, 0.0);
-    for value in values {
-        count += 1.0;
-        sum += value;
-    }
-    if count > 0.0 { sum / count } else { 0.0 }
+    // The sum turns -0 into 0.
+    statistics::mean(&values.collect::<Vec<_>>()).map_or(0.0, |mean| mean + 0.0)
 }
 
 /// Converts a mean logarithm of ratios to a change in percent.
@@ -472,7 +464,7 @@ mod tests {
         let runner = |rounds: usize, score: f64| Runner {
             scores: vec![score; rounds],
             rounds,
-            ..Runner::new(Vec::new())
+            ..Runner::default()
         };
         let all = [(4, 0.3), (2, -5.0), (4, 0.1), (3, 0.0)];
         let all = all.map(|(rounds, score)| runner(rounds, score));
