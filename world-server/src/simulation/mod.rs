@@ -74,8 +74,10 @@ pub struct Simulation {
     broadcasts: Vec<Broadcast>,
     /// The external controllers that have sent an undecodable broadcast since the current tick began, with the reason.
     undecodable: Vec<(RobotId, String)>,
-    /// The messages of allocators since the current tick began; `None` if they are not recorded.
-    allocation_messages: Option<Vec<Broadcast>>,
+    /// The size of the recorded answers of each external controller, by rank, bytes.
+    answer_bytes: Vec<u64>,
+    /// The messages of allocators since the current tick began, by the sender's rank; `None` if they are not recorded.
+    allocation_messages: Option<Vec<Vec<Broadcast>>>,
     schedule: Schedule,
     links: Links,
     sensors: Sensors,
@@ -126,6 +128,7 @@ impl Simulation {
             },
             broadcasts: Vec::new(),
             undecodable: Vec::new(),
+            answer_bytes: vec![0; robots],
             allocation_messages: None,
             schedule: Schedule::default(),
             links: Links::new(&setup),
