@@ -1,10 +1,12 @@
 //! The controller of a robot in push. The robot drives behind an end of a bar, pushes it by a stroke, and stays
 //! there.
 //!
-//! - `memory`: the robot's knowledge of its bars. `way`: the motion to its place and the push.
+//! - `memory`: the robot's knowledge of its bars. `way`: the motion to its place and the push. `attempts`: bars that
+//!   cannot be moved.
 //!
 //! A robot without a task stands still, and so holds the end at which it is.
 
+mod attempts;
 mod memory;
 #[cfg(test)]
 mod tests;
@@ -26,6 +28,7 @@ use scenario::time::SimTime;
 use super::bar::{self, BarEnd};
 use super::bus::{BarReport, BarSeen, NoAction, SensorReading, SharedKnowledge, Stroke};
 use super::data::{PushSection, bar_and_end};
+use attempts::Attempts;
 use memory::{BarKnowledge, shared_knowledge};
 use way::Approach;
 
@@ -42,6 +45,7 @@ pub struct Pusher {
     room: Vec2,
     push_m_s: f32,
     known: Vec<BarKnowledge>,
+    attempts: Attempts,
     way: Approach,
     /// The task in progress, and the x of its end at the start of the push, m.
     at: Option<(TaskId, Option<f32>)>,
@@ -143,8 +147,11 @@ impl Pusher {
         }
     }
 
-    /// Returns whether a task needs work. A stroke in progress is always completed.
+    /// Returns whether a task needs work. A stroke in progress is completed, unless the bar cannot be moved.
     fn is_due(&self, task: TaskId, place: usize, end: BarEnd) -> bool {
+        if self.attempts.leaves_out(place, &self.known, self.now) {
+            return false;
+        }
         let known = &self.known[place];
         match self.at {
             Some((at, Some(_))) if at == task => !known.has_arrived,
@@ -178,10 +185,12 @@ impl TypedController for Pusher {
         let known = bars
             .iter()
             .map(|&bar| BarKnowledge::new(bar as u16, section.bars[bar].pose()));
+        let step = SimTime(scenario.step_ms);
         Self {
             room: Vec2::new(scenario.room.width_m, scenario.room.height_m),
             push_m_s: scenario.body_of(&scenario.robots[robot.index()]).push_m_s,
             known: known.collect(),
+            attempts: Attempts::new(bars.len(), step),
             way: Approach::new(robot, setup),
             at: None,
             news: None,
@@ -252,6 +261,12 @@ impl TypedController for Pusher {
         let ((place, end), pose) = self.of_task(task).zip(input.readings.pose)?;
         let bar = self.known[place].report.pose;
         let (position, touch) = (pose.position, input.reading.touch);
+        let way_m = self
+            .way
+            .place_in_room(&bar, end, &self.section)
+            .distance(position);
+        self.attempts
+            .work(place, &self.known[place], way_m, input.now);
         output.actuation = if self
             .way
             .is_in_place(&bar, end, &self.section, position, touch)
