@@ -502,6 +502,20 @@ fn a_fault_adds_a_point_while_there_are_tasks_for_it() {
     world.mission().check_invariants(&world).unwrap();
 }
 
+#[test]
+fn a_mission_without_any_point_is_not_complete_and_waits_for_an_added_one() {
+    let mut world = world(&("spare = 1\n".to_owned() + &kind("garbage", 1.0, "")));
+    assert_eq!(world.mission().end(world.now()), None);
+    let fault = MissionFault::new(POINT, &[("x_m", 3.0), ("y_m", 3.0)]);
+    let fault = Fault::Mission(fault.with_name("kind", "garbage"));
+    world.change(&fault).unwrap().unwrap();
+    while world.mission().end(world.now()).is_none() {
+        step(&mut world, [None, works(0)]);
+        assert!(world.now() < SimTime::from_secs_f64(10.0));
+    }
+    assert_eq!(world.mission().end(world.now()), Some(Outcome::Complete));
+}
+
 /// Robots see the points within sight in their own frames, nearest first.
 #[test]
 fn sight_is_limited_and_relative() {
