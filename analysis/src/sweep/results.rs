@@ -43,6 +43,10 @@ pub fn results_table(design: &Design, rows: &[Row]) -> Table {
             "hash",
             text(|row| figures_of(row).map(|figures| figures.hash.clone())),
         ),
+        column(
+            "build",
+            text(|row| (!row.build.is_empty()).then(|| row.build.clone())),
+        ),
         column("sim_time_ms", whole(|figures| Some(figures.sim_time_ms))),
     ]);
     columns.extend(of_mission(rows));
@@ -246,6 +250,7 @@ pub(crate) mod tests {
         };
         Row {
             run,
+            build: "000000000000000a".to_owned(),
             end: RunResult::Ended(figures),
         }
     }
@@ -272,6 +277,7 @@ pub(crate) mod tests {
     pub fn failed(run: usize) -> Row {
         Row {
             run,
+            build: String::new(),
             end: RunResult::Failed(Failure {
                 reason: "no place, \"anywhere\"".to_owned(),
                 scenario: String::new(),
@@ -296,12 +302,12 @@ pub(crate) mod tests {
         let table = results_table(&design, &rows);
         let csv = String::from_utf8(table.csv().unwrap()).unwrap();
         let expected = "\
-            run,body.speed_m_s,waste.spills.0.name,seed,outcome,hash,sim_time_ms,items_delivered,items_total,reports_made,\
+            run,body.speed_m_s,waste.spills.0.name,seed,outcome,hash,build,sim_time_ms,items_delivered,items_total,reports_made,\
             report_lateness_mean_ms,report_lateness_max_ms,activations,messages_sent,bytes_sent,messages_heard,messages_lost,\
             faults_armed,faults_hit,fault_hits,reason\n\
-            0,0.5,top,1,complete,00ff,4000,24,24,2,1.5,3,8,100,2000,190,10,2,1,7,\n\
-            1,1,top,1,time-limit,00ff,9000,3,24,0,,,8,100,2000,190,10,2,1,7,\n\
-            2,0.25,top,1,failed,,,,,,,,,,,,,,,,\"no place, \"\"anywhere\"\"\"\n";
+            0,0.5,top,1,complete,00ff,000000000000000a,4000,24,24,2,1.5,3,8,100,2000,190,10,2,1,7,\n\
+            1,1,top,1,time-limit,00ff,000000000000000a,9000,3,24,0,,,8,100,2000,190,10,2,1,7,\n\
+            2,0.25,top,1,failed,,,,,,,,,,,,,,,,,\"no place, \"\"anywhere\"\"\"\n";
         assert_eq!(csv, expected);
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use proto::control::FaultStatus;
+use proto::program_build;
 use proto::tick::Outcome;
 use run_log::{LogLevel, MemoryLog, RunFile, RunLog, RunOutcome};
 use scenario::fault::Fault;
@@ -25,6 +26,9 @@ const TICKS_PER_LOOK: u64 = 64;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     pub run: usize,
+    /// The build of the program that executed the run; empty in journals of older versions.
+    #[serde(default)]
+    pub build: String,
     pub end: RunResult,
 }
 
@@ -82,7 +86,8 @@ pub struct Failure {
 /// Executes a run. Returns `None` if `stops` returned true. A panic becomes the reason of a failed run.
 pub fn execute_run(plan: &Plan, run: usize, stops: &dyn Fn() -> bool) -> Option<Row> {
     let end = execute_changed_run(plan, run, &[], plan.design.seed(run), stops)?;
-    Some(Row { run, end })
+    let build = program_build::get().to_owned();
+    Some(Row { run, build, end })
 }
 
 /// Executes a run with changes of its scenario and with the given seed.
