@@ -8,6 +8,9 @@ use crate::sweep::design::Change;
 /// The number of significant digits of a value, so that a scenario file contains exactly the tried value.
 const DIGITS: i32 = 4;
 
+/// The share of a parameter's range within which a value counts as at a bound.
+const BOUND_SHARE: f64 = 0.02;
+
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Range {
@@ -86,6 +89,24 @@ impl Parameter {
             None => String::new(),
         };
         format!("{} to {}{times}{log}", self.from, self.to)
+    }
+
+    /// Returns a note if a value is so near to a bound that a better one may lie beyond it. `values` are those of all
+    /// parameters, and this one is at `place`.
+    #[must_use]
+    pub fn bound_reached(&self, values: &[f64], place: usize) -> Option<&'static str> {
+        let factor = self.times.map_or(1.0, |place| values[place]);
+        let range = [self.from, self.to].map(|bound| bound * factor);
+        let scale = |value: f64| if self.log { libm::log(value) } else { value };
+        let [from, value, to] = [range[0], values[place], range[1]].map(scale);
+        let share = (value - from) / (to - from);
+        if share <= BOUND_SHARE {
+            Some("at its lower bound")
+        } else if share >= 1.0 - BOUND_SHARE {
+            Some("at its upper bound")
+        } else {
+            None
+        }
     }
 
     fn at(&self, coordinate: f64) -> f64 {
@@ -176,6 +197,25 @@ mod tests {
         assert_eq!(made[1].path, ["a", "slow"]);
         assert_eq!(made[2].value, Value::Integer(4));
         assert_eq!(all[1].bounds(&all), "0 to 0.5 times its fast");
+    }
+
+    #[test]
+    fn a_value_at_a_bound_is_noted() {
+        let fast = Parameter::new("a.fast", &range(1.0, 60.0, true, None), &[]).unwrap();
+        let slow = range(0.0, 0.5, false, Some("a.fast"));
+        let slow = Parameter::new("a.slow", &slow, std::slice::from_ref(&fast)).unwrap();
+        let notes = |values: [f64; 2]| {
+            [
+                fast.bound_reached(&values, 0),
+                slow.bound_reached(&values, 1),
+            ]
+        };
+        let (low, high) = (Some("at its lower bound"), Some("at its upper bound"));
+        assert_eq!(notes([59.41, 10.0]), [high, None]);
+        assert_eq!(notes([50.0, 24.8]), [None, high]);
+        assert_eq!(notes([1.05, 0.0]), [low, low]);
+        // A zero factor leaves no range.
+        assert_eq!(notes([0.0, 0.0])[1], None);
     }
 
     #[test]
