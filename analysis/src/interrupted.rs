@@ -1,11 +1,35 @@
 //! Ctrl-C handling for commands that do their work in this process.
 
+use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
+use terminal::stderr_line;
 use tokio::runtime::{Builder, Runtime};
 use tokio::signal::unix::{SignalKind, signal};
+
+/// The exit status of a command that a signal has ended, as shells report it for Ctrl-C.
+pub const INTERRUPTED_STATUS: u8 = 130;
+
+/// The error of a command that a signal has ended. The command has already printed how to continue.
+#[derive(Debug, thiserror::Error)]
+#[error("interrupted")]
+pub struct Interrupted;
+
+/// Prints the error of a command, if any, and returns its exit status: 1 for `false`, and `status` for an error.
+#[must_use]
+pub fn exit_code(command: &str, done: anyhow::Result<bool>, status: u8) -> ExitCode {
+    match done {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(1),
+        Err(error) if error.is::<Interrupted>() => ExitCode::from(INTERRUPTED_STATUS),
+        Err(error) => {
+            stderr_line!("{command}: {error:#}");
+            ExitCode::from(status)
+        }
+    }
+}
 
 /// A flag that is set when the process receives SIGINT or SIGTERM.
 pub struct InterruptFlag {

@@ -149,7 +149,7 @@ fn an_interrupt_ends_every_process_and_leaves_a_readable_log() {
         team.wait_for_row("events.csv", &[",activated,"]);
         let pids = assert_world_and_one_agent_per_robot(&team);
         team.launcher().signal(signal);
-        let finished = team.wait().expect(1);
+        let finished = team.wait().expect(130);
         assert!(pids.iter().all(|pid| command_line(*pid).is_none()));
         assert!(
             !finished.stderr.contains("had to be killed"),

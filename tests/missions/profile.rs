@@ -162,7 +162,7 @@ fn an_interrupted_run_writes_the_file_and_a_killed_world_leaves_it() {
     };
     let run = start("interrupted", "interrupted.toml");
     run.signal(Signal::SIGINT);
-    run.wait().expect(1);
+    run.wait().expect(130);
     let now = read_to_string(lab.path("interrupted.toml")).unwrap();
     assert!(now.starts_with("# Learned times"), "{now}");
 

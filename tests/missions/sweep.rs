@@ -152,7 +152,7 @@ fn a_killed_or_interrupted_sweep_continues_and_ends_with_the_same_bytes() {
         );
         assert!(!lab.path("torn/results.csv").exists());
         if signal == Signal::SIGINT {
-            let stderr = &finished.expect(1).stderr;
+            let stderr = &finished.expect(130).stderr;
             assert!(stderr.contains("done before"), "{stderr}");
             assert_eq!(printed_command(stderr, "  alliance "), arguments);
         }

@@ -140,7 +140,7 @@ fn a_killed_or_interrupted_tuning_continues_and_ends_with_the_same_bytes() {
         );
         assert!(!lab.path("torn/tuned.toml").exists());
         if signal == Signal::SIGINT {
-            let stderr = &finished.expect(1).stderr;
+            let stderr = &finished.expect(130).stderr;
             assert!(stderr.contains("of them done before"), "{stderr}");
             assert!(
                 stderr.contains("alliance tune plan.toml --out torn --jobs 1"),

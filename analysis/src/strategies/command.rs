@@ -12,7 +12,7 @@ use super::design::Design;
 use super::figure::draw;
 use super::results::{Study, trial_of_run};
 use super::trial::{Trial, run_trial};
-use crate::interrupted::InterruptFlag;
+use crate::interrupted::{InterruptFlag, Interrupted};
 use crate::new_file::write_atomically;
 use crate::progress::RunProgress;
 use crate::workers::run_parallel;
@@ -31,13 +31,16 @@ pub struct StrategiesStudy {
 }
 
 impl StrategiesStudy {
-    /// Runs the study and writes its files. Returns `false` after an interruption.
-    pub fn run(&self) -> anyhow::Result<bool> {
+    /// Runs the study and writes its files.
+    ///
+    /// # Errors
+    /// Returns [`Interrupted`] after a signal, and the errors of runs and files.
+    pub fn run(&self) -> anyhow::Result<()> {
         let folder: &Path = &self.folder;
         fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
         let Some(study) = self.trials()? else {
             stderr_line!("interrupted: no results are written");
-            return Ok(false);
+            return Err(Interrupted.into());
         };
         study.table().write_csv(folder, TRIALS)?;
         write_atomically(folder, TABLES, study.markdown().as_bytes())?;
@@ -46,7 +49,7 @@ impl StrategiesStudy {
         for (what, file) in [("trials", &*trials), ("tables", TABLES), ("figure", FIGURE)] {
             stderr_line!("{what}   {}", folder.join(file).display());
         }
-        Ok(true)
+        Ok(())
     }
 
     fn trials(&self) -> anyhow::Result<Option<Study>> {

@@ -17,6 +17,7 @@ use super::run::{FaultCount, Row, RunResult};
 use super::statistics::Estimate;
 use super::summary::{Summary, by_column, by_condition, failed_by_reason, faults_by_kind, overall};
 use crate::figures::Figure;
+use crate::interrupted::exit_code;
 use crate::new_file::write_atomically;
 use crate::table;
 
@@ -34,23 +35,16 @@ pub struct SweepCommand {
 }
 
 impl SweepCommand {
-    /// Runs the command. Exit status: 0 all runs are done, 1 failed runs or an interruption, 2 invalid input or missing runs, 3 a file
-    /// cannot be written. Incomplete missions are not failures.
+    /// Runs the command. Exit status: 0 all runs are done, 1 failed runs, 2 invalid input or missing runs, 3 a file cannot be written,
+    /// 130 an interruption. Incomplete missions are not failures.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
         let (status, done) = match self.arguments.strategies() {
-            Ok(Some(strategies)) => (3, strategies.run()),
+            Ok(Some(strategies)) => (3, strategies.run().map(|()| true)),
             Ok(None) => return self.run_plan(known),
             Err(error) => (2, Err(error)),
         };
-        match done {
-            Ok(true) => ExitCode::SUCCESS,
-            Ok(false) => ExitCode::from(1),
-            Err(error) => {
-                stderr_line!("alliance sweep: {error:#}");
-                ExitCode::from(status)
-            }
-        }
+        exit_code("alliance sweep", done, status)
     }
 
     fn run_plan(&self, known: &Known) -> ExitCode {

@@ -19,7 +19,7 @@ use super::journal::{Header, Journal, RowsByRun, read_all};
 use super::plan::Plan;
 use super::run::{Failure, Row, RunResult, execute_run};
 use super::shard::Shard;
-use crate::interrupted::InterruptFlag;
+use crate::interrupted::{InterruptFlag, Interrupted, exit_code};
 use crate::new_file::write_atomically;
 use crate::progress::RunProgress;
 use crate::strategies;
@@ -96,8 +96,8 @@ struct Work {
 }
 
 impl Arguments {
-    /// Runs the command. Exit status: 0 all runs are done, 1 failed runs or an interruption, 2 invalid input or missing runs, 3 a file
-    /// cannot be written. Incomplete missions are not failures.
+    /// Runs the command. Exit status: 0 all runs are done, 1 failed runs, 2 invalid input or missing runs, 3 a file cannot be written,
+    /// 130 an interruption. Incomplete missions are not failures.
     #[must_use]
     pub fn run(&self, known: &Known, study: &PlanCommand) -> ExitCode {
         // All inputs are read and checked before the first run.
@@ -114,14 +114,7 @@ impl Arguments {
             Task::Work(work) => work.run(self.jobs(), study, &self.again(study), &self.paths[0]),
             Task::Merge(folder, header, rows) => finish(&folder, &header, rows, study, None),
         };
-        match done {
-            Ok(true) => ExitCode::SUCCESS,
-            Ok(false) => ExitCode::from(1),
-            Err(error) => {
-                stderr_line!("alliance {}: {error:#}", study.name);
-                ExitCode::from(3)
-            }
-        }
+        exit_code(&format!("alliance {}", study.name), done, 3)
     }
 
     #[must_use]
@@ -412,7 +405,7 @@ impl Work {
                 "interrupted: {left} of {} left; continue with\n  {again}",
                 counted(total, "run")
             );
-            return Ok(false);
+            return Err(Interrupted.into());
         }
         if let Some(shard) = self.shard {
             stderr_line!(

@@ -13,7 +13,7 @@ use terminal::stderr_line;
 use world_server::mission_args::Known;
 
 use super::page::{Page, sentence};
-use super::record::{Executor, Header, SearchJournal, StoppedSearch};
+use super::record::{Executor, Header, SearchJournal};
 use super::result::{AllocatorResult, TUNED};
 use super::search::{Method, population};
 use super::task::{Allocator, Task};
@@ -21,7 +21,7 @@ use super::tuning::{TrialExecutor, Tuned, tune};
 use super::verdict::verdicts;
 use crate::columns::Entry::{self, Flag, Number, Text, Whole};
 use crate::columns::Table;
-use crate::interrupted::InterruptFlag;
+use crate::interrupted::{InterruptFlag, Interrupted, exit_code};
 use crate::new_file::write_atomically;
 use crate::progress::RunProgress;
 use crate::sweep::design::apply_change;
@@ -57,17 +57,11 @@ impl TuneCommand {
                 return ExitCode::from(2);
             }
         };
-        match self.work(&task, record, &folder) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(error) if error.is::<StoppedSearch>() => {
-                stderr_line!("interrupted; continue with\n  {}", self.again());
-                ExitCode::from(1)
-            }
-            Err(error) => {
-                stderr_line!("alliance tune: {error:#}");
-                ExitCode::from(3)
-            }
+        let done = self.work(&task, record, &folder).map(|()| true);
+        if done.as_ref().is_err_and(|error| error.is::<Interrupted>()) {
+            stderr_line!("interrupted; continue with\n  {}", self.again());
         }
+        exit_code("alliance tune", done, 3)
     }
 
     fn name(&self) -> String {
@@ -219,9 +213,11 @@ fn scenario(task: &Task, name: &str, results: &[AllocatorResult<'_>]) -> anyhow:
             for each in allocator.changes(Some(&best.values)).into_iter().skip(1) {
                 apply_change(&mut table, &each).map_err(anyhow::Error::msg)?;
             }
-            for (parameter, value) in allocator.parameters.iter().zip(&best.values) {
-                let bounds = parameter.bounds(&allocator.parameters);
-                text += &format!("#   {} = {value}, of {bounds}\n", parameter.key);
+            for (place, parameter) in allocator.parameters.iter().enumerate() {
+                let (value, bounds) = (best.values[place], parameter.bounds(&allocator.parameters));
+                let note = parameter.bound_reached(&best.values, place);
+                let note = note.map_or_else(String::new, |note| format!(", {note}"));
+                text += &format!("#   {} = {value}, of {bounds}{note}\n", parameter.key);
             }
         } else {
             text += &format!(

@@ -10,6 +10,7 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use super::task::Task;
 use super::tuning::{Outcome, Trial, TrialExecutor};
+use crate::interrupted::Interrupted;
 use crate::progress::RunProgress;
 use crate::sweep::lines::{LineFile, numbered_lines, verified_text};
 use crate::sweep::measures::ComparisonMeasures;
@@ -17,11 +18,6 @@ use crate::sweep::run::{RunResult, execute_changed_run};
 use crate::workers::run_parallel;
 
 const JOURNAL: &str = "journal.jsonl";
-
-/// The error of an interrupted search.
-#[derive(Debug, thiserror::Error)]
-#[error("interrupted")]
-pub struct StoppedSearch;
 
 /// The first line of the journal, which identifies the search.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -137,7 +133,7 @@ impl TrialExecutor for Executor<'_> {
         let outcomes: Option<Vec<Outcome>> = found.into_iter().collect();
         let batch = Batch {
             asked: digest,
-            outcomes: outcomes.ok_or(StoppedSearch)?,
+            outcomes: outcomes.ok_or(Interrupted)?,
         };
         self.record.lines.add(&batch)?;
         Ok(batch.outcomes)

@@ -67,17 +67,20 @@ const PRINTED: &[ExitStatus] = &[
     ),
 ];
 
+const RESUMABLE: ExitStatus = (
+    130,
+    "The command was interrupted. The same command resumes it.",
+);
+
 const STUDY: &[ExitStatus] = &[
     (0, "All runs are done. Missions may be incomplete."),
-    (
-        1,
-        "Runs failed, or the command was interrupted. The same command resumes it.",
-    ),
+    (1, "Runs failed."),
     (
         2,
         "An argument or the plan is invalid, or runs are missing.",
     ),
     (3, "A file cannot be written."),
+    RESUMABLE,
 ];
 
 const MEMBER: &[ExitStatus] = &[
@@ -129,6 +132,7 @@ const ENTRIES: &[Entry] = &[
             ),
             (2, "The scenario, a parameter or an argument is invalid."),
             (3, "A process, the bus or an export failed."),
+            (130, "The run was interrupted. Its log is complete."),
         ],
     ),
     entry(
@@ -329,12 +333,9 @@ const ENTRIES: &[Entry] = &[
         ],
         &[
             (0, "The search is complete."),
-            (
-                1,
-                "The command was interrupted. The same command resumes it.",
-            ),
             (2, "An argument or the plan is invalid."),
             (3, "A file cannot be written."),
+            RESUMABLE,
         ],
     ),
     entry(

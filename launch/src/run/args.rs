@@ -129,16 +129,16 @@ impl RunCommand {
             paused: self.is_paused(),
             open: self.page.open,
             json: self.json,
+            log: self.run.log,
         };
-        let carried_out = self.carry_out(&plan, link).and_then(|complete| {
+        let carried_out = self.carry_out(&plan, link).and_then(|status| {
             if let Some(link) = stay {
                 show_log(link, &plan.folder)?;
             }
-            Ok(complete)
+            Ok(status)
         });
         match carried_out {
-            Ok(true) => ExitCode::SUCCESS,
-            Ok(false) => ExitCode::from(1),
+            Ok(status) => ExitCode::from(status),
             Err(error) => {
                 stderr_line!("{}: {error:#}", self.name());
                 ExitCode::from(3)
@@ -175,9 +175,9 @@ impl RunCommand {
         }
     }
 
-    /// Runs the mission, then writes the profile and the export if requested. Returns `true` if the mission is complete.
-    fn carry_out(&self, plan: &RunPlan, link: Option<PageLink>) -> anyhow::Result<bool> {
-        let complete = if self.in_process {
+    /// Runs the mission, then writes the profile and the export if requested. Returns the exit status.
+    fn carry_out(&self, plan: &RunPlan, link: Option<PageLink>) -> anyhow::Result<u8> {
+        let status = if self.in_process {
             one_process::run(plan, self.run.log(&plan.setup), self.check)?
         } else {
             supervise(plan, link)?
@@ -190,7 +190,7 @@ impl RunCommand {
         if self.mcap {
             export_mcap(&plan.folder).context("--mcap")?;
         }
-        Ok(complete)
+        Ok(status)
     }
 
     /// Opens the socket of the page; `None` for a run without a page.

@@ -41,7 +41,7 @@ fn an_opened_page_or_a_paused_start_means_real_time_unless_a_speed_is_stated() {
         assert_eq!(view["clock"]["paused"], true);
         run.signal(Signal::SIGINT);
         // After an interrupt the page does not stay.
-        run.wait().expect(1);
+        run.wait().expect(130);
     }
 }
 
